@@ -11,7 +11,7 @@ from sweeps import swept
 SHARED = (here,)
 """The fixture that works in an empty folder in which the modules of the worlds are found."""
 
-NONE = "no task of it gives a question"
+NONE = "its tasks yield no question"
 """The reason of `eai export questions` if a world is too small for it."""
 
 

@@ -40,7 +40,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ({"extra": 1}, r"line 3: extra: unknown"),
         ({"version": 1}, r"line 3: version: expected 2, found 1"),
         ({"shortcuts": {"names": 2}}, r"line 3: shortcuts"),
-        ({"id": "q"}, r"line 3: the id 'q' stands there twice"),
+        ({"id": "q"}, r"line 3: the id 'q' occurs twice"),
         ({"prompt": ""}, r"line 3: prompt: expected a text that is not empty"),
     ],
 )

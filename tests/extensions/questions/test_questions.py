@@ -54,7 +54,7 @@ def test_kinds_and_forms_can_be_chosen(eai: Command, written: Path, tmp_path: Pa
 
 def test_what_shortcuts_give_is_printed(eai: Command, written: Path, tmp_path: Path) -> None:
     arguments = ("export", "questions", "--domain", "lamps:lamps", "--n", 72, "--out", tmp_path / "q.jsonl")
-    assert "Right without knowing the world, at best, in percent" in eai(*arguments).out
+    assert "Best rate without knowledge of the world, in percent" in eai(*arguments).out
     chance = json.loads(eai(*arguments, "--json").out)["chance"]
     assert len(chance) == 36
     assert set(chance["inverse.choice"]) == {"guess", "names", "longest", "operator", "text", "unchanged"}

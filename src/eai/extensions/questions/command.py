@@ -1,4 +1,4 @@
-"""``eai export questions``: world-model questions, written to a file that `eai run` and `eai score` take."""
+"""``eai export questions``: write world-model questions to a file that `eai run` and `eai score` read."""
 
 from __future__ import annotations
 
@@ -48,21 +48,21 @@ def questions(
 
     Options:
         out: The file to write, JSON lines.
-        n: How many, evenly of all kinds and forms.
-        rules: Tell the rules. Without them the same questions are a closed-book test.
-        prompts: Texts of your own in place of single ones of ours.
+        n: Number of questions, spread evenly over kinds and forms.
+        rules: Show the rules of actions. Without them, the same questions are a closed-book test.
+        prompts: Folder of your own templates; each replaces the packaged template of its name.
     """
     with opened_source(data) as source:
         writer = Writer(find_benchmark(domain), source, Templates(prompts))
         found = list(writer.write(kind or tuple(Kind), form or tuple(Form), n, seed, rules=rules))
     if not found:
-        raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
+        raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
     write_whole({out: questions_content(found)})
     chances = _chances(found)
     if not as_json:
         _print_balance(found)
         _print_chances(found, chances)
-    fewer = "" if len(found) == n else f"; the tasks give no more than these of {n:,}"
+    fewer = "" if len(found) == n else f"; the tasks yield no more, {n:,} were requested"
     line = f"{counted(len(found), 'question')} written to {out}{fewer}"
     chance: dict[str, Json] = {
         f"{kind.value}.{form.value}": {name: rate.percent for name, rate in rates.items()}
@@ -78,7 +78,7 @@ _Asked: TypeAlias = tuple[Kind, Form]
 def _print_by_form(
     title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_Asked], Cell]]
 ) -> None:
-    """A row for each kind, and for each form these columns."""
+    """Print a table with a row for each kind, and with the given columns for each form."""
     kinds = list(dict.fromkeys([question.kind for question in questions]))
     cells: list[NamedCells] = [
         (replace(column, name=f"{form.value}\n{column.name}"), [cell((kind, form)) for kind in kinds])
@@ -99,11 +99,11 @@ def _print_balance(questions: Sequence[Question]) -> None:
         Column("n", is_number=True): lambda asked: str(numbers[asked]),
         Column("entropy", is_number=True): entropy,
     }
-    _print_by_form("Questions, and how even their answers are (1: entirely)", questions, columns)
+    _print_by_form("Number of questions, and entropy of their answers (1: evenly spread)", questions, columns)
 
 
 def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mapping[str, Rate]]) -> None:
-    """The rates of guessing and shortcuts, the best of them for each kind and form."""
+    """Print the best rate of guessing and shortcuts for each kind and form."""
     best = {asked: best_chance(rates) for asked, rates in chances.items()}
     columns = {
         replace(PERCENT, name="chance"): lambda asked: (
@@ -111,7 +111,7 @@ def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mappi
         ),
         replace(PERCENT, name="by"): lambda asked: best.get(asked, "-"),
     }
-    _print_by_form("Right without knowing the world, at best, in percent", questions, columns)
+    _print_by_form("Best rate without knowledge of the world, in percent", questions, columns)
 
 
 def _chances(questions: Sequence[Question]) -> dict[_Asked, dict[str, Rate]]:

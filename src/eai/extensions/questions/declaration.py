@@ -1,4 +1,4 @@
-"""World-model questions as a registered ability: it is asked of the questions in a file, not of tasks."""
+"""The ability `world_model`: it scores answers to the questions of a file instead of answers to tasks."""
 
 from __future__ import annotations
 
@@ -32,14 +32,17 @@ from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
 
 DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
-"""How many actions questions of a column are about at least, fewer than those of the next."""
+"""Minimum number of actions of a question, for each depth column. The next minimum ends the column."""
 
 WAYS = (GUESS, *SHORTCUTS)
-"""How answers are had without knowing the world."""
+"""Names of guessing and of all shortcuts, which answer without knowledge of the world."""
 
 
 class _AskedQuestion(NamedTuple):
-    """A question of a file, and how often guessing hits it: at random, or with the most common answer."""
+    """A question of a file, and the probability that guessing answers it.
+
+    A guess is random. In open form, it is the most frequent answer of the file.
+    """
 
     question: Question
     guess: float
@@ -50,17 +53,16 @@ _NONE = Confusion(0, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class _QuestionVerdict(Verdict):
-    """How right an answer to a question is, with what comparing and tabulating need of the question.
+    """The verdict on an answer to a question, with the question's fields that comparisons and tables need.
 
     Attributes:
-        success: whether it is right in all that is asked; without an answer it is not.
-        counts: parts that are right, that are wrong, and that are missed; where any of several is wanted, no
-            more than one is missed.
-        kind: what is asked about.
-        form: how an answer is given.
-        depth: how many actions there are to think of.
-        gold: the right answers.
-        chances: how much of it guessing and each shortcut get right, by name.
+        success: whether the answer is completely right. A missing answer is not.
+        counts: numbers of right, wrong and missing items. At most one is missing if one suffices.
+        kind: the subject of the question.
+        form: the form of the answer.
+        depth: number of actions that the answer has to consider.
+        gold: the gold answers.
+        chances: probability that guessing and each shortcut answer it, by name.
     """
 
     success: bool = False
@@ -73,13 +75,13 @@ class _QuestionVerdict(Verdict):
 
 
 class _QuestionScorer(Scorer):
-    """Scores the answers to a question."""
+    """Scores the answers to one question."""
 
     def __init__(self, asked: _AskedQuestion) -> None:
         self._question, self._guess = asked
 
     def assess(self, text: str) -> Assessment:
-        """The verdict; an answer that cannot be read is wrong."""
+        """Return the verdict on an answer. An unreadable answer is wrong."""
         question, graded = self._question, grade(self._question, text)
         error = ErrorReport(FaultKind.PARSING, None, f"there is no answer of the form {question.form.value}")
         verdict = _QuestionVerdict(
@@ -102,11 +104,10 @@ def _explanation(question: Question, repairs: Sequence[str]) -> Explanation:
 
 
 def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
-    """The contributions of one answer to each rate.
+    """Return what one answer adds to each rate.
 
-    It is right or not among all, among those of its kind and of its form, and of each kind among those of its
-    depth. ``chance``: what guessing and each shortcut would have got right. F1 is that of the parts of
-    answers in open form.
+    ``right``, each kind, each form, and each kind and depth: whether the answer is right. ``chance``: the
+    probability that guessing or a shortcut is right. ``f1``: for open form only, the F1 of the items.
     """
     right = share_of_one(verdict.success)
     is_open = verdict.form is Form.OPEN
@@ -134,26 +135,26 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
-    """The outcome of an answer."""
+    """Return the outcome class of an answer."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return error_outcome(verdict) or counts_outcome(verdict.counts, enough=False)
 
 
 def alike(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
-    """Whether two verdicts are on the same question, be it with the rules or without."""
+    """Whether two verdicts are about the same question, shown with or without the rules."""
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 
 _QUESTION = re.compile(rb'\{"id":(?!.*?"base":)')
-"""How a file of questions begins. That of a task file, which begins alike, says next whose world it is."""
+"""The beginning of a question file. A task file also begins with an id, but its next field is `base`."""
 
 
 def open_questions(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
-    """The questions of a file; None if it is one of something else.
+    """Read the questions of a file; None if the file is not a question file.
 
     Raises:
-        InputError: it begins with a question, and cannot be read.
+        InputError: the file begins with a question but cannot be read.
     """
     with path.open("rb") as file:
         if not _QUESTION.match(file.readline()):
@@ -169,7 +170,7 @@ def _pose(world: AbilityWorld, asked: _AskedQuestion) -> QuestionAndAnswer:
 
 
 def _features(asked: _AskedQuestion) -> TaskFeatures:
-    """Questions about one task are alike and count together."""
+    """Return the group of a question: its task, so that questions about one task count together."""
     return TaskFeatures(asked.question.task, None, 0)
 
 

@@ -1,4 +1,4 @@
-"""Questions about one action: what it changes, which one it was, which are possible, and why not."""
+"""Questions about one action: its effects, which action it was, whether it is possible, and why not."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from eai.world.action import Action
 from eai.world.state import Fact, State
 
 _CANDIDATES = 8
-"""How many actions are to be distinguished where some of them are possible."""
+"""Number of actions that an applicability question lists; half of them are possible."""
 
 _DRAWS = 20
-"""How often a fact is drawn that never held."""
+"""Maximum number of random draws of a fact or an action."""
 
 _MAX_BINDINGS = 200_000
-"""Maximum number of values of parameters that are tried to list all possible actions."""
+"""Maximum number of parameter bindings that are tried to list all possible actions."""
 
 _BINDINGS = 40
-"""How many actions by one operator are looked at for one with a requirement that is not met."""
+"""Number of random actions per operator that are searched for an unmet requirement."""
 
 _LEAST = 0.5
-"""How often this is the one of them with the fewest such requirements."""
+"""Probability that the action with the fewest unmet requirements is chosen."""
 
 _OWN = 0.2
-"""How often each operator of the way is preferred to those that are not of it."""
+"""Probability that an operator of the task's path is preferred to all other operators."""
 
 _IDLE = 0.3
-"""How often an action is asked about that changes nothing."""
+"""Probability that a question about an action without effect is kept."""
 
 _CHOICES = 3
-"""How many wrong answers stand beside a right one."""
+"""Number of wrong choices beside the right one."""
 
 
 def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """The facts that hold after an action; in open form, those that are different."""
+    """Ask which facts hold after an action; in open form, which facts it changes."""
     moment = _moment(setting, rng)
     if moment is None:
         return None
@@ -52,7 +52,7 @@ def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
 
 
 def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which single action makes something true that is not."""
+    """Ask which single action makes a false fact true or a true fact false."""
     moment = _moment(setting, rng)
     if moment is None:
         return None
@@ -71,7 +71,7 @@ def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
 
 
 def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which single action made these changes, and no others."""
+    """Ask which single action made exactly the listed changes."""
     moment = _moment(setting, rng)
     if moment is None:
         return None
@@ -86,7 +86,7 @@ def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
 
 
 def applicability(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which actions are possible; half of those to choose from are."""
+    """Ask which of the listed actions are possible. Half of them are."""
     state = rng.choice(setting.states)
     right, wrong = _alternatives(setting, rng, state, _CANDIDATES // 2)
     if len(right) < _CANDIDATES // 2 or len(wrong) < _CANDIDATES // 2:
@@ -106,7 +106,7 @@ def applicability(setting: Setting, rng: random.Random, number: int) -> Item | N
 
 
 def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which requirements of an action are not met."""
+    """Ask which requirements of an action are not met."""
     state = rng.choice(setting.states)
     shown = [
         each for each in setting.rules.operators if len(each.checks) > 1 and each.arity <= len(setting.things)
@@ -123,7 +123,7 @@ def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # each as often as any other, also what seldom is not met
+    one = rng.choice(seen)  # all equally often, also rarely unmet ones
     fitting = [each for each in drawn if one in unmet[each]]
     least = min(fitting, key=lambda each: len(unmet[each]))
     action = least if rng.random() < _LEAST else rng.choice(fitting)
@@ -144,10 +144,10 @@ def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
 
 
 def statements(setting: Setting, rng: random.Random, states: Sequence[State]) -> tuple[list[str], list[str]]:
-    """Facts that hold in the last of some states, and facts that do not.
+    """Draw facts that hold in the last of several states, and facts that do not.
 
-    Of each, as many as can be had were otherwise in one of the states before: so neither "as it was" nor
-    "something has changed" tells them apart.
+    If possible, facts of both lists had the other value in an earlier state. So neither "nothing changed"
+    nor "everything changed" separates true from false statements.
     """
     start, last = frozenset(setting.facts(states[0])), states[-1]
     gained = frozenset([fact for state in states[1:] for fact in setting.added(states[0], state)])
@@ -161,7 +161,7 @@ def statements(setting: Setting, rng: random.Random, states: Sequence[State]) ->
 
 
 def never_true(setting: Setting, rng: random.Random, ever: frozenset[Fact], number: int) -> list[Fact]:
-    """Facts that are none of these: such as are, about another object."""
+    """Draw facts that are not in the given set: each is a known fact with one object replaced."""
     found: list[Fact] = []
     known, things = sorted(ever), range(len(setting.scene.objects))
     for _ in range(_DRAWS if known else 0):
@@ -176,9 +176,9 @@ def never_true(setting: Setting, rng: random.Random, ever: frozenset[Fact], numb
 
 
 def _moment(setting: Setting, rng: random.Random) -> tuple[State, Action, State] | None:
-    """A state of the way, an action that is possible in it, and the state after it; None if none is found.
+    """Draw a state of the path, an action possible in it, and the next state; None if no action was found.
 
-    The action is the next of the way, or any, equally often.
+    The action is the path's next step or a random action, with equal probability.
     """
     step = rng.randrange(len(setting.states))
     state = setting.states[step]
@@ -198,10 +198,11 @@ def _which_action(
     is_right: Callable[[State], bool],
     values: Mapping[str, str],
 ) -> Item | None:
-    """Which action changes these predicates, among others, so that the state after it is right.
+    """Make a question about the single action that leads to a right state.
 
-    All actions on all objects are tried; if they are too many, there is no question. Wrong ones look like a
-    right one, or like each other, and some are possible.
+    A right action can change all predicates in ``changed``, and ``is_right`` holds after it. All actions on
+    all objects are tried; there is no question if they are too many. A wrong action shares its name or
+    objects with a right one or with another wrong one. Some wrong actions are possible.
     """
     bindings, everything = Effort(_MAX_BINDINGS), range(len(setting.scene.objects))
     tried = [
@@ -240,7 +241,7 @@ def _which_action(
 def _alternatives(
     setting: Setting, rng: random.Random, state: State, number: int
 ) -> tuple[list[Action], list[Action]]:
-    """Possible actions and impossible ones, where it can be by the same operators: no name gives one away."""
+    """Draw possible and impossible actions, preferably by the same operators, which then reveal nothing."""
     right: list[Action] = []
     wrong: list[Action] = []
     for operator in rng.sample(setting.rules.operators, len(setting.rules.operators)):
@@ -266,7 +267,7 @@ def _alternatives(
 def _drawn(
     setting: Setting, rng: random.Random, state: State, number: int, *, possible: bool
 ) -> list[Action]:
-    """Different actions drawn at random, fewer where there are not so many."""
+    """Draw different random actions; fewer than requested if not enough are found."""
     found: dict[Action, None] = {}
     for _ in range(2 * number):
         action = setting.some_action(rng, state, possible=possible)

@@ -1,7 +1,6 @@
-"""Questions about plans: what holds after one, its outcome, and which steps it does not need.
+"""Questions about plans: their final state, their outcome, and their unneeded steps.
 
-The last three are about all plans that some actions allow: what can be reached, how best, and by what in any
-case.
+Reachability, next-action and landmark questions are about all plans that a few listed actions allow.
 """
 
 from __future__ import annotations
@@ -27,62 +26,61 @@ from eai.world.action import Action
 from eai.world.state import Fact, State
 
 _MOST_FACTS = 12
-"""How many facts about one object are asked for."""
+"""Maximum number of facts about one object in an answer."""
 
 _TRIES = 12
-"""How many changes of a plan are tried for one with the wanted outcome."""
+"""Maximum number of plan changes that are tried to get the wanted outcome."""
 
 _CHOICES = 3
-"""How many wrong answers stand beside a right one."""
+"""Number of wrong choices beside the right one."""
 
 _DETOURS = 3
-"""How many actions that a plan can do without are put into it."""
+"""Maximum number of unneeded actions that are inserted into a plan."""
 
 _OWN = 0.75
-"""How often these are by operators of the plan, so that the operator does not show what is needed."""
+"""Probability that an inserted action uses an operator of the plan, so that its name reveals nothing."""
 
 _WANTED = ("works", "fails", "misses", "fails")
-"""The results that are asked for in turn: half of the plans fail, as two of four choices name a step."""
+"""Wanted outcomes, in turn. Half of the plans fail, as two of four choices name a failing step."""
 
 _ACTIONS = 8
-"""How many actions there are to take, at most."""
+"""Maximum number of available actions in a question about all plans."""
 
 _LEAST_ACTIONS = 5
-"""How many, at least."""
+"""Minimum number of available actions in a question about all plans."""
 
 _STATES = 150
-"""The most states that are exhausted; where the actions lead to more, nothing is asked."""
+"""Maximum number of explored states. If the actions lead to more states, there is no question."""
 
 _REPERTOIRES = 4
-"""How many choices of actions a task has, at most."""
+"""Maximum number of sets of available actions for each task."""
 
 _CANDIDATES = 4
-"""How many facts of each kind are to be distinguished."""
+"""Maximum number of reachable facts and of unreachable facts in a question."""
 
 _LEAST_DISTANCE = 2
-"""How many actions a goal takes at least."""
+"""Minimum number of actions of a shortest plan for a goal."""
 
 _MOST_GOALS = 3
-"""How many facts are to hold together, at most."""
+"""Maximum number of facts in a goal."""
 
 _DISTANCES = 4
-"""How many different distances are asked for in turn."""
+"""Number of different goal distances; questions take them in turn."""
 
 _AIMS = 8
-"""How many goals are tried for one of the distance that is asked for."""
+"""Number of goals that are tried to get the wanted distance."""
 
 _Steps: TypeAlias = Sequence[tuple[int, Action]]
-"""The steps of a plan with their numbers in the plan that is shown; 0 for one that is not in it."""
+"""Steps of a changed plan, each with its number in the plan that the question shows; 0 for an added step."""
 
 
 class _Outcome(NamedTuple):
     """The outcome of a plan.
 
     Attributes:
-        missed: the goals that do not hold at its end, by number from 1.
-        step: the first step that is impossible, by its place in the plan.
-        requirement: the first of its requirements that is not met, by number from 1; 0 if there is no such
-            step.
+        missed: numbers, from 1, of the goals that do not hold at the end.
+        step: 0-based position of the first impossible step.
+        requirement: number, from 1, of that step's first unmet requirement; 0 if all steps are possible.
     """
 
     missed: tuple[int, ...] = ()
@@ -91,12 +89,12 @@ class _Outcome(NamedTuple):
 
     @property
     def result(self) -> str:
-        """Whether the plan works, misses a goal or fails."""
+        """Whether the plan works, misses a goal or fails at a step."""
         return "fails" if self.requirement else "misses" if self.missed else "works"
 
 
 def _outcome_of(setting: Setting, start: State, plan: Sequence[Action], done: int = 0) -> _Outcome:
-    """The outcome of a plan from a state on, before which so many of its steps were taken."""
+    """Return the outcome of a plan whose first `done` steps already led to the given state."""
     states = _states_along(setting, start, plan[done:])
     place = done + len(states) - 1
     if place < len(plan):
@@ -105,7 +103,7 @@ def _outcome_of(setting: Setting, start: State, plan: Sequence[Action], done: in
 
 
 def _states_along(setting: Setting, start: State, plan: Sequence[Action]) -> list[State]:
-    """The state before each step up to the first that is impossible; if none is, also the last."""
+    """Return the state before each step up to the first impossible step, or up to the end."""
     states = [start]
     for action in plan:
         after = setting.after(states[-1], action)
@@ -116,7 +114,7 @@ def _states_along(setting: Setting, start: State, plan: Sequence[Action]) -> lis
 
 
 def state_tracking(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """The facts that hold after several actions; in open form, all about one object."""
+    """Ask which facts hold after several actions; in open form, for all facts about one object."""
     if not setting.way:
         return None
     first = rng.randrange(len(setting.way))
@@ -132,7 +130,7 @@ def state_tracking(setting: Setting, rng: random.Random, number: int) -> Item | 
 
 
 def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """The outcome of a plan that works, once a step is left out, two are exchanged, or one is put in."""
+    """Ask for the outcome of a working plan after a step is omitted, added, or swapped with the next."""
     if not setting.works:
         return None
     for _ in range(_TRIES):
@@ -150,7 +148,7 @@ def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | 
 
 
 def validation(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Where a plan fails, and why; or whether it works."""
+    """Ask at which step a plan fails and why, or whether it works."""
     if not setting.works:
         return None
     sound, states = _with_detours(setting, rng)
@@ -169,7 +167,7 @@ def validation(setting: Setting, rng: random.Random, number: int) -> Item | None
 
 
 def justification(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which steps of a plan can be left out, each by itself."""
+    """Ask which single steps of a plan can be left out."""
     if not setting.works:
         return None
     plan, states = _with_detours(setting, rng)
@@ -196,7 +194,7 @@ def justification(setting: Setting, rng: random.Random, number: int) -> Item | N
 
 
 def _variant(setting: Setting, rng: random.Random) -> tuple[_Steps, int, str] | None:
-    """A plan that is changed from a place on, that place, and the change in words."""
+    """Change a plan at random; return its steps, the position of the change, and the change in words."""
     steps = list(enumerate(setting.way, 1))
     place = rng.randrange(len(steps))
     match rng.choice(("leave out", "exchange", "put in")):
@@ -222,9 +220,9 @@ def _of_plan(
     operators: set[str],
     values: Mapping[str, str],
 ) -> Item | None:
-    """The item about a plan; none where the step that fails has no number.
+    """Make a question about the outcome of a plan; None if the failing step has no number.
 
-    Whatever the outcome, the choices are that it works, that it misses a goal, that one of two steps fails.
+    The choices are always the same: it works, it misses a goal, or one of two steps fails.
     """
     failing = plan[outcome.step][0] if outcome.requirement else 0
     if outcome.requirement and not failing:
@@ -257,7 +255,7 @@ def _of_plan(
 
 
 def _corrupted(setting: Setting, plan: Sequence[Action], place: int, rng: random.Random) -> list[Action]:
-    """The plan without a step, with two exchanged, or with another object or operator at a place."""
+    """Remove a step, swap it with the next, or replace one of its objects or its operator."""
     action, corrupted = plan[place], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
         case "leave out":
@@ -275,7 +273,7 @@ def _corrupted(setting: Setting, plan: Sequence[Action], place: int, rng: random
 
 
 def _with_detours(setting: Setting, rng: random.Random) -> tuple[list[Action], list[State]]:
-    """The way with up to three further actions that do not keep it from working, and the states along it."""
+    """Return the path with up to three unneeded actions inserted, and its states."""
     plan, states = list(setting.way), list(setting.states)
     length = len(plan) + rng.randint(0, _DETOURS)
     for _ in range(_TRIES):
@@ -302,7 +300,7 @@ def _goals(setting: Setting) -> str:
 
 
 def reachability(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which facts can become true by some actions, and which never do."""
+    """Ask which facts the available actions can make true, and which never become true."""
     wider = _some_ways(setting, rng)
     if wider is None:
         return None
@@ -323,7 +321,7 @@ def reachability(setting: Setting, rng: random.Random, number: int) -> Item | No
 
 
 def next_action(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which action a shortest plan begins with."""
+    """Ask which action begins a shortest plan."""
     aim = _some_aim(setting, rng, number)
     if aim is None:
         return None
@@ -333,7 +331,7 @@ def next_action(setting: Setting, rng: random.Random, number: int) -> Item | Non
 
 
 def landmarks(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """Which actions are in every plan."""
+    """Ask which actions every plan contains."""
     aim = _some_aim(setting, rng, number)
     if aim is None:
         return None
@@ -344,13 +342,13 @@ def landmarks(setting: Setting, rng: random.Random, number: int) -> Item | None:
 
 
 class _Aim:
-    """A goal that some actions reach, not all at once.
+    """A goal that takes several actions to reach.
 
     Attributes:
-        ways: all that the actions lead to.
-        goals: the facts that shall hold together.
-        reached: the states in which they do, by number, nearer ones before farther ones.
-        distance: how many actions it takes at least.
+        ways: the available actions, and all states that they lead to.
+        goals: the facts that must hold together.
+        reached: numbers of the states that satisfy the goal, nearest first.
+        distance: number of actions in a shortest plan.
     """
 
     def __init__(self, ways: Repertoire, goals: Sequence[Fact]) -> None:
@@ -360,9 +358,9 @@ class _Aim:
 
 
 def _some_aim(setting: Setting, rng: random.Random, number: int) -> _Aim | None:
-    """A few facts that are new in a state that takes some actions to get to.
+    """Draw facts that become true together only after several actions.
 
-    Of those that are tried it is the one whose distance comes nearest to what the number asks for.
+    Several candidates are drawn. The result's distance is closest to the distance that `number` asks for.
     """
     ways = _some_ways(setting, rng)
     if ways is None:
@@ -380,7 +378,7 @@ def _some_aim(setting: Setting, rng: random.Random, number: int) -> _Aim | None:
 
 
 def _some_ways(setting: Setting, rng: random.Random) -> Repertoire | None:
-    """One of a few repertoires of a task, each of which is exhausted once, whatever is asked of it."""
+    """Draw one of a task's few sets of available actions; return it with all states it leads to."""
     number = rng.randrange(_REPERTOIRES)
     if number not in setting.repertoires:
         dice = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
@@ -389,7 +387,7 @@ def _some_ways(setting: Setting, rng: random.Random) -> Repertoire | None:
 
 
 def _drawn(setting: Setting, rng: random.Random) -> Repertoire | None:
-    """All that a few actions lead to: some that follow each other on the way, and others."""
+    """Draw some available actions, from the path and others, and explore all states they lead to."""
     first = rng.randrange(len(setting.way)) if setting.way else 0
     chosen = dict.fromkeys(setting.way[first : first + rng.randint(3, _ACTIONS - 2)])
     states = setting.states[first : first + len(chosen) + 1]

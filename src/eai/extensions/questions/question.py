@@ -1,6 +1,6 @@
-"""World-model questions as values, and the file that holds them: JSON lines, one question a line.
+"""World-model questions, the file that holds them (one JSON object per line), and the grading of answers.
 
-How an answer is read, and how right it is, are pure functions of a text.
+Grading depends on the question and the text of the answer alone.
 """
 
 from __future__ import annotations
@@ -24,15 +24,14 @@ from eai.tasks.options import misfit
 
 
 class Kind(str, Enum):
-    """The kind of question.
+    """The subject of a question.
 
-    ``forward``: what holds after an action. ``backward``: which single action makes a fact true. ``inverse``:
-    which action led from one state to another. ``state``: what holds after several actions.
-    ``applicability``: which actions are possible. ``why_not``: which requirements of an action are not met.
-    ``counterfactual``: what becomes of a plan that is changed, or begins otherwise. ``validation``: where a
-    plan fails, and why. ``justification``: which steps of a plan are not needed. ``reachability``: what can
-    become true by some actions. ``next_action``: how a shortest plan begins. ``landmarks``: which actions
-    are in every plan.
+    ``forward``: facts after an action. ``backward``: a single action that makes a fact true.
+    ``inverse``: the action between two states. ``state``: facts after several actions.
+    ``applicability``: possible actions. ``why_not``: unmet requirements of an action.
+    ``counterfactual``: outcome of a changed plan. ``validation``: whether, where and why a plan fails.
+    ``justification``: unneeded steps of a plan. ``reachability``: facts that actions can make true.
+    ``next_action``: first action of a shortest plan. ``landmarks``: actions in every plan.
     """
 
     FORWARD = "forward"
@@ -50,7 +49,7 @@ class Kind(str, Enum):
 
 
 class Form(str, Enum):
-    """How an answer is given: yes or no, the letter of a choice, or a list of what is asked for."""
+    """The form of an answer: yes or no, the letter of a choice, or a list."""
 
     YES_NO = "yes_no"
     CHOICE = "choice"
@@ -58,27 +57,26 @@ class Form(str, Enum):
 
 
 Accept: TypeAlias = Literal["all", "any"]
-"""Whether an answer has to name all of the gold answers, or any one of them."""
+"""Whether an answer must name all gold answers, or only one."""
 
 
 class Question(BaseModel):
     """A question with its gold answer.
 
     Attributes:
-        id: known by this in answers; unique in a file.
-        version: of the format.
-        domain: the benchmark whose world it is about.
-        task: the id of the task whose world it is about.
-        title: what near copies of this task share.
-        kind: what is asked about.
-        form: how an answer is given.
-        depth: how many actions there are to think of: those that the question names one after the other, or
-            those of a shortest plan.
-        options: how many answers there are to choose from; 0 where there are none.
-        prompt: what a model is asked.
+        id: identifier in answers; unique in a file.
+        version: version of the file format.
+        domain: the benchmark that the question is about.
+        task: id of the task that the question is about.
+        title: title of the task. Near copies of a task share it.
+        kind: the subject of the question.
+        form: the form of the answer.
+        depth: number of actions to consider: the actions of the question's plan, or of a shortest plan.
+        options: number of choices; 0 in open form.
+        prompt: the text that a model receives.
         answer: the gold answers, each a text: ``yes``, a letter, facts, actions, numbers.
-        accept: whether all of them are wanted, or any one.
-        shortcuts: how much of it each shortcut gets right, by name: 1, 0, or a part where it guesses. Empty
+        accept: whether an answer must name all gold answers, or only one.
+        shortcuts: credit of each shortcut for the question, by name: 1, 0, or a fraction if it guesses. Empty
             in open form.
     """
 
@@ -100,15 +98,15 @@ class Question(BaseModel):
 
 
 def questions_content(questions: Iterable[Question]) -> bytes:
-    """Questions as the content of a file; equal questions give equal bytes."""
+    """Return questions as the content of a file; equal questions give equal bytes."""
     return "".join(f"{question.model_dump_json()}\n" for question in questions).encode()
 
 
 def read_questions(file: Path) -> tuple[Sequence[Question], str]:
-    """The questions of a file in order, and the digest of its content.
+    """Read the questions of a file in order; return them and the SHA-256 digest of the file.
 
     Raises:
-        InputError: it cannot be read, has none, or a line is no question; names file, line and field.
+        InputError: the file cannot be read, is empty, or a line is no question; names file, line and field.
     """
     content = read_content(file)
     questions: dict[str, Question] = {}
@@ -119,7 +117,7 @@ def read_questions(file: Path) -> tuple[Sequence[Question], str]:
         except ValidationError as error:
             raise InputError(f"{place}: {misfit(error, Question.model_fields)}") from error
         if question.id in questions:
-            raise InputError(f"{place}: the id {question.id!r} stands there twice")
+            raise InputError(f"{place}: the id {question.id!r} occurs twice; ids must be unique")
         questions[question.id] = question
     if not questions:
         raise InputError(f"{file}: expected at least one question")
@@ -132,14 +130,13 @@ _WORDS = {Form.YES_NO: re.compile(r"\b(yes|no)\b", re.IGNORECASE), Form.CHOICE: 
 
 @dataclass(frozen=True, slots=True)
 class _Graded:
-    """How right an answer is.
+    """The grade of an answer to a question.
 
     Attributes:
-        exact: whether it is right in all that is asked.
-        counts: answers that are right, that are wrong, and that are missed; where any of several is wanted,
-            no more than one is missed.
-        readable: whether it could be read.
-        repairs: the names of the repairs that reading it took.
+        exact: whether the answer is completely right.
+        counts: numbers of right, wrong and missing items. At most one is missing if one suffices.
+        readable: whether the answer could be read.
+        repairs: names of the repairs that reading the answer took.
     """
 
     exact: bool
@@ -149,7 +146,7 @@ class _Graded:
 
 
 def grade(question: Question, text: str) -> _Graded:
-    """How right an answer is; one that cannot be read is wrong."""
+    """Grade an answer. An unreadable answer is wrong."""
     wanted = {_plain(each) for each in question.answer}
     found = _read(question.form, text)
     parts, repairs = found or ((), ())
@@ -162,7 +159,7 @@ def grade(question: Question, text: str) -> _Graded:
 
 
 def gold_text(question: Question) -> str:
-    """A right answer, as a model would write it."""
+    """Return a right answer in the form that a model would write."""
     parts = question.answer[:1] if question.accept == "any" else question.answer
     if question.form is not Form.OPEN:
         return parts[0]
@@ -170,7 +167,7 @@ def gold_text(question: Question) -> str:
 
 
 def _read(form: Form, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
-    """The parts of an answer and the repairs it took; None if it is none."""
+    """Return the items of an answer and the names of the repairs; None if it cannot be read."""
     if form is Form.OPEN:
         reading = read_json(text, _LIST)
         return None if isinstance(reading, Unreadable) else (reading.value, reading.repairs)
@@ -193,5 +190,4 @@ _LIST: AnswerForm[tuple[str, ...]] = AnswerForm("list of names", _strings, is_pa
 
 
 def _plain(text: str) -> str:
-    """A part of an answer without spaces, in small letters."""
     return _SPACE.sub("", text).casefold()

@@ -1,7 +1,7 @@
-"""The settings of questions: a task's world cut down to what is shown, its rules, and a way through it.
+"""The material of questions: a task in a small scene, the rules of its domain, and a path of actions.
 
-The rules of a domain are what its actions need and do, in words and formulas, exactly as they are declared.
-An `Item` is what a question is made of before it is put into words in one of its forms.
+The rules are the requirements and effects of actions, in words and formulas, exactly as declared.
+An `Item` is the content of a question before it is phrased in one of its forms.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, compare_states
 
 _STEPS = 24
-"""The longest plan that questions are about."""
+"""Maximum number of actions in a path."""
 
 _WALK = 6
-"""How many actions are taken at random where a task has no plan."""
+"""Number of random actions tried for the path of a task without a plan."""
 
 _TRIES = 40
-"""How often an action is drawn at random before it is given up."""
+"""Maximum number of random draws for one action."""
 
 _ABSURD = 0.25
-"""How often an action is taken for an impossible one that its objects are not made for."""
+"""Probability that an impossible action is kept if its objects are of the wrong kind."""
 
 _LIMITS = Limits(60)
 
@@ -55,12 +55,13 @@ class Setting:
     """The material of the questions about one task.
 
     Attributes:
-        task: the task, in a scene that has what is shown and nothing else.
-        rules: what can be shown of the domain.
-        way: actions that can be carried out one after the other from the start of the task.
-        states: the states along the way, one more than actions.
-        seed: of what is chosen once for all questions about the task.
-        repertoires: what some actions lead to, by number, as far as it was asked for; None if to too much.
+        task: the task, in a scene that has only the shown objects.
+        rules: the rules of the domain that prompts can show.
+        way: actions that can be executed in order from the start of the task.
+        states: the states along the way: one more than actions.
+        seed: seed of the choices that all questions about the task share.
+        repertoires: sets of actions with the states they lead to, by number, filled on demand. None marks
+            a set that leads to too many states.
     """
 
     task: Task
@@ -72,74 +73,77 @@ class Setting:
 
     @property
     def domain(self) -> Domain:
-        """The declaration."""
+        """The declared domain of the task."""
         return self.rules.domain
 
     @property
     def scene(self) -> Scene:
-        """All objects there are."""
+        """All objects of the task."""
         return self.task.scene
 
     @cached_property
     def goals(self) -> tuple[f.Formula, ...]:
-        """The goals of the task at the end."""
+        """The goals of the task for its final state."""
         return tuple([goal.formula for goal in self.task.goals])
 
     @cached_property
     def works(self) -> bool:
-        """Whether the way reaches all goals, and there are some that do not hold at the start."""
+        """Whether the way reaches all goals, and some goals do not hold at the start."""
         return not all(self.reached(self.states[0])) and all(self.reached(self.states[-1]))
 
     @cached_property
     def things(self) -> tuple[int, ...]:
-        """All objects but the agent."""
+        """Indices of all objects except the agent."""
         return tuple([i for i in range(len(self.scene.objects)) if i != self.scene.agent])
 
     def after(self, state: State, action: Action) -> State | None:
-        """The state after an action; None where one of its requirements is not met."""
+        """Return the state after an action; None if a requirement is not met."""
         operator = self.domain.compiled[action.operator]
         binding = operator.bind(state, action.arguments)
         return operator.apply(state, binding) if operator.is_possible(state, binding) else None
 
     def failing(self, state: State, action: Action) -> tuple[int, ...]:
-        """The requirements of an action that are not met, by number from 1."""
+        """Return the numbers, from 1, of an action's unmet requirements."""
         operator = self.domain.compiled[action.operator]
         binding = operator.bind(state, action.arguments)
         return tuple([n for n, check in enumerate(operator.checks, 1) if not check.holds(state, binding)])
 
     def reached(self, state: State) -> tuple[bool, ...]:
-        """Of each goal whether it holds."""
+        """Return for each goal whether it holds in a state."""
         return tuple([self.rules.readings.holds(goal, {}, state) for goal in self.goals])
 
     def added(self, before: State, after: State) -> list[Fact]:
-        """The facts that hold in one state and not in another, of those that can change and be shown."""
+        """Return the changeable facts that hold in the second state but not in the first."""
         return [fact for fact in compare_states(before, after).added if fact.predicate in self.rules.fluents]
 
     def changes(self, before: State, after: State) -> tuple[str, ...]:
-        """The difference of one state from another, as ``lit(lamp)`` and ``not lit(lamp)``."""
+        """Return the differences between two states as texts, such as ``lit(lamp)`` and ``not lit(lamp)``."""
         removed = [f"not {self.text_of(fact)}" for fact in self.added(after, before)]
         return (*self.texts(self.added(before, after)), *removed)
 
     def alike(self, one: State, other: State) -> bool:
-        """Whether two states are the same, as far as can be shown."""
+        """Whether two states have the same changeable facts."""
         return not self.added(one, other) and not self.added(other, one)
 
     def facts(self, state: State) -> list[Fact]:
-        """The facts of a state that can change."""
+        """Return the facts of a state whose predicates actions can change."""
         return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
 
     def text_of(self, what: Fact | Action) -> str:
-        """A fact or an action as text."""
+        """Return a fact or an action as text."""
         return action_text(what, self.scene) if isinstance(what, Action) else fact_text(what, self.scene)
 
     def texts(self, those: Iterable[Fact] | Iterable[Action]) -> list[str]:
-        """The text of each of some facts or actions."""
+        """Return each fact or action as text."""
         return list(map(self.text_of, those))
 
     def some_action(
         self, rng: random.Random, state: State, *, possible: bool, operators: Sequence[str] = ()
     ) -> Action | None:
-        """An action on different things at random, by each operator (or of these) equally often; or None."""
+        """Draw a possible (or impossible) action on different objects; None if none was found.
+
+        All operators, or those named in ``operators``, are equally likely.
+        """
         among = [each for each in self.rules.operators if each.name in operators] or self.rules.operators
         for _ in range(_TRIES):
             operator = rng.choice(among)
@@ -152,16 +156,16 @@ class Setting:
         return None
 
     def _is_absurd(self, state: State, action: Action) -> bool:
-        """Whether an action will never be possible, as its objects are not made for it."""
+        """Whether an action can never be possible, because of the kinds of its objects."""
         checks = self.domain.compiled[action.operator].operator.checks
         return any(checks[n - 1].fault is FaultKind.AFFORDANCE for n in self.failing(state, action))
 
 
 def open_setting(task: Task, rules: Rules, planner: Planner, seed: str) -> Setting:
-    """The setting of a task.
+    """Prepare the material of a task for questions.
 
-    The way is its own plan, as far as that can be carried out where there is nothing but what is shown; a
-    plan that search finds, where it has none; or else some actions taken at random.
+    The way is the task's own plan, as far as the shown objects suffice. If the task has no plan, the way
+    is a plan found by search, or some random actions.
     """
     closed, rng = _closed(task), random.Random(seed)  # noqa: S311 - chance, not secrets
     plan = closed.script or _search_plan(closed, planner)
@@ -170,7 +174,7 @@ def open_setting(task: Task, rules: Rules, planner: Planner, seed: str) -> Setti
 
 
 def _closed(task: Task) -> Task:
-    """The task where nothing exists but what a prompt shows and its own plan uses, without action goals."""
+    """Reduce a task to the objects that a prompt shows and its plan uses. Goals about actions are dropped."""
     named = [i for action in task.script for i in action.arguments]
     kept = sorted({*subjects(task), *named})
     number = {index: i for i, index in enumerate(kept)}
@@ -189,7 +193,7 @@ def _closed(task: Task) -> Task:
 
 
 def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action, ...]:
-    """The steps of a plan that are executed without needless ones, as far as they can be shown."""
+    """Return the steps of a plan that can be executed and shown, without unneeded ones."""
     arities = rules.domain.arities
     known = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
     executed = execute(rules.domain, task.initial, known).executed
@@ -197,7 +201,7 @@ def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action,
 
 
 def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
-    """A plan that search finds; nothing where there are no goals, or where one looks out of reach."""
+    """Search a plan for a task; return no steps if it has no goals or a goal seems unreachable."""
     goals = [goal.formula for goal in task.goals]
     if goals and all(planner.looks_reachable(task.initial, goal, task.planned_with) for goal in goals):
         return find_plan(task, planner, _LIMITS).plan
@@ -205,7 +209,6 @@ def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
 
 
 def _wandering(task: Task, rules: Rules, rng: random.Random) -> tuple[Action, ...]:
-    """Some actions taken at random."""
     setting, taken, state = Setting(task, rules, (), (), ""), list[Action](), task.initial
     for _ in range(_WALK):
         action = setting.some_action(rng, state, possible=True)
@@ -217,17 +220,16 @@ def _wandering(task: Task, rules: Rules, rng: random.Random) -> tuple[Action, ..
 
 @dataclass(frozen=True)
 class Repertoire:
-    """Some actions, each of which may be taken as often as one likes, and everything they lead to.
+    """Some actions, each usable any number of times, and all states that they lead to.
 
-    It is exhausted, so that what is out of reach is proved to be.
+    All of them are explored, so an absent state is proved to be unreachable.
 
     Attributes:
         actions: the actions.
-        states: every state that can be reached, the start first, nearer ones before farther ones.
-        edges: for every state the actions that are possible in it, each with the state that it leads to; both
-            by number.
-        depths: for every state how many actions it takes to get there.
-        gained: for every state the facts that hold in it and not at the start.
+        states: every reachable state, in breadth-first order from the start.
+        edges: for each state, the possible actions and the states they lead to, both as numbers.
+        depths: for each state, the minimum number of actions that lead to it.
+        gained: for each state, the facts that hold in it but not at the start.
     """
 
     actions: tuple[Action, ...]
@@ -238,11 +240,11 @@ class Repertoire:
 
     @property
     def becoming_true(self) -> frozenset[Fact]:
-        """All facts that do not hold at the start and do at some time."""
+        """The facts that do not hold at the start but hold in some reachable state."""
         return frozenset().union(*self.gained)
 
     def within(self, actions: Sequence[int]) -> Repertoire:
-        """The states that some of the actions, by their numbers, lead to."""
+        """Return the part that is reachable with a subset of the actions, given by number."""
         place = {number: n for n, number in enumerate(actions)}
 
         def successors(n: int) -> Iterator[tuple[int, int]]:
@@ -258,7 +260,7 @@ class Repertoire:
         )
 
     def distances_to(self, goals: Iterable[int]) -> Mapping[int, int]:
-        """The fewest actions from each state to one of these; where none lead there a state is left out."""
+        """Return the minimum number of actions from each state to a goal state, if it reaches one."""
         sources = group_pairs((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
         level, depth = list(goals), 0
         found = dict.fromkeys(level, depth)
@@ -271,7 +273,7 @@ class Repertoire:
 
 
 def exhaust(setting: Setting, start: State, actions: Sequence[Action], most: int) -> Repertoire | None:
-    """All that some actions lead to from a state; None if that is more states than ``most``."""
+    """Explore all states that some actions lead to; None if there are more than ``most``."""
 
     def successors(state: State) -> Iterator[tuple[int, State]]:
         for number, action in enumerate(actions):
@@ -289,10 +291,10 @@ def exhaust(setting: Setting, start: State, actions: Sequence[Action], most: int
 def _explored(
     start: K, successors: Callable[[K], Iterator[tuple[int, K]]], most: float = math.inf
 ) -> tuple[list[K], tuple[tuple[tuple[int, int], ...], ...], tuple[int, ...]]:
-    """All nodes in breadth-first order, their numbered edges and their depths, until there are too many."""
+    """Return nodes in breadth-first order, their edges and depths, and stop after ``most`` nodes."""
     numbers, nodes, depths = {start: 0}, [start], [0]
     edges: list[tuple[tuple[int, int], ...]] = []
-    for n, node in enumerate(nodes):  # which grows on the way
+    for n, node in enumerate(nodes):  # the list grows while it is read
         found = []
         for action, after in successors(node):
             if after not in numbers:
@@ -308,22 +310,21 @@ def _explored(
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """The matter of a question, with what is right and what is wrong.
+    """The content of a question, with right and wrong texts.
 
     Attributes:
-        state: what holds when it is asked.
-        operators: the names of the operators whose rules are shown.
-        depth: how many actions there are to think of.
-        right: texts of which any is a right choice, first what is easily taken for wrong.
-        wrong: texts of which any is a wrong choice, first what is easily taken for right.
+        state: the state that the question shows.
+        operators: names of the operators whose rules are shown.
+        depth: number of actions to consider.
+        right: texts that can be the right choice, most deceptive first.
+        wrong: texts that can be a wrong choice, most tempting first.
         answer: the gold answers in open form.
-        accept: whether all of these are wanted.
-        values: what else the templates speak of.
-        formulas: goals that are shown, for the sake of the predicates in them.
-        about: the labels of texts that do not begin with their operator or predicate: that operator first.
-        actions: whether what is right and wrong are actions: where they are to choose from, no rules but
-            theirs are shown.
-        yes_no: the texts of which yes or no is asked, as something alike has the other answer; all if None.
+        accept: whether an answer must name all gold answers, or only one.
+        values: further values for the templates.
+        formulas: goals that are shown, so that the rules include their predicates.
+        about: labels of texts that do not begin with their operator or predicate; it is their first label.
+        actions: whether `right` and `wrong` are actions. Then a question with choices shows only their rules.
+        yes_no: texts that may be asked as yes or no, since a similar text has the other answer; None for all.
     """
 
     state: State
@@ -341,29 +342,29 @@ class Item:
 
 
 Maker: TypeAlias = Callable[[Setting, random.Random, int], Item | None]
-"""Makes an item of a setting, at random, or none; the number says which class of answers it is to be of."""
+"""Makes the item of a question at random, or None. The number selects the wanted class of answers."""
 
 
 def with_counterparts(
     right: Sequence[str], wrong: Sequence[str], operator: Callable[[str], str]
 ) -> frozenset[str]:
-    """The texts of which one with the other answer has the same operator."""
+    """Return the texts whose operator occurs in both a right and a wrong text."""
     shared = set(map(operator, right)) & set(map(operator, wrong))
     return frozenset([text for text in (*right, *wrong) if operator(text) in shared])
 
 
 def some(rng: random.Random, things: Sequence[T], most: int) -> list[T]:
-    """Some different things, at random, in their order; all if there are no more than that."""
+    """Draw at most ``most`` elements, and keep their order."""
     if len(things) <= most:
         return list(things)
     return [things[i] for i in sorted(rng.sample(range(len(things)), most))]
 
 
 def numbered(texts: Sequence[str]) -> str:
-    """Lines with numbers from 1."""
+    """Return the texts as lines, numbered from 1."""
     return "\n".join([f"{number}. {text}" for number, text in enumerate(texts, 1)])
 
 
 def listed(texts: Sequence[str]) -> str:
-    """Lines with a dash."""
+    """Return the texts as lines that begin with a dash."""
     return "\n".join([f"- {text}" for text in texts])

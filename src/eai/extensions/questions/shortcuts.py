@@ -1,6 +1,6 @@
-"""Shortcuts: answers that take no knowledge of the world, kept near chance while questions are written.
+"""Shortcuts: answering without knowledge of the world. Choices are drawn so that shortcuts stay near chance.
 
-The balance of gold answers says how even they are, and what can be had of them without knowing the world.
+The module also measures the entropy of gold answers and the rates that guessing and shortcuts reach.
 """
 
 from __future__ import annotations
@@ -21,51 +21,51 @@ from eai.results.rate import Rate, rate_of
 from eai.tasks.share import Share
 
 LETTERS = "ABCD"
-"""The letters of choices."""
+"""Letters of the choices."""
 
 _TEMPTING = 0.5
-"""How often a statement is the most tempting one there is."""
+"""Probability that a yes-no question uses the most tempting statement."""
 
 _DRAWS = 24
-"""How often choices are drawn to find some that no shortcut gains by."""
+"""Maximum number of draws of choices until no shortcut gains."""
 
 _NAME = re.compile(r"\w+(?:[.-]\w+)*")
 
 _WHOLE = 12
-"""A trait that one statement has alone; of several that have it in common each has an equal part."""
+"""Weight of a trait that one statement has alone. Statements that share a trait share the weight equally."""
 
 _SLACK = 6
-"""How far traits may be out of balance all together: the sum of squares of how many questions they are."""
+"""Tolerated imbalance of all traits together: the sum of squared differences, in questions."""
 
 _GROWTH = 10
-"""After how many questions it may be one more."""
+"""Number of questions after which the tolerated imbalance grows by one."""
 
 _TIMES = 5
-"""From how many times on that names of a statement stand in the text it is all the same how often they do."""
+"""Maximum counted occurrences of a statement's names in the question's text."""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
-"""The names of the shortcuts, ways to answer without knowing the world.
+"""Names of the shortcuts, which answer without knowledge of the world.
 
-Of several choices: ``names``: the one that shares most names with the others. ``longest``: the longest.
-``text``: the one of which most names stand in the text of the question. ``unchanged``: a fact that holds
-before. ``operator``: the one whose operator, or predicate, was right most often in the questions before.
+For choices: ``names``: the choice that shares most names with the others. ``longest``: the longest choice.
+``text``: the choice with most names in the question's text. ``unchanged``: a fact that holds before the
+actions. ``operator``: the choice whose operator or predicate was right most often in earlier questions.
 
-Yes or no: what was right more often in the questions before, for statements with this operator, with as many
-names in the text, longer (or not) than most, or that held before (or not); ``names`` guesses.
+For yes or no: the more frequent answer to earlier statements with the same operator, number of names in the
+text, length class, or value before the actions. ``names`` guesses.
 """
 
 
 class _Look(NamedTuple):
-    """The look of a statement.
+    """Superficial features of a statement.
 
     Attributes:
-        names: the names in it.
-        mentioned: how many of them stand in the text of the question.
-        often: how often they stand there.
-        length: how long it is.
-        holds: whether it holds when it is asked.
-        labels: its operator or predicate, and what else sorts it.
+        names: the names in the statement.
+        mentioned: number of its names that occur in the question's text.
+        often: total number of their occurrences there.
+        length: number of characters.
+        holds: whether the statement is a fact that holds before the actions.
+        labels: its operator or predicate, and further labels that group it.
     """
 
     names: frozenset[str]
@@ -79,12 +79,12 @@ class _Look(NamedTuple):
 def glance_at(
     asked: str, holding: Collection[str], about: Mapping[str, Sequence[str]]
 ) -> Callable[[str], _Look]:
-    """The look of statements beside a question without thinking of the world.
+    """Return a function that reads the superficial features of a statement.
 
     Args:
-        asked: the text of the question without them.
-        holding: the facts that hold when it is asked.
-        about: the labels of texts that do not begin with their operator or predicate.
+        asked: the text of the question without the statements.
+        holding: texts of the facts that hold before the actions.
+        about: labels of texts that do not begin with their operator or predicate.
     """
     mentioned = Counter(_NAME.findall(asked))
 
@@ -107,9 +107,9 @@ class Posed(NamedTuple):
     """A question in closed form.
 
     Attributes:
-        shown: the texts to choose from, or the one statement that is right or not.
-        right: the place of the one that is right; None if none is.
-        glance: what can be seen of them.
+        shown: the choices, or the single statement of a yes-no question.
+        right: position of the right text; None if the statement is wrong.
+        glance: reads the superficial features of a text.
     """
 
     shown: Sequence[str]
@@ -118,13 +118,13 @@ class Posed(NamedTuple):
 
 
 _Trait: TypeAlias = tuple[str, str]
-"""The shortcut that goes by a trait of a statement, and a label that tells several traits of it apart."""
+"""A shortcut and a label of the trait that it uses."""
 
 
 class Ledger:
-    """How often statements with each visible trait were right, in the questions of one kind and form so far.
+    """Counts how often statements with each trait were right, in the questions of one kind and form so far.
 
-    A trait is in balance if such statements are right as often as guesses are.
+    A trait is in balance if its statements are right as often as guesses are.
     """
 
     def __init__(self) -> None:
@@ -136,7 +136,7 @@ class Ledger:
         self._imbalance = 0
 
     def excess(self, posed: Posed) -> int:
-        """By how much a question would bring traits out of balance beyond what is tolerated, or 0."""
+        """Return by how much a question would exceed the tolerated imbalance; 0 if it would not."""
         step = self._step(posed)
         if step <= 0:
             return 0
@@ -144,11 +144,11 @@ class Ledger:
         return max(0, self._imbalance + step - one * (_SLACK + self._questions // _GROWTH))
 
     def add(self, posed: Posed) -> Mapping[str, float]:
-        """Take note of a question.
+        """Count a question.
 
         Returns:
-            How much of it each shortcut, by name, gets right that knows the questions before: all, nothing,
-            or a part where it has to guess among several.
+            The credit of each shortcut for the question, given the questions before. It is 1, 0, or a
+            fraction for a guess among several choices.
         """
         traits = self._traits(posed)
         hits = {shortcut: self._hit(shortcut, posed, traits) for shortcut in SHORTCUTS}
@@ -162,7 +162,7 @@ class Ledger:
         return hits
 
     def _step(self, posed: Posed) -> int:
-        """By how much a question changes the imbalance."""
+        """Return the change of the imbalance by a question."""
         weights = _weights(posed, self._traits(posed))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
@@ -185,13 +185,13 @@ class Ledger:
         return _share(scores[right] == best, scores.count(best))
 
     def _rate(self, trait: _Trait | None, options: int) -> float:
-        """How often statements with a trait were right so far, with chance as if seen once."""
+        """Return how often statements with a trait were right, smoothed by one observation at chance."""
         if trait is None:
             return _share(1, options)
         return _share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
 
     def _traits(self, posed: Posed) -> list[dict[_Trait, int]]:
-        """The traits of each statement, with the part that it has of each."""
+        """Return the traits of each statement with their weights."""
         looks = [posed.glance(text) for text in posed.shown]
         found = [dict.fromkeys([("operator", label) for label in look.labels], _WHOLE) for look in looks]
         if len(looks) == 1:
@@ -222,14 +222,14 @@ class Ledger:
         return found
 
     def _size(self, length: int) -> str:
-        """Whether a statement is longer or shorter than half of those before."""
+        """Return whether a statement is longer or shorter than most statements so far."""
         shorter = bisect_left(self._lengths, length)
         longer = len(self._lengths) - bisect_right(self._lengths, length)
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
 def _weights(posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
-    """The addition of a question to the balance of each trait, so that chance adds up to nothing."""
+    """Return what a question adds to the balance of each trait; the expected sum of a guess is 0."""
     weights: dict[_Trait, int] = {}
     for place, each in enumerate(traits):
         for trait, part in each.items():
@@ -249,16 +249,18 @@ def _share(part: float, whole: float) -> float:
 def pose(
     item: Item, setting: Setting, form: Form, asked: str, ledger: Ledger, rng: random.Random, turn: int
 ) -> tuple[int, Posed] | None:
-    """The choices that are shown, drawn so that no shortcut gains; None if an item has too few.
+    """Draw choices so that no shortcut gains; return the remaining excess and the question.
+
+    None if the item has too few texts.
 
     Args:
-        item: what is asked.
-        setting: what it is asked of.
+        item: the content of the question.
+        setting: the material of the task.
         form: yes or no, or a choice.
-        asked: the text of the question without this.
-        ledger: what shortcuts get of the questions before.
-        rng: draws.
-        turn: which answer's turn it is to be the right one.
+        asked: the text of the question without the choices.
+        ledger: counts of the questions before.
+        rng: the random generator.
+        turn: selects the letter or the yes or no that is right.
     """
     is_right, place = turn % 2 == 0, turn % len(LETTERS)
     among = item.right if is_right else item.wrong
@@ -289,7 +291,7 @@ def _statement(among: Sequence[str], rng: random.Random) -> str:
 
 
 def _choices(item: Item, rng: random.Random, place: int) -> list[str]:
-    """A right text at a place among wrong ones that have as much in common with it as with each other."""
+    """Draw wrong texts that resemble each other as much as the right text, and insert the right text."""
     right = rng.choice(item.right)
     alike = [each for each in _alike(right, item.wrong, rng) if len(each) >= len(LETTERS) - 1]
     shown = rng.sample(rng.choice(alike) if alike else item.wrong, len(LETTERS) - 1)
@@ -298,9 +300,9 @@ def _choices(item: Item, rng: random.Random, place: int) -> list[str]:
 
 
 def _alike(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
-    """Wrong texts that differ from each other as they do from the right one.
+    """Yield sets of wrong texts that differ from each other as they differ from the right text.
 
-    All have its name, or all its arguments; or two names and two arguments are combined in all four ways.
+    All share its name, or all share its arguments, or two names and two arguments are combined in four ways.
     """
     name, _, arguments = right.partition("(")
     far = rng.choice(wrong)
@@ -312,14 +314,14 @@ def _alike(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Seq
 
 
 GUESS = "guess"
-"""The name of guessing beside the shortcuts."""
+"""Name of guessing, listed beside the shortcuts."""
 
 
 def entropy_of(questions: Sequence[Question], kind: Kind, form: Form) -> float | None:
-    """The entropy of the answers to the questions of a kind and form; None if there are fewer than two.
+    """Return the entropy of the answers to questions of a kind and form; None for fewer than two questions.
 
-    It is a share of what it would be if all possible answers were equally frequent: yes and no, the letters,
-    what can become of a plan, else in open form as many different ones as there are.
+    It is a share of the maximum, which equally frequent answers reach. Possible answers are yes and no, the
+    letters, or the outcomes of a plan; in other open questions, the different answers that occur.
     """
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
@@ -332,14 +334,17 @@ def entropy_of(questions: Sequence[Question], kind: Kind, form: Form) -> float |
 
 
 def _label(question: Question) -> tuple[str, ...]:
-    """The answer; of what becomes of a plan only whether it works, fails at a step or misses a goal."""
+    """Return the answer as a class. An outcome of a plan counts only as works, fails or misses a goal."""
     if question.form is Form.OPEN and question.kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
         return (question.answer[0].partition(" ")[0],)
     return question.answer
 
 
 def guesses_of(questions: Sequence[Question]) -> dict[str, float]:
-    """How often guessing hits each question, by id: at random; in open form with the most common answer."""
+    """Return the probability that a guess is right, by id of the question.
+
+    A guess is a random choice. In open form, it is the most frequent answer.
+    """
     common = _common_answers(questions)
     return {
         question.id: Rate(1, question.options).share or float(grade(question, common[question.kind]).exact)
@@ -348,11 +353,11 @@ def guesses_of(questions: Sequence[Question]) -> dict[str, float]:
 
 
 def chances_of(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
-    """The rates of guessing and of each shortcut, by name; where there is no shortcut it guesses.
+    """Return the rates of guessing and of each shortcut, by name. Guessing stands in for an absent shortcut.
 
     Args:
         questions: the questions.
-        guesses: how often guessing hits each, by id.
+        guesses: the probability that a guess is right, by id of the question.
     """
     names = dict.fromkeys([GUESS, *(name for question in questions for name in question.shortcuts)])
     return {
@@ -362,12 +367,12 @@ def chances_of(questions: Sequence[Question], guesses: Mapping[str, float]) -> d
 
 
 def best_chance(chances: Mapping[str, Rate]) -> str:
-    """The name of what gives most; guessing, if nothing gives more."""
+    """Return the name with the highest rate; guessing wins ties."""
     return max(chances, key=lambda name: chances[name].numerator)
 
 
 def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
-    """The gold answer that most questions in open form of each kind have; of several the first."""
+    """Return the most frequent gold answer of each kind in open form; the first one wins ties."""
     golds = group_pairs((each.kind, gold_text(each)) for each in questions if each.form is Form.OPEN)
     counts = {kind: Counter(golds.get(kind, ())) for kind in Kind}
     return {kind: max(count, key=count.__getitem__, default="") for kind, count in counts.items()}

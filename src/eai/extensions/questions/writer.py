@@ -1,4 +1,4 @@
-"""Writing questions: each kind and form in turn, about one task after the other."""
+"""Write questions: kinds and forms take turns, and so do the tasks."""
 
 from __future__ import annotations
 
@@ -35,39 +35,39 @@ MAKERS: Mapping[Kind, Maker] = {
     Kind.NEXT_ACTION: plans.next_action,
     Kind.LANDMARKS: plans.landmarks,
 }
-"""The makers of the items of each kind."""
+"""The function that makes the items of each kind."""
 
 _LEAST_OBJECTS = 4
-"""Of a world with fewer objects nothing is asked."""
+"""Minimum number of objects in the scene of a task."""
 
 _TASKS_TRIED = 30
-"""How many tasks are tried for one question."""
+"""Maximum number of tasks that are tried for one question."""
 
 _ITEMS = 2
-"""How many items of each of these are tried."""
+"""Number of items that are tried for each task."""
 
 _GIVEN_UP = 5
-"""How often in a row none of these gives a question, until there are no more of its kind and form."""
+"""Maximum number of failed attempts in a row for one kind and form."""
 
 
 _BLOCKS = 16
-"""After how many times all letters their order repeats itself."""
+"""Number of blocks, each with every letter once, before the order of right answers repeats."""
 
 _ABOUT_RULES = frozenset(
     [*((Kind.WHY_NOT, form) for form in Form), (Kind.COUNTERFACTUAL, Form.OPEN), (Kind.VALIDATION, Form.OPEN)]
 )
-"""The kinds and forms that ask of requirements by their numbers, which the rules alone tell."""
+"""Kinds and forms that refer to numbered requirements, so they need the rules in the prompt."""
 
 
 @dataclass(slots=True)
 class _Cell:
-    """The questions of one kind and form, as far as they are written.
+    """State of one kind and form while questions are written.
 
     Attributes:
-        kind: the kind.
-        form: the form.
-        ledger: what shortcuts get of them.
-        failed: how often in a row there was none.
+        kind: subject of the questions.
+        form: form of their answers.
+        ledger: counts of what shortcuts gain.
+        failed: number of failed attempts in a row.
     """
 
     kind: Kind
@@ -77,7 +77,7 @@ class _Cell:
 
 
 class _Draft(NamedTuple):
-    """A draft that a question could be made of."""
+    """A draft of a question: its material, its content and its choices; no choices in open form."""
 
     setting: Setting
     item: Item
@@ -89,8 +89,8 @@ class Writer:
 
     Args:
         benchmark: the benchmark.
-        source: where its data comes from.
-        templates: the texts of prompts.
+        source: access to its data.
+        templates: the templates of prompts.
     """
 
     def __init__(
@@ -112,17 +112,17 @@ class Writer:
         *,
         rules: bool = True,
     ) -> Iterator[Question]:
-        """The questions, each as good as the next: any first part of them is as evenly spread.
+        """Yield questions. Any first part of them is spread evenly over kinds and forms.
 
-        There are fewer where the tasks do not give as many. Equal arguments give equal questions.
+        There are fewer than ``number`` if the tasks do not yield enough. Equal arguments, equal questions.
 
         Args:
-            kinds: what is asked about.
-            forms: how answers are given.
-            number: how many, as evenly spread over kinds and forms as can be.
-            seed: of all that is random.
-            rules: whether prompts state the rules. Questions without them are the same, by id; those about
-                the numbers of requirements are left out.
+            kinds: the kinds of question.
+            forms: the forms of answer.
+            number: number of questions, spread evenly over kinds and forms.
+            seed: seed of all random choices.
+            rules: whether prompts state the rules. If not, questions about numbered requirements are
+                then left out. All other questions keep their id.
         """
         order = _generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
@@ -150,7 +150,7 @@ class Writer:
                     yield question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
 
     def _drafts(self, tasks: Iterator[str], cell: _Cell, number: int, seed: int) -> Iterator[_Draft]:
-        """Drafts about tasks: those that keep shortcuts near chance, then the others, best first."""
+        """Yield drafts about the tasks: first drafts that keep shortcuts near chance, then the rest."""
         rng = _generator(seed, cell.kind.value, cell.form.value, number)
         order = _turns(f"{seed} {cell.kind.value} {cell.form.value}")
         others: list[tuple[int, _Draft]] = []
@@ -176,7 +176,7 @@ class Writer:
             yield draft
 
     def _phrased(self, draft: _Draft, cell: _Cell, turn: int) -> tuple[Question, str | None]:
-        """A draft as a question, and its prompt without the rules; None where it needs their numbers."""
+        """Return a draft as a question, and its closed-book prompt if it does not need the rules."""
         setting, item, posed = draft
         form, shown = cell.form, [] if posed is None else posed.shown
         right = None if posed is None else posed.right
@@ -209,7 +209,6 @@ class Writer:
         return question, None if needs_rules else self._templates.fill("closed_book.txt", values)
 
     def _values(self, draft: _Draft, cell: _Cell, choices: str, accept: Accept) -> Mapping[str, str]:
-        """The values of the templates of prompts."""
         setting, item, posed = draft
         operators = item.operators
         if item.actions and posed is not None:
@@ -230,7 +229,7 @@ class Writer:
 
 
 def _question_text(item: Item, setting: Setting, cell: _Cell, templates: Templates, choices: str = "") -> str:
-    """The text of a question, with what there is to choose from if that is given."""
+    """Return the text of a question, with the choices if they are given."""
     fluents = ", ".join(sorted(setting.rules.fluents))
     values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
     return templates.fill(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
@@ -247,9 +246,9 @@ def _objects(setting: Setting) -> str:
 
 
 def _facts(setting: Setting, item: Item, operators: Collection[str]) -> str:
-    """The facts that hold: all that can change, and of the rest those that decide the rules.
+    """Return the shown facts as lines: all changeable facts, and the other facts that the rules refer to.
 
-    A predicate has a line, in which ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
+    Each predicate has a line, in which ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
     """
     shown = setting.rules.fluents | setting.rules.predicates(operators, item.formulas)
     names = [thing.name for thing in setting.scene.objects]
@@ -266,9 +265,9 @@ def _facts(setting: Setting, item: Item, operators: Collection[str]) -> str:
 
 
 def _turns(seed: str) -> list[int]:
-    """The order in which answers have their turn, over and over.
+    """Return the order of right answers, which repeats.
 
-    Of each four turns two are yes and two no, and each letter has one.
+    Of four consecutive turns, two are yes and two are no, and each letter occurs once.
     """
     rng = random.Random(seed)  # noqa: S311 - chance, not secrets
     return [turn for _ in range(_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]
