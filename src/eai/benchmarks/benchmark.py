@@ -162,7 +162,7 @@ class Benchmark:
             return own_tasks[ability](source)
         if own_tasks and not self.open_tasks(source):
             options = f"give --ability {' or '.join(own_tasks)}"
-            raise InputError(f"--domain {self.reference}: {options}, as {ability} is not asked of this file")
+            raise InputError(f"--domain {self.reference}: {options}, as this file has no tasks for {ability}")
         interaction = declaration_of(ability).interaction if ability in find_abilities() else None
         if interaction is not None and interaction.task_command:
             wanted = f"a file that {interaction.task_command} writes"
@@ -188,7 +188,7 @@ class Benchmark:
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def world(self, source: Source) -> AbilityWorld:
-        """Return the benchmark's world as abilities see it, with the source's choice of a planner."""
+        """Return the domain, notation and planner that abilities need; the source chooses the planner."""
 
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner

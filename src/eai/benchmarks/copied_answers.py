@@ -254,7 +254,7 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
 
 
 def _apply_to_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
-    """Return the effect that a predicate becomes true, or false, of all suitable objects."""
+    """Return the effect that makes a predicate true, or false, of all objects of its types."""
     atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
     return quantify(Each, parameters, effect)
@@ -359,7 +359,7 @@ def _adapt_subgoals(
 def _adapt_goals(
     benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
-    """Return the goals of the task whose instruction shares most words, without names unknown here."""
+    """Return the goals of the task with the most similar instruction, without names unknown in this task."""
     notation = benchmark.notation.goals
     nearest = _find_most_similar(Counter(list_instruction_words(task)), task, texts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)

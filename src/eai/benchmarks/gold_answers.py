@@ -247,7 +247,7 @@ def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) 
 
 
 def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return the benchmark in which a task lacks the action goals that some actions have reached."""
+    """Return the benchmark with one changed task: it lacks the action goals that some actions reached."""
     names = [action.operator for action in done]
 
     def drop_goals(task: Task) -> Task:

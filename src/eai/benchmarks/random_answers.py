@@ -86,7 +86,7 @@ def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source =
 def random_walk(
     domain: Domain, initial: State, objects: Sequence[int], rng: random.Random, max_steps: int
 ) -> Iterator[tuple[Action, State]]:
-    """Yield up to this many random possible actions, each with the state after it."""
+    """Yield at most ``max_steps`` random possible actions, each with the state after it."""
     state = initial
     for _ in range(max_steps):
         action = _draw_action(domain, state, objects, rng)

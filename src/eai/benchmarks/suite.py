@@ -23,7 +23,7 @@ from eai.tasks.task import Task
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Return the scorers of an ability's tasks, as the ability declares them (``strict``)."""
+    """Return the scorers of an ability's tasks under ``strict``, as the ability declares them."""
     tasks = benchmark.tasks_for(ability, source)
     make = declaration_of(ability).interaction.scorers(benchmark.world(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
@@ -93,11 +93,11 @@ class Suite:
 
     @property
     def errata(self) -> Errata:
-        """Errata in use."""
+        """Errata that apply to the suite's data."""
         return self.benchmark.get_errata(self.source)
 
     def adapt_to_answers(self, answers: Iterable[str]) -> Suite:
-        """Return the suite for scoring these answers together; a protocol may use the form of all answers."""
+        """Return the suite for scoring these answers together; a protocol may choose one reading for all."""
         implementation = find_implementation(self.protocol.value)
         if implementation is None or implementation.adapt_to_answers is None:
             return self
