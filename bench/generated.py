@@ -22,10 +22,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from eai.base.errors import DataError
-from eai.benchmarks.generator.census import prior_of
+from eai.benchmarks.generator.census import count_prior
 from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.prior import Prior, kinds_of
-from eai.benchmarks.generator.sets import fingerprint_of, seeds_of
+from eai.benchmarks.generator.prior import Prior, find_uses
+from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import Generated, Spec, TaskKind, Tier
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import verdict_of_val
@@ -78,7 +78,7 @@ def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, 
     """Make a set."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
-    for outcome in generate(generator, seeds_of("tasks", seed), number, set()):
+    for outcome in generate(generator, make_seeds("tasks", seed), number, set()):
         if isinstance(outcome, Generated):
             lines.append(written(outcome.task, like, domain, outcome.about))
         else:
@@ -107,10 +107,10 @@ def opened(file: Path, domain: Domain) -> dict[str, object]:
 def checked(file: Path, like: str) -> dict[str, object]:
     """What is wrong with the tasks of a set, read from its file."""
     benchmark = find_benchmark(like)
-    domain, prior = benchmark.domain, prior_of(benchmark, benchmark.tasks(Source()).values())
+    domain, prior = benchmark.domain, count_prior(benchmark, benchmark.tasks(Source()).values())
     prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
     for task in _tasks(file, domain):
-        prints[fingerprint_of(task)] += 1
+        prints[fingerprint_task(task)] += 1
         wrong["certificates not accepted"] += not solves(domain, task, task.script)
         wrong["solved with a step left out"] += any(
             solves(domain, task, (*task.script[:i], *task.script[i + 1 :])) for i in range(len(task.script))
@@ -122,7 +122,7 @@ def checked(file: Path, like: str) -> dict[str, object]:
 
 def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
     for action in task.script:
-        yield [kind for kind in kinds_of(action, task.scene) if kind not in prior.kinds][:1]
+        yield [kind for kind in find_uses(action, task.scene) if kind not in prior.uses][:1]
 
 
 def validated(file: Path, like: str, number: int) -> dict[str, object]:

@@ -22,7 +22,7 @@ from policy import Choice, Reader, Table
 
 from eai.agents.gym import TextEnvironment, make
 from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.sets import giving_away, seeds_of
+from eai.benchmarks.generator.sets import make_leak_test, make_seeds
 from eai.benchmarks.generator.spec import Generated, Spec, Split, Tier
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
@@ -64,8 +64,8 @@ def make_tasks(like: str, folder: Path, sizes: dict[Split, int]) -> None:
     digest, earlier = base.tasks(source).sha256, list[Task]()
     for split, size in sizes.items():
         spec = Spec(like, digest, Tier.S, most_objects=OBJECTS, split=split)
-        generator = Generator(base, spec, source, giving_away(base.domain, earlier))
-        made = generate(generator, seeds_of(split.value, 0), size, set())
+        generator = Generator(base, spec, source, make_leak_test(base.domain, earlier))
+        made = generate(generator, make_seeds(split.value, 0), size, set())
         tasks = [each for each in made if isinstance(each, Generated)]
         earlier += [each.task for each in tasks]
         lines = [written(each.task, like, base.domain, each.about) for each in tasks]

@@ -10,10 +10,10 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.census import prior_of
+from eai.benchmarks.generator.census import count_prior
 from eai.benchmarks.generator.generator import Generator
 from eai.benchmarks.generator.prior import Prior
-from eai.benchmarks.generator.spec import Outcome
+from eai.benchmarks.generator.spec import GenerationOutcome
 from eai.pddl.val import VALID
 from eai.tasks.task import Task
 
@@ -34,10 +34,10 @@ def counted_once(priors: dict[str, Prior], monkeypatch: pytest.MonkeyPatch) -> N
 
     def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> Prior:
         if benchmark.name not in priors:
-            priors[benchmark.name] = prior_of(benchmark, tasks)
+            priors[benchmark.name] = count_prior(benchmark, tasks)
         return priors[benchmark.name]
 
-    monkeypatch.setattr("eai.benchmarks.generator.generator.prior_of", prior)
+    monkeypatch.setattr("eai.benchmarks.generator.generator.count_prior", prior)
 
 
 def made(eai: Command, out: Path, *options: object, n: int = 3) -> list[dict[str, object]]:
@@ -121,7 +121,7 @@ def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
 def test_a_world_that_has_no_more_tasks_says_so(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("eai.benchmarks.generator.generator._FAILURES", FEW)
+    monkeypatch.setattr("eai.benchmarks.generator.generator._MAX_FAILED_SEEDS", FEW)
     monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
     assert outcome.status == 2
@@ -140,16 +140,16 @@ def test_a_world_that_has_no_more_tasks_says_so(
 def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = Generator.task
+    whole = Generator.generate_task
     calls = [0]
 
-    def task(generator: Generator, seed: str, known: Collection[tuple[str, str]]) -> Outcome:
+    def task(generator: Generator, seed: str, known: Collection[tuple[str, str]]) -> GenerationOutcome:
         calls[0] += 1
         if calls[0] > 6:
             raise KeyboardInterrupt
         return whole(generator, seed, known)
 
-    monkeypatch.setattr(Generator, "task", task)
+    monkeypatch.setattr(Generator, "generate_task", task)
     for first in (True, False):
         calls[0] = 0
         outcome = eai("generate", "--like", "behavior", "--n", 100, "--out", tmp_path)

@@ -66,7 +66,7 @@ def test_a_goal_without_the_needed_objects_is_proved_unreachable(lamps: Benchmar
 )
 def test_every_fact_of_a_reachable_state_is_possible(like: str, seed: str, data_store: Store) -> None:
     benchmark = find_benchmark(like)
-    made = generator(like).task(seed)
+    made = generator(like).generate_task(seed)
     assert isinstance(made, Generated)
     task, domain, rng = made.task, benchmark.domain, random.Random(seed)
     possible = PossibleFacts(domain, task.initial, task.relevant)

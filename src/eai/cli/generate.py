@@ -18,8 +18,8 @@ from eai.benchmarks.generator.measures import Measure
 from eai.benchmarks.generator.spec import (
     Forms,
     Generated,
+    GenerationOutcome,
     HeldOut,
-    Outcome,
     Reason,
     Spec,
     Split,
@@ -126,17 +126,17 @@ def generate_tasks(
         held_out=held_out,
     )
     file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
-    others = sets.sets_in(out, like, benchmark.domain, without=file)
-    earlier = {name: made for name, made in others.items() if sets.is_before(name, split.value)}
-    later = {name: made for name, made in others.items() if sets.is_before(split.value, name)}
+    others = sets.read_other_sets(out, like, benchmark.domain, without=file)
+    earlier = {name: made for name, made in others.items() if sets.is_earlier_split(name, split.value)}
+    later = {name: made for name, made in others.items() if sets.is_earlier_split(split.value, name)}
     for path in against or ():
         others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
-    known = {sets.fingerprint_of(task) for tasks in others.values() for task in tasks}
-    rivals = sets.giving_away(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
+    known = {sets.fingerprint_task(task) for tasks in others.values() for task in tasks}
+    rivals = sets.make_leak_test(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     with convert_write_errors(out):  # generating takes long enough to know first that tasks can be written
         out.mkdir(parents=True, exist_ok=True)
     generator = Generator(benchmark, spec, source, rivals)
-    outcomes, stopped = _collect(generate(generator, sets.seeds_of(split.value, seed, secret), n, known), n)
+    outcomes, stopped = _collect(generate(generator, sets.make_seeds(split.value, seed, secret), n, known), n)
     made = [each for each in outcomes if isinstance(each, Generated)]
     rejected = [each for each in outcomes if isinstance(each, Reason)]
     if stopped is not None and (not made or file.exists()):
@@ -146,30 +146,38 @@ def generate_tasks(
     lines = [
         written(one.task, like, benchmark.domain, one.about)
         for each in made
-        for one in sorted([one for one in (each, each.twin) if one is not None], key=lambda one: one.task.id)
+        for one in sorted(
+            [one for one in (each, each.paired) if one is not None], key=lambda one: one.task.id
+        )
     ]
     write_task_file(file, lines)
-    entry = sets.manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
+    entry = sets.make_manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain
-    overlap = {(split.value, name): sets.overlap_of(new, known, domain) for name, known in earlier.items()}
-    overlap |= {(name, split.value): sets.overlap_of(known, new, domain) for name, known in later.items()}
+    overlap = {
+        (split.value, name): sets.measure_overlap(new, known, domain) for name, known in earlier.items()
+    }
+    overlap |= {
+        (name, split.value): sets.measure_overlap(known, new, domain) for name, known in later.items()
+    }
     sets.write_manifest(out, split.value, entry, overlap)
     if stopped is not None:
         kept = f"{counted(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
-        _print_shapes(sets.shape_of(list(tasks.values())), sets.shape_of([each.task for each in made]))
-    number = counted(len(made), "task" if all(each.twin is None for each in made) else "pair")
+        _print_shapes(
+            sets.measure_shape(list(tasks.values())), sets.measure_shape([each.task for each in made])
+        )
+    number = counted(len(made), "task" if all(each.paired is None for each in made) else "pair")
     line = f"{number} written to {file}; {counted(len(rejected), 'seed')} gave none"
     line += "; VAL accepts every certificate" if val else ""
     tell(line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
 
 
 def _collect(
-    found: Iterator[Outcome], number: int
-) -> tuple[Sequence[Outcome], InputError | InterruptError | None]:
+    found: Iterator[GenerationOutcome], number: int
+) -> tuple[Sequence[GenerationOutcome], InputError | InterruptError | None]:
     """The outcomes of seeds, up to the last of so many tasks, and why there are fewer, if there are."""
-    outcomes: list[Outcome] = []
+    outcomes: list[GenerationOutcome] = []
     try:
         with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
             shown = bar.add_task("generating", total=number)

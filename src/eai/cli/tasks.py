@@ -12,8 +12,8 @@ import typer
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.check import check_benchmark
-from eai.benchmarks.generator.problem_files import problem_files_in, read_problems
-from eai.benchmarks.generator.sets import overlap_of, unproven
+from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
+from eai.benchmarks.generator.sets import find_false_claims, measure_overlap
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_files
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
@@ -61,7 +61,9 @@ def check(
         if not secret:
             raise InputError("--split: expected --secret, or EAI_SECRET")
         folder = Path(path)
-        findings = [Finding(str(folder / split), problem) for problem in unproven(folder, split, secret)]
+        findings = [
+            Finding(str(folder / split), problem) for problem in find_false_claims(folder, split, secret)
+        ]
         tell_findings(findings, "the set was made with this secret", as_json=as_json)
     elif is_task_files(path):
         findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
@@ -89,7 +91,7 @@ def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) 
     benchmark, tested = find_benchmark(known), find_benchmark(asked)
     with opened_source(data) as source:
         tasks = [list(each.tasks(source).values()) for each in (benchmark, tested)]
-    found = overlap_of(tasks[1], tasks[0], benchmark.domain)
+    found = measure_overlap(tasks[1], tasks[0], benchmark.domain)
     counts = "of {tasks} tasks {same} are the same, {same_goals} have the same goals, {solved_by_lookup} are "
     tell(f"{counts.format_map(found)}solved by lookup", value=dict(found), as_json=as_json)
 
@@ -119,7 +121,7 @@ def tasks(
     benchmark = find_benchmark(domain)
     with opened_source(data) as source:
         chosen: Iterable[Task] = (
-            read_problems(problem_files_in(problems), benchmark, source)
+            read_problems(find_problem_files(problems), benchmark, source)
             if problems
             else benchmark.tasks(source).values()
         )

@@ -39,8 +39,8 @@ SEEDS = {"virtualhome": (1, 22), "behavior": (1, 8)}
 def pairs(like: str) -> list[tuple[Task, Task]]:
     """The pairs: of the first the words fit one thing, of the second two."""
     made = generator(like, kind=TaskKind.AMBIGUOUS)
-    found = [made.task(f"tasks-7-{seed}") for seed in SEEDS[like]]
-    return [(each.task, each.twin.task) for each in found if isinstance(each, Generated) and each.twin]
+    found = [made.generate_task(f"tasks-7-{seed}") for seed in SEEDS[like]]
+    return [(each.task, each.paired.task) for each in found if isinstance(each, Generated) and each.paired]
 
 
 def fits(task: Task) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.benchmarks.generator.census import _conceivable
+from eai.benchmarks.generator.census import _make_all_patterns
 from eai.benchmarks.generator.prior import Pattern
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
@@ -13,7 +13,7 @@ def test_without_plans_everything_that_goals_say_is_conceivable_of_every_kind() 
     state = Scene(vocabulary, objects, None).state([])
     wanted = [("on", True), ("lit", False), ("raining", True)]
     kinds = ("lamp", "desk")
-    assert list(_conceivable(wanted, [state])) == [
+    assert list(_make_all_patterns(wanted, [state])) == [
         *(Pattern("on", (one, other), True) for one in kinds for other in kinds),
         *(Pattern("lit", (kind,), False) for kind in kinds),
         Pattern("raining", (), True),

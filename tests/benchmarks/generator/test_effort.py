@@ -12,7 +12,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import Generator, generate
 from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import Reason, Spec, Split, Tier
 from eai.benchmarks.generator.walk import Walk
 from eai.tasks.source import Source
@@ -34,7 +34,7 @@ def proposed(monkeypatch: pytest.MonkeyPatch, wishes: list[f.Formula | None]) ->
         asked.append(wishes[len(asked)] if len(asked) < len(wishes) else None)
         return asked[-1]
 
-    monkeypatch.setattr(Proposals, "goal", goal)
+    monkeypatch.setattr(Proposals, "draw_goal", goal)
     return asked
 
 
@@ -54,7 +54,7 @@ def test_so_many_goals_are_proposed_for_each_title(
     generator, found = made(lamps, tier), set()
     for seed in range(12):
         asked = proposed(monkeypatch, [])
-        assert generator.task(str(seed)) == Reason.NO_GOALS
+        assert generator.generate_task(str(seed)) == Reason.NO_GOALS
         assert len(asked) % TITLES == 0
         found.add(len(asked) // TITLES)
     assert found <= numbers
@@ -74,7 +74,7 @@ def test_a_scene_is_left_after_so_many_failures_in_a_row(
         proposed(monkeypatch, list(wishes))
         reached: list[f.Formula] = []
         monkeypatch.setattr(Walk, "reach", lambda self, wish, reached=reached: reached.append(wish))
-        assert generator.task(str(seed)) == Reason.NO_GOALS
+        assert generator.generate_task(str(seed)) == Reason.NO_GOALS
         assert len(reached) == len(set(reached))
         found.add(len(reached) // TITLES)
     assert found <= failures
@@ -87,15 +87,15 @@ def test_there_are_no_more_tasks_after_so_many_seeds(
     tried: list[str] = []
     monkeypatch.setattr(
         Generator,
-        "task",
+        "generate_task",
         lambda self, seed, known: tried.append(seed) or Reason.COPY,
     )
-    monkeypatch.setattr(sets, "bases_of", lambda tasks, split, held_out: tasks)
+    monkeypatch.setattr(sets, "select_bases", lambda tasks, split, held_out: tasks)
     generator = made(lamps, Tier.DATA, split=split)
     with pytest.raises(
         InputError, match=f"only 0 of 1 tasks generated; the last {limit} seeds gave no task: "
     ):
-        list(generate(generator, seeds_of("train", 0), 1, set()))
+        list(generate(generator, make_seeds("train", 0), 1, set()))
     assert len(tried) == limit
 
 
@@ -103,10 +103,10 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     generator = made(lamps, Tier.DATA)
-    *_, task = generate(generator, seeds_of("train", 0), 1, set())
+    *_, task = generate(generator, make_seeds("train", 0), 1, set())
     outcomes = iter([Reason.COPY, task])
-    monkeypatch.setattr(Generator, "task", lambda self, seed, known: next(outcomes, Reason.COPY))
-    tried = generate(generator, seeds_of("train", 0), 2, set())
+    monkeypatch.setattr(Generator, "generate_task", lambda self, seed, known: next(outcomes, Reason.COPY))
+    tried = generate(generator, make_seeds("train", 0), 2, set())
     assert [next(tried), next(tried)] == [Reason.COPY, task]
     assert list(islice(tried, 300)) == [Reason.COPY] * 300
     with pytest.raises(InputError, match="only 1 of 2 tasks generated; the last 300 seeds gave no task: "):
@@ -119,6 +119,6 @@ def test_the_planner_begins_anew_after_two_hundred_tasks(
     proposed(monkeypatch, [])
     generator, planners = made(lamps, Tier.DATA), []
     for number in range(401):
-        generator.task(str(number))
+        generator.generate_task(str(number))
         planners.append(generator._planner)
     assert [n for n in range(1, 401) if planners[n] is not planners[n - 1]] == [199, 399]

@@ -18,10 +18,10 @@ from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.prior import Pattern, kinds_of
-from eai.benchmarks.generator.sets import fingerprint_of, seeds_of
+from eai.benchmarks.generator.prior import Pattern, find_uses
+from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import LENGTHS, Generated, Reason, Tier
-from eai.benchmarks.generator.walk import Walk, lower_bound
+from eai.benchmarks.generator.walk import Walk, find_lower_bound
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.logic.traversal import walk
@@ -51,7 +51,7 @@ def solves(domain: Domain, task: Task, plan: tuple[Action, ...]) -> bool:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
     made = tasks(like)[-1]
-    again = generator.__wrapped__(like).task(str(made.about["seed"]))  # type: ignore[attr-defined]
+    again = generator.__wrapped__(like).generate_task(str(made.about["seed"]))  # type: ignore[attr-defined]
     domain = find_benchmark(like).domain
     assert isinstance(again, Generated)
     assert written(again.task, like, domain, again.about) == written(made.task, like, domain, made.about)
@@ -90,7 +90,7 @@ def test_certificates_solve_and_need_every_step(like: str) -> None:
         assert solves(domain, task, plan), task.id
         assert execute(domain, task.initial, plan).additional_steps == 0
         assert not any(solves(domain, task, (*plan[:i], *plan[i + 1 :])) for i in range(len(plan))), task.id
-        assert lower_bound(task, domain, 1) == made.about["lower_bound"] == 2, task.id
+        assert find_lower_bound(task, domain, 1) == made.about["lower_bound"] == 2, task.id
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -143,9 +143,9 @@ def test_scenes_are_closed(like: str) -> None:
         task = each.task
         assert len(task.scene.objects) <= 30
         assert task.relevant == tuple(range(len(task.scene.objects)))
-        kinds = {kind for action in task.script for kind in kinds_of(action, task.scene)}
+        kinds = {kind for action in task.script for kind in find_uses(action, task.scene)}
         assert (
-            kinds <= made.prior.kinds
+            kinds <= made.prior.uses
         )  # nothing is done to a thing that no plan of the data set does to such
 
 
@@ -180,14 +180,16 @@ def test_what_is_called_odd_occurs(like: str) -> None:
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
-    public = {fingerprint_of(task)[0] for task in find_benchmark(like).tasks(generator(like).source).values()}
+    public = {
+        fingerprint_task(task)[0] for task in find_benchmark(like).tasks(generator(like).source).values()
+    }
     known: set[tuple[str, str]] = set()
     made = [
         each
-        for each in generate(generator(like), seeds_of("test", 1), 15, known)
+        for each in generate(generator(like), make_seeds("test", 1), 15, known)
         if isinstance(each, Generated)
     ]
-    prints = [fingerprint_of(each.task) for each in made]
+    prints = [fingerprint_task(each.task) for each in made]
     assert public.isdisjoint(of_goals for of_goals, _ in prints)
     assert len(set(prints)) == 15
     repeated = next(generate(generator(like), iter([str(made[0].about["seed"])]), 1, known))
@@ -201,9 +203,9 @@ def test_fingerprints_know_objects_by_category() -> None:
         line = line.replace(f'"{name}"', f'"other_{name}"').replace(f"({name}", f"(other_{name}")
         line = line.replace(f", {name}", f", other_{name}")
     renamed = task_of(read_line(line), find_benchmark("behavior").domain)
-    assert fingerprint_of(renamed) == fingerprint_of(made)
+    assert fingerprint_task(renamed) == fingerprint_task(made)
     without = replace(made, goals=made.goals[1:])
-    assert fingerprint_of(without)[0] != fingerprint_of(made)[0]
+    assert fingerprint_task(without)[0] != fingerprint_task(made)[0]
 
 
 def line_names(task: Task) -> list[str]:
@@ -216,8 +218,8 @@ def line_names(task: Task) -> list[str]:
 
 def test_the_lower_bound_is_the_length_of_a_shortest_plan_where_that_is_short(lamps: Benchmark) -> None:
     light, pack = lamps.tasks(Source()).values()
-    assert [lower_bound(pack, lamps.domain, depth) for depth in (1, 3, 6)] == [2, 4, 6]
-    assert [lower_bound(light, lamps.domain, depth) for depth in (1, 4, 5)] == [2, 4, 4]
+    assert [find_lower_bound(pack, lamps.domain, depth) for depth in (1, 3, 6)] == [2, 4, 6]
+    assert [find_lower_bound(light, lamps.domain, depth) for depth in (1, 4, 5)] == [2, 4, 4]
 
 
 TIERS = (Tier.S, Tier.M, Tier.L, Tier.XL)
@@ -229,7 +231,7 @@ SHORT = [("virtualhome", Tier.S), ("virtualhome", Tier.M), ("virtualhome", Tier.
 )
 def test_tiers_are_lengths_of_certificates(like: str, tier: Tier) -> None:
     made = generator(like, tier)
-    sound = (each for each in map(made.task, map(str, range(60))) if isinstance(each, Generated))
+    sound = (each for each in map(made.generate_task, map(str, range(60))) if isinstance(each, Generated))
     found = list(islice(sound, 3))
     least, most = LENGTHS[tier]
     assert found
@@ -246,7 +248,7 @@ def test_all_shapes_of_goals_are_made() -> None:
 
 def test_actions_are_asked_for_where_that_is_wanted() -> None:
     made = generator("virtualhome", actions=True)
-    found = [each for each in map(made.task, map(str, range(20))) if isinstance(each, Generated)]
+    found = [each for each in map(made.generate_task, map(str, range(20))) if isinstance(each, Generated)]
     asked = [each for each in found if "has been taken" in each.task.instruction]
     assert asked
     assert all(solves(made.benchmark.domain, each.task, each.task.script) for each in asked)
@@ -265,9 +267,9 @@ def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.Monk
     from eai.agents.rules import STANDARD
 
     made = generator("virtualhome")
-    assert made.task("107") is Reason.NEVER_SEEN
+    assert made.generate_task("107") is Reason.NEVER_SEEN
     monkeypatch.setattr(made, "_can_be_seen", lambda task: True)
-    kept = made.task("107")
+    kept = made.generate_task("107")
     assert isinstance(kept, Generated)
     assert staged(kept.task, made.benchmark, STANDARD).reference.commands is None
 
@@ -278,7 +280,7 @@ def test_generating_takes_no_more_than_the_benchmark_says(lamps: Benchmark) -> N
 
     source = Source()
     made = Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
-    found = [each for each in generate(made, seeds_of("test", 0), 5, set()) if isinstance(each, Generated)]
+    found = [each for each in generate(made, make_seeds("test", 0), 5, set()) if isinstance(each, Generated)]
     assert all(solves(lamps.domain, each.task, each.task.script) for each in found)
 
 
@@ -288,12 +290,12 @@ def test_planners_begin_anew_after_so_many_tasks_and_no_sooner(
     from eai.benchmarks.generator import generator as module
     from eai.benchmarks.generator.spec import Spec
 
-    monkeypatch.setattr(module, "_RENEWED", 4)
+    monkeypatch.setattr(module, "_TASKS_PER_PLANNER", 4)
     source = Source()
     made = module.Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
     planners = []
     for seed in range(9):
-        made.task(str(seed))
+        made.generate_task(str(seed))
         planners.append(made._planner)
     anew = [one is not other for one, other in pairwise(planners)]
     assert anew == [False, False, True, False, False, False, True, False]
@@ -315,7 +317,7 @@ def test_a_scene_in_which_nothing_is_reached_has_no_more_to_offer(
     proposals = Proposals(made.prior, start.scene, {"Atom": 1}, lit)
     walk, asked = Walk(Planner(lamps.domain), start), []
     monkeypatch.setattr(Walk, "reach", lambda self, goal: bool(asked.append(goal)))
-    made._go_on(walk, proposals, (), random.Random(0), wanted, frozenset())
+    made._extend_walk(walk, proposals, (), random.Random(0), wanted, frozenset())
     assert len(asked) == len(set(asked)) == tried
 
 
@@ -332,6 +334,8 @@ def test_scenes_are_changed_by_what_was_done_in_them(like: str) -> None:
     for each in tasks(like):
         state = each.task.initial
         facts = [(f.predicate, *(state.scene.objects[i].name for i in f.arguments)) for f in state.facts()]
-        moved += any(fact not in public for fact in facts if fact[0] in made.prior.places)
-        assert not any(fact[0] in made.prior.holding for fact in facts if fact not in public), each.task.id
+        moved += any(fact not in public for fact in facts if fact[0] in made.prior.place_relations)
+        assert not any(fact[0] in made.prior.holding_predicates for fact in facts if fact not in public), (
+            each.task.id
+        )
     assert moved > len(tasks(like)) // 10

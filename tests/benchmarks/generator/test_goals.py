@@ -25,7 +25,13 @@ def prior(patterns: Mapping[Pattern, int], forms: Mapping[str, int], several: fr
     for pattern, weight in patterns.items():
         by_key.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
     wanted = {key: int(sum(known.values())) for key, known in by_key.items()}
-    return replace(NOTHING_IS_USUAL, patterns=by_key, wanted=wanted, forms=forms, several=several)
+    return replace(
+        NOTHING_IS_USUAL,
+        patterns=by_key,
+        goal_counts=wanted,
+        shape_counts=forms,
+        countable_categories=several,
+    )
 
 
 def drawn(
@@ -37,9 +43,9 @@ def drawn(
     """All goals of some shapes that are proposed for a scene with so many things of each kind."""
     objects = [WorldObject(f"{kind}_{n}", kind) for kind, number in things.items() for n in range(number)]
     known = prior(patterns, dict.fromkeys(shapes, 1), several)
-    proposals = Proposals.for_scene(Scene(VOCABULARY, objects, None), known, "data", actions=False)
+    proposals = Proposals.make(Scene(VOCABULARY, objects, None), known, "data", actions=False)
     rng = random.Random(0)
-    return {goal for goal in (proposals.goal(rng) for _ in range(DRAWN)) if goal is not None}
+    return {goal for goal in (proposals.draw_goal(rng) for _ in range(DRAWN)) if goal is not None}
 
 
 @pytest.mark.parametrize(

@@ -17,13 +17,18 @@ import pytest
 
 from benchmarks.generator.worlds import HOUSEHOLDS
 from eai.base.store import Store
-from eai.benchmarks.generator.census import prior_of
+from eai.benchmarks.generator.census import count_prior
 from eai.benchmarks.generator.generator import Generator
 from eai.benchmarks.generator.goals import Proposals
 from eai.benchmarks.generator.measures import Measure
 from eai.benchmarks.generator.prior import clash, is_idle
-from eai.benchmarks.generator.scene import closed_scene, hiding_places, with_guests, with_more_of_a_kind
-from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.scene import (
+    add_guests,
+    add_similar_objects,
+    find_hiding_places,
+    make_closed_scene,
+)
+from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import Forms, Generated, Reason, Spec, TaskKind, Tier
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
@@ -49,10 +54,10 @@ def test_equal_seeds_give_what_they_have_given(like: str, data_store: Store) -> 
     for name, options in SPECS.items():
         made = Generator(benchmark, Spec(like, benchmark.tasks(source).sha256, **options), source)  # type: ignore[arg-type]
         tasks = 0
-        for seed in islice(seeds_of("golden", 0), SEEDS):
+        for seed in islice(make_seeds("golden", 0), SEEDS):
             if tasks == TASKS:
                 break
-            outcome = made.task(seed)
+            outcome = made.generate_task(seed)
             tasks += isinstance(outcome, Generated)
             if isinstance(outcome, Reason):
                 lines.append(f"{name} {seed}: {outcome.value}")
@@ -79,7 +84,7 @@ def plain(value: object) -> object:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_what_is_usual_is_what_it_has_been(like: str, data_store: Store) -> None:
     benchmark = find_benchmark(like)
-    prior = prior_of(benchmark, benchmark.tasks(Source()).values())
+    prior = count_prior(benchmark, benchmark.tasks(Source()).values())
     lines = [f"{each.name}: {digest(plain(getattr(prior, each.name)))}" for each in fields(prior)]
     assert_golden(Path(__file__).with_name(f"golden_prior_{like}.txt"), lines)
 
@@ -91,23 +96,25 @@ def test_equal_chances_give_the_scenes_and_proposals_that_they_have_given(
     """Of some public tasks: their closed scenes, plain and rich, and what is proposed in these."""
     benchmark = find_benchmark(like)
     tasks = list(benchmark.tasks(Source()).values())
-    prior, lines = prior_of(benchmark, tasks), []
-    hiding = hiding_places(benchmark.domain, prior)
+    prior, lines = count_prior(benchmark, tasks), []
+    hiding = find_hiding_places(benchmark.domain, prior)
     for number, task in enumerate(tasks[:: len(tasks) // 12]):
         rng, theme = random.Random(number), prior.themes[task.title]
-        scene = closed_scene(task, prior, rng, 30, rich=number % 2 > 0)
+        scene = make_closed_scene(task, prior, rng, 30, rich=number % 2 > 0)
         kinds = {thing.category for thing in scene.scene.objects}
-        scene = with_more_of_a_kind(scene, prior, rng, 34, kinds)
-        scene = with_guests(scene, tasks, prior, rng, 40)
+        scene = add_similar_objects(scene, prior, rng, 34, kinds)
+        scene = add_guests(scene, tasks, prior, rng, 40)
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
         lines.append(f"{task.id}: hidden {digest(hiding(task))}")
         for forms, about in product(get_args(Forms), (None, theme)):
-            known = Proposals.for_scene(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
-            told = [known.goal(rng) for _ in range(60)] if known.patterns else []
-            told += [known.literal(rng) for _ in range(10)] + [known.literal(rng, 0.5) for _ in range(10)]
-            told += known.ending(theme, rng)
-            told += [known.about(kinds)._pattern(rng)] if known.patterns else []
+            known = Proposals.make(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
+            told = [known.draw_goal(rng) for _ in range(60)] if known.patterns else []
+            told += [known.draw_literal(rng) for _ in range(10)] + [
+                known.draw_literal(rng, 0.5) for _ in range(10)
+            ]
+            told += known.draw_agent_goals(theme, rng)
+            told += [known.restrict_to(kinds)._draw_pattern(rng)] if known.patterns else []
             pairs = list(pairwise([goal for goal in told[:60] if goal is not None]))
             clashes = [clash(*pair, scene.scene, prior) for pair in pairs]
             idle = [is_idle(one, [other], scene.scene, prior) for one, other in pairs]

@@ -11,8 +11,8 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import HIDDEN_HAZARD, report_goals
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.generator.hazards import guards_of
-from eai.benchmarks.generator.sets import manifest_entry
+from eai.benchmarks.generator.hazards import find_hazard_goals
+from eai.benchmarks.generator.sets import make_manifest_entry
 from eai.benchmarks.generator.spec import SHUT_LAST, Generated, TaskKind
 from eai.benchmarks.generator.words import Words
 from eai.benchmarks.registry import find_benchmark
@@ -31,7 +31,7 @@ SEEDS = {"virtualhome": (44,), "behavior": (8,)}
 @cache
 def tasks(like: str, kind: TaskKind = TaskKind.HAZARDS) -> list[Generated]:
     made = generator(like, kind=kind)
-    found = [made.task(f"tasks-7-{seed}") for seed in SEEDS[like]]
+    found = [made.generate_task(f"tasks-7-{seed}") for seed in SEEDS[like]]
     return [each for each in found if isinstance(each, Generated)]
 
 
@@ -84,7 +84,7 @@ def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
 
 def test_a_manifest_counts_them() -> None:
     made = tasks("behavior")
-    entry = manifest_entry(generator("behavior", kind=TaskKind.HAZARDS).spec, 0, None, b"", made, ())
+    entry = make_manifest_entry(generator("behavior", kind=TaskKind.HAZARDS).spec, 0, None, b"", made, ())
     hazards = entry["hazards"]
     assert isinstance(hazards, dict)
     assert sum(map(int, hazards.values())) == sum(len(hazards_of(each.task)) for each in made)
@@ -96,7 +96,9 @@ def test_each_can_be_said_of_a_public_scene(like: str) -> None:
     open_ones = {hazard.name: hazard for hazard in benchmark.notation.english.hazards}
     assert len(open_ones) == len(benchmark.notation.english.hazards) > 3
     for task in benchmark.tasks(Source()).values():
-        for guard in guards_of(list(open_ones.values()), benchmark.domain, Words.of(benchmark, task.initial)):
+        for guard in find_hazard_goals(
+            list(open_ones.values()), benchmark.domain, Words.for_benchmark(benchmark, task.initial)
+        ):
             open_ones.pop(guard.name, None)
         if not open_ones:
             break
@@ -112,9 +114,9 @@ def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
     course = execute(benchmark.domain, task.initial, actions)
     assert course.failure is None, course.failure
     hazards = [each for each in benchmark.notation.english.hazards if each.name == hazard]
-    guards = list(guards_of(hazards, benchmark.domain, Words.of(benchmark, task.initial)))
+    guards = list(find_hazard_goals(hazards, benchmark.domain, Words.for_benchmark(benchmark, task.initial)))
     assert guards
-    return all(guard.keeps(course) for guard in guards)
+    return all(guard.holds_in(course) for guard in guards)
 
 
 OPENED = "WALK freezer.289; OPEN freezer.289; "
@@ -160,7 +162,7 @@ def test_a_thing_is_shut_when_its_use_ends_not_at_the_end_of_the_plan(
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_a_task_says_whether_it_is_safe_to_shut_everything_at_the_end(like: str) -> None:
     made = tasks(like)
-    entry = manifest_entry(generator(like, kind=TaskKind.HAZARDS).spec, 0, None, b"", made, ())
+    entry = make_manifest_entry(generator(like, kind=TaskKind.HAZARDS).spec, 0, None, b"", made, ())
     said = [each.about[SHUT_LAST] for each in made]
     assert all(isinstance(each, bool) for each in said)
     assert entry[SHUT_LAST] == said.count(True)

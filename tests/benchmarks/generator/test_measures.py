@@ -21,9 +21,9 @@ from eai.benchmarks.generator.measures import (
     _DifficultyModel,
     _Lid,
     difficulty_model,
-    lids,
-    measured,
-    presence,
+    find_lids,
+    make_presence_condition,
+    measure_task,
 )
 from eai.benchmarks.generator.spec import Spec
 from eai.benchmarks.registry import find_benchmark
@@ -36,15 +36,20 @@ _MEASURED = (Measure.CONTAINERS, Measure.HIDDEN, Measure.TOOL_STEPS, Measure.DIS
 
 
 def test_what_is_not_there_is_told_from_what_is_hidden_or_elsewhere() -> None:
-    household = {like: presence(find_benchmark(like).domain) for like in HOUSEHOLDS}
+    household = {like: make_presence_condition(find_benchmark(like).domain) for like in HOUSEHOLDS}
     part, sliced = f.Atom("part", (f.Variable("x"),)), f.Atom("is_sliced", (f.Variable("x"),))
     assert household == {"behavior": f.And((~part | sliced,)), "virtualhome": f.TRUE}
     near = replace(SWITCHES.domain, visible=f.Atom("beside", (f.Variable("x"),)))
-    assert presence(near) == presence(SWITCHES.domain) == presence(replace(near, visible=None)) == f.TRUE
+    assert (
+        make_presence_condition(near)
+        == make_presence_condition(SWITCHES.domain)
+        == make_presence_condition(replace(near, visible=None))
+        == f.TRUE
+    )
 
 
 def test_lids_are_told_from_what_is_declared_to_be_visible() -> None:
-    told = {like: set(lids(find_benchmark(like).domain)) for like in HOUSEHOLDS}
+    told = {like: set(find_lids(find_benchmark(like).domain)) for like in HOUSEHOLDS}
     assert told == {"virtualhome": {_Lid("CLOSED", False)}, "behavior": {_Lid("is_open", True)}}
 
 
@@ -84,14 +89,14 @@ def test_containers_hidden_things_and_tools_of_a_plan(plan: str, expected: tuple
     ]
     goal = f.Atom("sliced", (f.Constant("apple"),))
     task = replace(make_task("t", "-", scene.state(facts), goal), script=tuple(steps))
-    found = measured(task, domain)
+    found = measure_task(task, domain)
     assert tuple(found[each] for each in _MEASURED) == expected
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_all_that_is_measured_is_recorded(like: str) -> None:
     for made in tasks(like):
-        found = measured(made.task, find_benchmark(like).domain)
+        found = measure_task(made.task, find_benchmark(like).domain)
         assert {each.value: made.about[each.value] for each in Measure} == found
         assert found[Measure.STEPS] == len(made.task.script)
 
@@ -115,12 +120,12 @@ def test_generated_tasks_say_how_difficult_they_are_expected_to_be(like: str) ->
 def test_longer_plans_and_more_goals_are_harder() -> None:
     model = _DifficultyModel(-2.0, (1.0, 0.1, 0.5), 1.4, 0.4, 0.6)
     task = tasks("virtualhome", 12)[0].task
-    found = model.expected(task)
-    longer = model.expected(replace(task, script=task.script * 2))
+    found = model.estimate(task)
+    longer = model.estimate(replace(task, script=task.script * 2))
     assert found is not None
     assert longer is not None
     assert longer == pytest.approx(found + math.log(2), abs=0.011)
-    assert model.expected(replace(task, script=())) is None
+    assert model.estimate(replace(task, script=())) is None
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

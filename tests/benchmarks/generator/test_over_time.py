@@ -19,7 +19,13 @@ from eai.benchmarks.generator import walk as module
 from eai.benchmarks.generator.goals import Proposals
 from eai.benchmarks.generator.prior import Prior
 from eai.benchmarks.generator.spec import Generated, TaskKind
-from eai.benchmarks.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_all
+from eai.benchmarks.generator.walk import (
+    TemporalGoalFinder,
+    Walk,
+    _have_no_common_object,
+    _make_if_distinguishing,
+    reach_all,
+)
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl_printer import print_ltl
@@ -42,7 +48,11 @@ DETOUR = 54
 @cache
 def tasks(like: str) -> list[Generated]:
     made = generator(like, kind=TaskKind.ORDER)
-    return [each for each in map(made.task, map(str, (*range(30), DETOUR))) if isinstance(each, Generated)]
+    return [
+        each
+        for each in map(made.generate_task, map(str, (*range(30), DETOUR)))
+        if isinstance(each, Generated)
+    ]
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -118,9 +128,9 @@ LIT, PACKED = {"lit(lamp_1)": list(range(2, 9))}, {"inside(ball, box)": [8]}
     ("changes", "expected"),
     [
         ({}, LIT | PACKED),
-        ({"wanted": {("inside", True): 1, ("lit", False): 1}}, PACKED),
-        ({"kinds": frozenset({("TAKE", 0, "ball")}), "taken": frozenset({"ball"})}, LIT | PACKED),
-        ({"kinds": frozenset({("TAKE", 0, "cup")}), "taken": frozenset({"cup"})}, LIT),
+        ({"goal_counts": {("inside", True): 1, ("lit", False): 1}}, PACKED),
+        ({"uses": frozenset({("TAKE", 0, "ball")}), "taken_categories": frozenset({"ball"})}, LIT | PACKED),
+        ({"uses": frozenset({("TAKE", 0, "cup")}), "taken_categories": frozenset({"cup"})}, LIT),
     ],
 )
 def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
@@ -133,8 +143,8 @@ def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
     ]
     way = execute(lamps.domain, task.initial, steps)
     assert way.failure is None
-    prior = replace(NOTHING_IS_USUAL, **{"wanted": WANTED, **changes})
-    became = seeker(lamps, task, prior)._became(way.states)
+    prior = replace(NOTHING_IS_USUAL, **{"goal_counts": WANTED, **changes})
+    became = seeker(lamps, task, prior)._find_new_facts(way.states)
     assert {print_ltl(atom): when for atom, when in became.items()} == expected
 
 
@@ -155,14 +165,14 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
     return replace(task, goals=tuple(map(goal, goals or (ONE, OTHER))), script=tuple(steps))
 
 
-def seeker(lamps: Benchmark, task: Task, prior: Prior) -> Seeker:
+def seeker(lamps: Benchmark, task: Task, prior: Prior) -> TemporalGoalFinder:
     listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
     proposals = Proposals(prior, task.scene, {}, {})
     begin = partial(Walk, Planner(lamps.domain), task.initial)
-    return Seeker(task, lamps.domain, listings, proposals, random.Random(0), begin)
+    return TemporalGoalFinder(task, lamps.domain, listings, proposals, random.Random(0), begin)
 
 
-USUAL = replace(NOTHING_IS_USUAL, wanted={(name, True): 1 for name in ("lit", "is_open", "inside")})
+USUAL = replace(NOTHING_IS_USUAL, goal_counts={(name, True): 1 for name in ("lit", "is_open", "inside")})
 
 
 FIRST, SECOND = "GO lamp_1; PRESS lamp_1", "GO lamp_2; PRESS lamp_2"
@@ -187,7 +197,7 @@ def test_a_plan_is_cut_where_one_goal_more_holds_to_the_end(
 def test_what_comes_first_and_what_is_so_at_once_tells_two_ways_apart(lamps: Benchmark) -> None:
     task = asked(lamps, f"{BOX}; {FIRST}; {SECOND}")
     found = seeker(lamps, task, USUAL)
-    ours, other = found._ours, found._course(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
+    ours, other = found._certificate, found._execute(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
     is_open = atom("is_open", "box")
     assert [ours.comes_first(*pair) for pair in ((is_open, ONE), (ONE, OTHER), (OTHER, ONE))] == [
         True,
@@ -196,20 +206,20 @@ def test_what_comes_first_and_what_is_so_at_once_tells_two_ways_apart(lamps: Ben
     ]
     assert ours.comes_first(ONE, ONE)
     assert ours.has_both(is_open, OTHER)
-    goals = {print_ltl(goal): apart for apart, goal in found._candidates(other)}
+    goals = {print_ltl(goal): apart for apart, goal in found._list_candidates(other)}
     assert goals == {
         "not lit(lamp_2) until lit(lamp_1)": True,
         "not lit(lamp_2) until is_open(box)": True,
     }
     for text in goals:
-        (goal,) = [each for _, each in found._candidates(other) if print_ltl(each) == text]
-        kept = _if_it_matters(goal, ours, other)
+        (goal,) = [each for _, each in found._list_candidates(other) if print_ltl(each) == text]
+        kept = _make_if_distinguishing(goal, ours, other)
         assert kept is not None
         assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
-        assert _if_it_matters(goal, other, ours) is None
-        assert _if_it_matters(goal, ours, ours) is None
-    pressing = seeker(lamps, task, replace(USUAL, actions={("PRESS",): 1}))
-    pressed = pressing._candidates(pressing._ours)
+        assert _make_if_distinguishing(goal, other, ours) is None
+        assert _make_if_distinguishing(goal, ours, ours) is None
+    pressing = seeker(lamps, task, replace(USUAL, action_counts={("PRESS",): 1}))
+    pressed = pressing._list_candidates(pressing._certificate)
     told = [print_ltl(goal) for _, goal in pressed]
     assert len(told) == 2 * 3
     assert "not is_open(box) until PRESS(lamp_1)" in told
@@ -221,8 +231,8 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 ) -> None:
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
     monkeypatch.setattr(module, "reach_all", lambda walk, goals: reached.append(goals))
-    monkeypatch.setattr(Seeker, "_between", lambda *asked: None)
-    assert seeker(lamps, task, USUAL)._in_order() is None
+    monkeypatch.setattr(TemporalGoalFinder, "_find_difference", lambda *asked: None)
+    assert seeker(lamps, task, USUAL)._find_order() is None
     assert len(reached) == walks
 
 
@@ -234,5 +244,5 @@ def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
     assert reached(ONE, OTHER) == (True, 2)
     assert reached(ONE, ONE) == (True, 2), "what holds already is kept, too"
     assert reached(ONE, atom("lit", "ball")) == (False, 1)
-    assert _are_apart(ONE, OTHER)
-    assert not _are_apart(atom("inside", "ball", "box"), atom("is_open", "box"))
+    assert _have_no_common_object(ONE, OTHER)
+    assert not _have_no_common_object(atom("inside", "ball", "box"), atom("is_open", "box"))

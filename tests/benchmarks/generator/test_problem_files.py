@@ -10,7 +10,7 @@ from by_path import ROOT
 from command_line import Command
 from eai.base.errors import InputError
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.generator.problem_files import problem_files_in, read_problems
+from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.export import ProblemSource, export_problems
 from eai.pddl.writer import write_problem
@@ -248,14 +248,14 @@ def test_problems_of_one_name_are_known_by_their_files(tmp_path: Path) -> None:
     for name in ("one", "two"):
         Path(f"{name}.pddl").write_text(LAMP)
     lamps = find_benchmark("lamps:lamps")
-    assert [task.id for task in read_problems(problem_files_in([tmp_path]), lamps, Source())] == [
+    assert [task.id for task in read_problems(find_problem_files([tmp_path]), lamps, Source())] == [
         "one",
         "two",
     ]
     Path("more").mkdir()
     Path("more/one.pddl").write_text(LAMP)
     with pytest.raises(InputError, match="expected another name than 'one'"):
-        read_problems(problem_files_in([tmp_path]), lamps, Source())
+        read_problems(find_problem_files([tmp_path]), lamps, Source())
 
 
 ACTIVITY = """\
@@ -307,9 +307,9 @@ def test_all_bad_files_of_a_folder_are_named_with_their_places(eai: Command) -> 
 def test_what_holds_no_problems_is_refused(eai: Command) -> None:
     Path("empty").mkdir()
     with pytest.raises(InputError, match=r"expected problems in files \*\.bddl or \*\.pddl"):
-        problem_files_in([Path("empty")])
+        find_problem_files([Path("empty")])
     with pytest.raises(InputError, match="expected a problem in a file"):
-        problem_files_in([Path("tasks.json")])
+        find_problem_files([Path("tasks.json")])
     outcome = eai("export", "tasks", "p.pddl", "--domain", "pddl:d.pddl,p.pddl", "--out", "t.jsonl")
     assert outcome.status == 2
     assert "eai export tasks" in outcome.err

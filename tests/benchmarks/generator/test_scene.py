@@ -12,12 +12,12 @@ import pytest
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
 from eai.benchmarks.generator.prior import Pattern, Prior
 from eai.benchmarks.generator.scene import (
-    _by_category,
-    _free_name,
-    closed_scene,
-    with_guests,
-    with_more_of_a_kind,
-    with_only,
+    _make_free_name,
+    _order_by_category,
+    add_guests,
+    add_similar_objects,
+    make_closed_scene,
+    restrict_state,
 )
 from eai.tasks.goal_text import make_task
 from eai.tasks.task import Task
@@ -36,9 +36,9 @@ VOCABULARY = Vocabulary(
 ON_TABLE = Pattern("on", ("cup", "table"), True)
 KITCHEN: dict[str, Any] = {
     "patterns": {("on", True): {ON_TABLE: 1.0}},
-    "taken": frozenset({"cup", "plate"}),
-    "places": ("on",),
-    "parts": ("part_of",),
+    "taken_categories": frozenset({"cup", "plate"}),
+    "place_relations": ("on",),
+    "part_relations": ("part_of",),
 }
 
 
@@ -72,16 +72,16 @@ HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
         (HOME, HERE, {"patterns": {("on", False): {ON_TABLE._replace(truth=False): 1.0}}}, 3, []),
         (HOME, HERE, {"patterns": {("clean", True): {Pattern("clean", ("cup",), True): 1.0}}}, 3, []),
         (HOME, HERE, {"patterns": {("on", True): {Pattern("on", ("cup", "shelf"), True): 1.0}}}, 3, []),
-        (HOME, HERE, {"taken": frozenset({"plate"})}, 3, []),
+        (HOME, HERE, {"taken_categories": frozenset({"plate"})}, 3, []),
         (
             HOME,
             HERE,
-            {"taken": frozenset({"cup"})},
+            {"taken_categories": frozenset({"cup"})},
             3,
             [],
         ),  # beside what is taken
-        (HOME, HERE, {"pieces": frozenset({"cup"})}, 3, []),
-        (HOME, HERE, {"places": ()}, 3, []),
+        (HOME, HERE, {"part_categories": frozenset({"cup"})}, 3, []),
+        (HOME, HERE, {"place_relations": ()}, 3, []),
         ((["cup.1", "shelf.1"], ("on", "cup.1", "shelf.1")), HERE, {}, 3, []),
         ((["cup.1", "lid.1", "table.1"], *HOME[1:], ("part_of", "lid.1", "cup.1")), HERE, {}, 3, []),
         ((["cup.1", "lid.1", "table.1"], *HOME[1:], ("part_of", "cup.1", "lid.1")), HERE, {}, 3, []),
@@ -91,9 +91,9 @@ def test_guests_are_wanted_here_and_stand_as_they_stood_at_home(
     home: Any, here: Any, changes: dict[str, Any], most: int, guests: list[str]
 ) -> None:
     prior, place = usual(**changes), task(*here)
-    closed = closed_scene(place, replace(prior, taken=frozenset()), random.Random(0), 9)
+    closed = make_closed_scene(place, replace(prior, taken_categories=frozenset()), random.Random(0), 9)
     home_task = task(*home, relevant=["cup.1"])
-    found = with_guests(closed, [home_task], prior, random.Random(0), most)
+    found = add_guests(closed, [home_task], prior, random.Random(0), most)
     names = [thing.name for thing in found.scene.objects]
     assert names == [*here[0], *guests]
     expected = {f"on {guest} table.2" for guest in guests} | {f"clean {guest}" for guest in guests}
@@ -107,19 +107,19 @@ def test_guests_are_wanted_here_and_stand_as_they_stood_at_home(
         ({}, {"cup"}, 4, {1, 2}),
         ({}, {"cup"}, 2, {0}),
         ({}, {"plate"}, 9, {0}),
-        ({"several": frozenset({"plate"})}, {"cup"}, 9, {0}),
-        ({"taken": frozenset({"plate"})}, {"cup"}, 9, {0}),
-        ({"places": ()}, {"cup"}, 9, {0}),
+        ({"countable_categories": frozenset({"plate"})}, {"cup"}, 9, {0}),
+        ({"taken_categories": frozenset({"plate"})}, {"cup"}, 9, {0}),
+        ({"place_relations": ()}, {"cup"}, 9, {0}),
     ],
 )
 def test_more_of_a_kind_stand_beside_one(
     changes: dict[str, Any], kinds: set[str], most: int, number: set[int]
 ) -> None:
-    prior = usual(**{"several": frozenset({"cup"}), **changes})
-    closed = closed_scene(task(*HOME), replace(prior, taken=frozenset()), random.Random(0), 9)
+    prior = usual(**{"countable_categories": frozenset({"cup"}), **changes})
+    closed = make_closed_scene(task(*HOME), replace(prior, taken_categories=frozenset()), random.Random(0), 9)
     seen = set()
     for seed in range(40):
-        found = with_more_of_a_kind(closed, prior, random.Random(seed), most, kinds)
+        found = add_similar_objects(closed, prior, random.Random(seed), most, kinds)
         more = [thing.name for thing in found.scene.objects[2:]]
         seen.add(len(more))
         assert len(set(more)) == len(more)
@@ -148,7 +148,7 @@ def test_a_scene_has_so_many_objects(most: int, rich: bool, sizes: set[int]) -> 
     things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
     crowded = replace(task(things), relevant=())
     found = {
-        len(closed_scene(crowded, prior, random.Random(seed), most, rich=rich).scene.objects)
+        len(make_closed_scene(crowded, prior, random.Random(seed), most, rich=rich).scene.objects)
         for seed in range(150)
     }
     assert found == sizes
@@ -168,8 +168,8 @@ def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
         ("night",),
     ]
     asked = task(things, *facts, relevant=["lid.1"])
-    prior = usual(taken=frozenset({"nothing"}))
-    found = closed_scene(asked, prior, random.Random(0), 5)
+    prior = usual(taken_categories=frozenset({"nothing"}))
+    found = make_closed_scene(asked, prior, random.Random(0), 5)
     assert [thing.name for thing in found.scene.objects] == things[:5]
     assert found.scene.agent == 4
     assert told(found.facts(), found.scene) == {
@@ -181,15 +181,19 @@ def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
         "clean lid.1",
         "night",
     }
-    assert [thing.name for thing in closed_scene(asked, prior, random.Random(0), 4).scene.objects] == ["me.0"]
-    there = closed_scene(asked, prior, random.Random(0), 2, with_=[5])
+    assert [thing.name for thing in make_closed_scene(asked, prior, random.Random(0), 4).scene.objects] == [
+        "me.0"
+    ]
+    there = make_closed_scene(asked, prior, random.Random(0), 2, with_=[5])
     assert [thing.name for thing in there.scene.objects] == ["me.0", "sink.1"]
 
 
 def test_of_two_things_in_each_other_neither_is() -> None:
     asked = task(["cup.1", "pan.1"], ("on", "cup.1", "pan.1"), ("on", "pan.1", "cup.1"), ("clean", "pan.1"))
-    assert told(closed_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {"clean pan.1"}
-    assert {fact.predicate for fact in with_only(asked.initial, [1]).facts()} == {"clean"}
+    assert told(make_closed_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {
+        "clean pan.1"
+    }
+    assert {fact.predicate for fact in restrict_state(asked.initial, [1]).facts()} == {"clean"}
 
 
 @pytest.mark.parametrize(
@@ -205,12 +209,12 @@ def test_of_two_things_in_each_other_neither_is() -> None:
     ],
 )
 def test_a_name_with_a_number_that_no_other_has(name: str, there: list[str], expected: str) -> None:
-    assert _free_name(name, [WorldObject(each, "thing") for each in there]) == expected
+    assert _make_free_name(name, [WorldObject(each, "thing") for each in there]) == expected
 
 
 def test_one_of_each_kind_comes_before_the_second_of_any() -> None:
     scene = Scene(VOCABULARY, [WorldObject(f"{k}.{n}", k) for k in ("cup", "pan") for n in range(3)], None)
-    orders = {tuple(_by_category(range(6), scene, random.Random(seed))) for seed in range(50)}
+    orders = {tuple(_order_by_category(range(6), scene, random.Random(seed))) for seed in range(50)}
     assert len(orders) > 20
     for order in orders:
         kinds = [scene.objects[i].category for i in order]

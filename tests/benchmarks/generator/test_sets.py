@@ -15,11 +15,11 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
-    manifest_entry,
-    seeds_of,
-    sets_in,
-    shape_of,
-    unproven,
+    find_false_claims,
+    make_manifest_entry,
+    make_seeds,
+    measure_shape,
+    read_other_sets,
     write_manifest,
 )
 from eai.benchmarks.generator.spec import CANARY, Generated, Reason, Spec, Tier
@@ -57,7 +57,7 @@ def test_the_shape_of_a_set_has_least_quartiles_and_greatest(
     light: Task, steps: tuple[int, ...], spread: tuple[int, ...]
 ) -> None:
     tasks = of_steps(light, *steps)
-    shape = shape_of(tasks)
+    shape = measure_shape(tasks)
     assert shape["steps"] == list(spread)
     assert set(shape["goals"]) == ({1} if tasks else set())
     assert set(shape["objects"]) == ({5} if tasks else set())
@@ -66,13 +66,13 @@ def test_the_shape_of_a_set_has_least_quartiles_and_greatest(
 
 def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
     light, pack = lamps.tasks(Source()).values()
-    assert shape_of([light, pack, pack])["forms"] == {"Atom": 2, "ForAll": 1}
+    assert measure_shape([light, pack, pack])["forms"] == {"Atom": 2, "ForAll": 1}
 
 
 def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(light: Task) -> None:
     rejected = [Reason.COPY, Reason.TOO_LONG, Reason.COPY]
     made = [Generated(task, {}) for task in of_steps(light, 3, 4)]
-    entry = manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
+    entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
     spec = entry.pop("spec")
     assert json.loads(json.dumps(spec)) == json.loads(json.dumps(asdict(SPEC)))
     assert entry == {
@@ -89,7 +89,7 @@ def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(ligh
             "forms": {"ForAll": 2},
         },
     }
-    assert manifest_entry(SPEC, 7, None, b"", [], [])["secret_sha256"] is None
+    assert make_manifest_entry(SPEC, 7, None, b"", [], [])["secret_sha256"] is None
 
 
 def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
@@ -102,12 +102,12 @@ def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
     file = folder / "test.jsonl"
     write_task_file(file, lines)
     made, rejected = [Generated(light, {})] * len(seeds), [Reason.COPY] * 2
-    entry = manifest_entry(SPEC, 3, SECRET, file.read_bytes(), made, rejected)
+    entry = make_manifest_entry(SPEC, 3, SECRET, file.read_bytes(), made, rejected)
     write_manifest(folder, "test", entry, {})
 
 
 def first_seeds(number: int) -> list[str]:
-    return list(islice(seeds_of("test", 3, SECRET), number))
+    return list(islice(make_seeds("test", 3, SECRET), number))
 
 
 @pytest.mark.parametrize(
@@ -127,20 +127,20 @@ def test_what_does_not_prove_a_secret(
     write_set(tmp_path, lamps, [seeds[number] for number in chosen])
     file = tmp_path / "test.jsonl"
     file.write_bytes(file.read_bytes().replace(b"Switch", b"Turn") if content else file.read_bytes())
-    problems = list(unproven(tmp_path, "test", secret))
+    problems = list(find_false_claims(tmp_path, "test", secret))
     assert len(problems) == len(found)
     assert all(problem.startswith(start) for problem, start in zip(problems, found, strict=True))
 
 
 def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_path: Path) -> None:
     write_set(tmp_path, lamps, first_seeds(1))
-    write_manifest(tmp_path, "open", manifest_entry(SPEC, 3, None, b"", [], []), {})
+    write_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
         with pytest.raises(InputError, match="that was made with a secret"):
-            list(unproven(tmp_path, split, SECRET))
+            list(find_false_claims(tmp_path, split, SECRET))
     (tmp_path / "test.jsonl").unlink()
     with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):
-        list(unproven(tmp_path, "test", SECRET))
+        list(find_false_claims(tmp_path, "test", SECRET))
 
 
 def test_a_manifest_keeps_other_sets_and_what_they_have_in_common(tmp_path: Path) -> None:
@@ -183,9 +183,9 @@ def test_sets_of_a_folder_are_those_of_its_world_that_have_tasks(lamps: Benchmar
     write("theirs.jsonl", "virtualhome")
     (tmp_path / "empty.jsonl").touch()
     (tmp_path / "notes.txt").write_text("nothing")
-    found = sets_in(tmp_path, "lamps:lamps", lamps.domain, without=tmp_path / "mine.jsonl")
+    found = read_other_sets(tmp_path, "lamps:lamps", lamps.domain, without=tmp_path / "mine.jsonl")
     assert {name: [task.id for task in tasks] for name, tasks in found.items()} == {
         "test": ["test.jsonl.gz"],
         "train": ["train.jsonl"],
     }
-    assert sets_in(tmp_path / "none", "lamps:lamps", lamps.domain, without=tmp_path) == {}
+    assert read_other_sets(tmp_path / "none", "lamps:lamps", lamps.domain, without=tmp_path) == {}

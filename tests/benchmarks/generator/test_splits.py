@@ -13,17 +13,17 @@ import eai.logic.formula as f
 from benchmarks.generator.worlds import HOUSEHOLDS, generate, generator, tasks
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.generator import Generator
-from eai.benchmarks.generator.prior import Pattern, patterns_of
+from eai.benchmarks.generator.prior import Pattern, find_patterns
 from eai.benchmarks.generator.sets import (
     SHARES,
-    _pair,
+    _make_split_pair,
     _split_at,
-    bases_of,
-    fingerprint_of,
-    giving_away,
-    is_before,
-    overlap_of,
-    seeds_of,
+    fingerprint_task,
+    is_earlier_split,
+    make_leak_test,
+    make_seeds,
+    measure_overlap,
+    select_bases,
     split_of,
     split_of_goals,
 )
@@ -44,7 +44,7 @@ def goals_of(made: Generated) -> list[f.Formula]:
 def made_in(like: str, split: Split, number: int, held_out: HeldOut = "goals") -> list[Generated]:
     benchmark, source = find_benchmark(like), Source()
     spec = Spec(like, benchmark.tasks(source).sha256, split=split, held_out=held_out)
-    found = generate(Generator(benchmark, spec, source), seeds_of(split.value, 5), number, set())
+    found = generate(Generator(benchmark, spec, source), make_seeds(split.value, 5), number, set())
     return [each for each in found if isinstance(each, Generated)]
 
 
@@ -56,7 +56,7 @@ def test_a_hash_gives_each_split_its_share() -> None:
 
 @pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
 def test_no_goals_are_in_two_splits(like: str) -> None:
-    prints = {split: {fingerprint_of(each.task)[0] for each in made_in(like, split, 6)} for split in PARTS}
+    prints = {split: {fingerprint_task(each.task)[0] for each in made_in(like, split, 6)} for split in PARTS}
     assert not prints[Split.TRAIN] & prints[Split.TEST]
     assert not prints[Split.TRAIN] & prints[Split.VALIDATION]
     assert not prints[Split.VALIDATION] & prints[Split.TEST]
@@ -80,7 +80,7 @@ def test_a_later_split_asks_for_a_pair_that_no_earlier_one_has(like: str) -> Non
         for made in made_in(like, split, 4, "pairs"):
             scene = made.task.scene
             agent = None if scene.agent is None else scene.objects[scene.agent].category
-            literals = [pattern for goal in goals_of(made) for pattern in patterns_of(goal, scene)]
+            literals = [pattern for goal in goals_of(made) for pattern in find_patterns(goal, scene)]
             found.append({(p.predicate, *[k for k in p.categories if k != agent][:1]) for p in literals})
         return found
 
@@ -93,9 +93,9 @@ def test_a_later_split_asks_for_a_pair_that_no_earlier_one_has(like: str) -> Non
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_every_public_task_is_the_base_of_one_split(like: str, held_out: HeldOut) -> None:
     public = list(find_benchmark(like).tasks(Source()).values())
-    parts = [bases_of(public, split, held_out) for split in PARTS]
+    parts = [select_bases(public, split, held_out) for split in PARTS]
     assert all(parts)
-    assert sum(map(len, parts)) == len(public) == len(bases_of(public, Split.ALL, held_out))
+    assert sum(map(len, parts)) == len(public) == len(select_bases(public, Split.ALL, held_out))
     if held_out == "titles":
         titles = [{task.title for task in part} for part in parts]
         assert sum(map(len, titles)) == len({task.title for task in public})
@@ -108,7 +108,7 @@ def test_titles_and_scenes_are_shared_out_as_near_to_the_shares_as_can_be(
 ) -> None:
     task = lamps.tasks(Source())["light"]
     public = [replace(task, id=f"{n}", title=f"t{n}") for n in range(number)]
-    shared = [len(bases_of(public, split, held_out)) for split in PARTS]
+    shared = [len(select_bases(public, split, held_out)) for split in PARTS]
     assert shared == [pytest.approx(share * number) for share in SHARES.values()]
 
 
@@ -116,13 +116,13 @@ def test_what_looking_up_another_split_solves_is_refused_whichever_comes_first()
     made = tasks("behavior")[0]
     domain = find_benchmark("behavior").domain
     copy = replace(made.task, id="copy")
-    assert giving_away(domain, known=[copy])(made.task)
-    assert giving_away(domain, held_out=[copy])(made.task)
-    assert not giving_away(domain)(made.task)
+    assert make_leak_test(domain, known=[copy])(made.task)
+    assert make_leak_test(domain, held_out=[copy])(made.task)
+    assert not make_leak_test(domain)(made.task)
     benchmark, source = find_benchmark("behavior"), Source()
     spec = Spec("behavior", benchmark.tasks(source).sha256)
     seed = str(made.about["seed"])
-    again = Generator(benchmark, spec, source, giving_away(domain, known=[copy])).task(seed)
+    again = Generator(benchmark, spec, source, make_leak_test(domain, known=[copy])).generate_task(seed)
     assert again == Reason.KNOWN_PLAN
 
 
@@ -130,18 +130,18 @@ def test_overlap_counts_the_same_those_of_the_same_goals_and_those_solved_by_loo
     domain = find_benchmark("behavior").domain
     first, *others = [replace(each.task, id=f"t{i}") for i, each in enumerate(islice(tasks("behavior"), 6))]
     elsewhere = replace(first, id="x", initial=first.scene.state(list(first.initial.facts())[:-1]))
-    assert list(overlap_of([replace(first, id="y")], [first, *others], domain).values()) == [1] * 4
-    counted = overlap_of([elsewhere], [first], domain)
+    assert list(measure_overlap([replace(first, id="y")], [first, *others], domain).values()) == [1] * 4
+    counted = measure_overlap([elsewhere], [first], domain)
     assert (counted["tasks"], counted["same_goals"]) == (1, 1)
-    assert set(overlap_of([], [first], domain).values()) == {0}
+    assert set(measure_overlap([], [first], domain).values()) == {0}
 
 
 def test_the_order_of_splits() -> None:
-    assert is_before("train", "test")
-    assert is_before("validation", "test")
-    assert not is_before("test", "train")
-    assert not is_before("train", "train")
-    assert not is_before("tasks", "test")
+    assert is_earlier_split("train", "test")
+    assert is_earlier_split("validation", "test")
+    assert not is_earlier_split("test", "train")
+    assert not is_earlier_split("train", "train")
+    assert not is_earlier_split("tasks", "test")
 
 
 def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> None:
@@ -156,10 +156,10 @@ def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> Non
 
 
 def test_all_of_a_kind_is_said_of_what_some_public_task_has_several_of() -> None:
-    several = generator("virtualhome").prior.several
+    several = generator("virtualhome").prior.countable_categories
     assert {"plate", "cup", "light"} <= several
     assert {"phone", "television", "soap"}.isdisjoint(several)
-    assert not generator("behavior").prior.several
+    assert not generator("behavior").prior.countable_categories
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_a_pair_is_of_a_predicate_and_the_first_kind_that_is_not_the_agents(
     lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
 ) -> None:
     scene = lamps.tasks(Source())["light"].scene
-    assert _pair(Pattern("p", categories, True), scene) == pair
+    assert _make_split_pair(Pattern("p", categories, True), scene) == pair
 
 
 @pytest.mark.parametrize(
@@ -202,7 +202,7 @@ def test_a_pair_is_of_a_predicate_and_the_first_kind_that_is_not_the_agents(
     ],
 )
 def test_a_split_comes_before_later_ones(one: str, other: str, expected: bool) -> None:
-    assert is_before(one, other) is expected
+    assert is_earlier_split(one, other) is expected
 
 
 def test_each_title_and_each_scene_is_of_one_split_and_the_shares_are_those_of_all(lamps: Benchmark) -> None:
@@ -213,10 +213,10 @@ def test_each_title_and_each_scene_is_of_one_split_and_the_shares_are_those_of_a
             for n in range(10)
             for task in (light, pack)
         ]
-        parts = [bases_of(public, split, held_out) for split in PARTS]
+        parts = [select_bases(public, split, held_out) for split in PARTS]
         keys = [{task.title if held_out == "titles" else task.id for task in part} for part in parts]
         number = 5 if held_out == "titles" else 20
         assert [len(key) for key in keys] == [3 * number // 5, number // 5, number // 5]
         assert sorted(task.id for part in parts for task in part) == sorted(task.id for task in public)
-        assert bases_of(public, Split.ALL, held_out) == public
-    assert bases_of(public, Split.TEST, "goals") == public
+        assert select_bases(public, Split.ALL, held_out) == public
+    assert select_bases(public, Split.TEST, "goals") == public

@@ -20,7 +20,7 @@ from eai.agents.reference import staged
 from eai.agents.setting import STANDARD
 from eai.agents.stage import Stage
 from eai.benchmarks.generator.spec import Generated
-from eai.benchmarks.generator.twins import Leaning, twins_of
+from eai.benchmarks.generator.twins import Balance, make_possible_pair
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -38,8 +38,8 @@ def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
     domain = find_benchmark(like).domain
     assert len(pairs(like)) == len(PAIR_SEEDS[like])
     for made in pairs(like):
-        assert made.twin is not None
-        solved, unsolved = made.task, made.twin.task
+        assert made.paired is not None
+        solved, unsolved = made.task, made.paired.task
         assert solves(domain, solved, solved.script)
         assert not is_impossible(solved, domain)
         assert (solved.special, unsolved.script) == (Impossible(()), ())
@@ -50,15 +50,15 @@ def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
 def test_a_planner_finds_none_either(like: str) -> None:
     domain = find_benchmark(like).domain
     for made in pairs(like):
-        assert made.twin is not None
-        assert find_plan(made.twin.task, Planner(domain), Limits(500)).plan == ()
+        assert made.paired is not None
+        assert find_plan(made.paired.task, Planner(domain), Limits(500)).plan == ()
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
     for made in pairs(like):
-        assert made.twin is not None
-        solved, unsolved = made.task, made.twin.task
+        assert made.paired is not None
+        solved, unsolved = made.task, made.paired.task
         assert (solved.instruction, solved.goals, solved.title) == (
             unsolved.instruction,
             unsolved.goals,
@@ -79,13 +79,13 @@ def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
 def test_they_are_written_and_read_and_checked(like: str) -> None:
     domain = find_benchmark(like).domain
     made = pairs(like)[0]
-    assert made.twin is not None
-    for task in (made.task, made.twin.task):
+    assert made.paired is not None
+    for task in (made.task, made.paired.task):
         line = written(task, like, domain)
         read = task_of(read_line(line), domain)
         assert written(read, like, domain) == line
         assert list(problems_of(read, domain)) == []
-    names = {made.task.id.replace(made.task.title, ""), made.twin.task.id.replace(made.task.title, "")}
+    names = {made.task.id.replace(made.task.title, ""), made.paired.task.id.replace(made.task.title, "")}
     assert names == {"-a", "-b"}
 
 
@@ -93,12 +93,12 @@ def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_th
     tmp_path: Path,
 ) -> None:
     domain, made = find_benchmark("behavior").domain, pairs("behavior")[0]
-    assert made.twin is not None
-    lines = [written(task, "behavior", domain) for task in (made.task, made.twin.task)]
+    assert made.paired is not None
+    lines = [written(task, "behavior", domain) for task in (made.task, made.paired.task)]
     (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
     suites = [eai.open(f"{tmp_path}/", ability) for ability in PAPER_ABILITIES[:3]]
     asked = {suite.ability: set(suite.task_ids) for suite in suites}
-    both = {made.task.id, made.twin.task.id}
+    both = {made.task.id, made.paired.task.id}
     assert asked[Ability.GOAL_INTERPRETATION] == asked[Ability.ACTION_SEQUENCING] == both
     assert asked[Ability.SUBGOAL_DECOMPOSITION] == {made.task.id}
 
@@ -107,12 +107,15 @@ def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_th
 def test_the_kind_of_thing_tells_nothing(like: str) -> None:
     """However often pairs are made, no kind is much more often on one side."""
     (made,) = pairs(like)
-    assert made.twin is not None
-    facts = {*made.task.initial.facts(), *made.twin.task.initial.facts()}
+    assert made.paired is not None
+    facts = {*made.task.initial.facts(), *made.paired.task.initial.facts()}
     whole = replace(made.task, initial=made.task.scene.state(facts))
     assert solves(find_benchmark(like).domain, whole, whole.script)
-    planner, leaning = Planner(find_benchmark(like).domain), Leaning()
-    found = [twins_of(Generated(whole, {}), planner, (), leaning, random.Random(seed)) for seed in range(4)]
+    planner, leaning = Planner(find_benchmark(like).domain), Balance()
+    found = [
+        make_possible_pair(Generated(whole, {}), planner, (), leaning, random.Random(seed))
+        for seed in range(4)
+    ]
     assert any(found)
     assert all(abs(number) <= 1 for number in leaning.values())
 
@@ -120,8 +123,8 @@ def test_the_kind_of_thing_tells_nothing(like: str) -> None:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> None:
     (made, *_), benchmark = pairs(like), find_benchmark(like)
-    assert made.twin is not None
-    stages = [staged(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.twin.task)]
+    assert made.paired is not None
+    stages = [staged(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.paired.task)]
     assert {stage.limit for stage in stages} == {50}
     for stage in stages:
         is_right = stage.task.has_no_plan

@@ -107,17 +107,19 @@ REQUESTED = [
 @pytest.mark.parametrize(("text", "voice", "clause"), REQUESTED)
 def test_the_same_is_said_in_several_ways(text: str, voice: Voice, clause: str) -> None:
     goal = formula(text)
-    assert WORDS.clause(goal, voice) == clause
+    assert WORDS.make_clause(goal, voice) == clause
     opening = "Your task is to" if voice.requests else "Make sure that"
-    assert _Reader(WORDS).goals(f"{opening} {clause}.") == (goal,)
+    assert _Reader(WORDS).read_goals(f"{opening} {clause}.") == (goal,)
 
 
 @pytest.mark.parametrize("text", [text for text, _ in CASES])
 @pytest.mark.parametrize("requests", [False, True])
 def test_every_voice_gives_the_goal_back(text: str, requests: bool) -> None:
     goal, opening = formula(text), "Please" if requests else "See to it that"
-    clauses = {WORDS.clause(goal, Voice(pick, requests)) for pick in range(12)}
-    assert [_Reader(WORDS).goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(clauses)
+    clauses = {WORDS.make_clause(goal, Voice(pick, requests)) for pick in range(12)}
+    assert [_Reader(WORDS).read_goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(
+        clauses
+    )
 
 
 def formula(text: str) -> f.Formula:
@@ -127,16 +129,16 @@ def formula(text: str) -> f.Formula:
 @pytest.mark.parametrize(("text", "sentence"), CASES)
 def test_each_goal_has_a_sentence_that_says_it(text: str, sentence: str) -> None:
     goal = formula(text)
-    assert WORDS.clause(goal) == sentence
-    assert _Reader(WORDS).goals(f"Make sure that {sentence}.") == (goal,)
+    assert WORDS.make_clause(goal) == sentence
+    assert _Reader(WORDS).read_goals(f"Make sure that {sentence}.") == (goal,)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 5])
 def test_several_goals_are_joined(number: int) -> None:
     goals = [formula(text) for text, _ in CASES[:number]]
     for seed in range(6):
-        text = WORDS.instruction(goals, random.Random(seed))
-        assert _Reader(WORDS).goals(text) == tuple(goals)
+        text = WORDS.make_instruction(goals, random.Random(seed))
+        assert _Reader(WORDS).read_goals(text) == tuple(goals)
 
 
 @pytest.mark.parametrize(
@@ -158,12 +160,12 @@ def test_several_goals_are_joined(number: int) -> None:
 )
 def test_what_says_no_goal_is_refused(text: str) -> None:
     with pytest.raises(InputError):
-        _Reader(WORDS).goals(text)
+        _Reader(WORDS).read_goals(text)
 
 
 def test_a_goal_without_sentence_is_refused() -> None:
-    with pytest.raises(InputError, match="no sentence for Implies"):
-        WORDS.clause(f.Implies(f.TRUE, f.FALSE))
+    with pytest.raises(InputError, match="no sentence states a goal of the shape Implies"):
+        WORDS.make_clause(f.Implies(f.TRUE, f.FALSE))
 
 
 @pytest.mark.parametrize(
@@ -195,7 +197,7 @@ def test_plurals(noun: str, nouns: str) -> None:
 def test_instructions_give_the_goals_back(like: str, forms: Forms) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):
-        goals = _Reader(Words.of(benchmark, each.task.initial)).goals(each.task.instruction)
+        goals = _Reader(Words.for_benchmark(benchmark, each.task.initial)).read_goals(each.task.instruction)
         assert goals == tuple(goal.formula for goal in each.task.goals)
 
 
@@ -204,11 +206,11 @@ def test_things_are_told_by_their_places() -> None:
     benchmark = find_benchmark("behavior")
     told = 0
     for each in tasks("behavior"):
-        words = Words.of(benchmark, each.task.initial, by_place=True)
+        words = Words.for_benchmark(benchmark, each.task.initial, by_place=True)
         goals = [goal.formula for goal in each.task.goals]
-        instruction = words.instruction(goals, random.Random(0))
+        instruction = words.make_instruction(goals, random.Random(0))
         try:
-            assert _Reader(words).goals(instruction) == tuple(goals)
+            assert _Reader(words).read_goals(instruction) == tuple(goals)
         except InputError as error:  # such a task is not made
             assert "one meaning" in str(error)  # noqa: PT017
         told += " that is " in instruction
@@ -218,13 +220,13 @@ def test_things_are_told_by_their_places() -> None:
 def test_things_are_told_by_what_is_so_of_them_alone() -> None:
     scene = WORDS.scene
     seen = [Fact("inside", (1, 4)), Fact("is_clean", (2,)), Fact("ON", (1,)), Fact("ON", (2,))]
-    words = replace(WORDS, seen=[Fact("on_top", (1, 3)), *seen])
+    words = replace(WORDS, initial_facts=[Fact("on_top", (1, 3)), *seen])
     assert [words.is_described(thing.name) for thing in scene.objects] == [True] * 4 + [False, False, True]
-    said = words.clause(formula("inside(cup_1, box_1) or not is_clean(cup_2)"))
+    said = words.make_clause(formula("inside(cup_1, box_1) or not is_clean(cup_2)"))
     assert said == (
         "either the cup that is on top of the shelf is inside box_1 or the cup that is clean now is not clean"
     )
-    assert _Reader(words).goals(f"Make sure that {said}.") == (
+    assert _Reader(words).read_goals(f"Make sure that {said}.") == (
         formula("inside(cup_1, box_1) or not is_clean(cup_2)"),
     )
 
@@ -246,7 +248,7 @@ def test_kinds_that_would_be_called_the_same_are_called_by_their_names() -> None
 def test_an_action_is_read_on_things_that_are_there() -> None:
     def read(things: str) -> tuple[f.Formula, ...]:
         text = f"the lamp is not switched on until the action GRAB has been taken on {things}"
-        return _Reader(WORDS).goals(f"Make sure that {text}.")
+        return _Reader(WORDS).read_goals(f"Make sure that {text}.")
 
     lit = f.Not(f.Atom("ON", (f.Constant("lamp_1"),)))
     on = tuple(map(f.Constant, ("cup_1", "box_2")))

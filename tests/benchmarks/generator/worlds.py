@@ -7,31 +7,31 @@ from itertools import islice
 
 from eai.benchmarks.generator.generator import Generator, generate
 from eai.benchmarks.generator.prior import Prior
-from eai.benchmarks.generator.sets import seeds_of
-from eai.benchmarks.generator.spec import Forms, Generated, Outcome, Spec, TaskKind, Tier
+from eai.benchmarks.generator.sets import make_seeds
+from eai.benchmarks.generator.spec import Forms, Generated, GenerationOutcome, Spec, TaskKind, Tier
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.world.action import Action
 
 NOTHING_IS_USUAL = Prior(
     patterns={},
-    wanted={},
+    goal_counts={},
     themes={},
-    forms={},
-    paired=frozenset(),
+    shape_counts={},
+    pair_patterns=frozenset(),
     nestings=frozenset(),
     combinations=frozenset(),
-    needy=frozenset(),
-    actions={},
+    dependent_states=frozenset(),
+    action_counts={},
     operators=frozenset(),
-    kinds=frozenset(),
-    places=(),
-    taken=frozenset(),
-    used=frozenset(),
-    parts=(),
-    several=frozenset(),
-    pieces=frozenset(),
-    holding=(),
+    uses=frozenset(),
+    place_relations=(),
+    taken_categories=frozenset(),
+    used_categories=frozenset(),
+    part_relations=(),
+    countable_categories=frozenset(),
+    part_categories=frozenset(),
+    holding_predicates=(),
 )
 """A prior without anything, that tests of small worlds change."""
 
@@ -60,15 +60,15 @@ PAIR_SEEDS = {"virtualhome": (0,), "behavior": (2,)}
 def pairs(like: str) -> list[Generated]:
     """Make the pairs of the seeds, of which one task has no plan."""
     made = generator(like, kind=TaskKind.PAIRS)
-    outcomes = [made.task(f"tasks-7-{seed}") for seed in PAIR_SEEDS[like]]
+    outcomes = [made.generate_task(f"tasks-7-{seed}") for seed in PAIR_SEEDS[like]]
     return [outcome for outcome in outcomes if isinstance(outcome, Generated)]
 
 
 @cache
-def outcomes(like: str, number: int = 40, forms: Forms = "data") -> tuple[Outcome, ...]:
+def outcomes(like: str, number: int = 40, forms: Forms = "data") -> tuple[GenerationOutcome, ...]:
     """The outcomes of so many seeds."""
     made = generator(like, forms=forms)
-    return tuple([made.task(seed) for seed in islice(seeds_of("test", 1), number)])
+    return tuple([made.generate_task(seed) for seed in islice(make_seeds("test", 1), number)])
 
 
 def tasks(like: str, number: int = 40, forms: Forms = "data") -> list[Generated]:

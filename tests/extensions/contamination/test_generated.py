@@ -24,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("data_store")
 
 def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None:
     domain = find_benchmark("behavior").domain
-    twin = pairs("behavior")[0].twin
+    twin = pairs("behavior")[0].paired
     assert twin is not None
     (tmp_path / "tasks.jsonl").write_text(written(twin.task, "behavior", domain), encoding="utf-8")
     other = find_benchmark(f"obfuscated:{tmp_path}/")

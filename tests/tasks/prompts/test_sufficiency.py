@@ -20,7 +20,7 @@ from eai.base.store import Store
 from eai.benchmarks.behavior_1k.benchmark import UNTOLD
 from eai.benchmarks.behavior_1k.conventions import HEADING, describe_conventions
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import Generated, TaskKind
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, replace_tasks
@@ -216,9 +216,11 @@ def test_gold_plans_work_in_the_worlds_of_prompts_about_generated_tasks(
     fetched: Source, like: str, kind: TaskKind, seeds: int
 ) -> None:
     made = generator(like, kind=kind)
-    outcomes = [made.task(seed) for seed in islice(seeds_of("sufficient", 1), seeds)]
+    outcomes = [made.generate_task(seed) for seed in islice(make_seeds("sufficient", 1), seeds)]
     tasks = [each.task for each in outcomes if isinstance(each, Generated)]
-    tasks += [each.twin.task for each in outcomes if isinstance(each, Generated) and each.twin is not None]
+    tasks += [
+        each.paired.task for each in outcomes if isinstance(each, Generated) and each.paired is not None
+    ]
     benchmark = replace_tasks(find_benchmark(like), "made", given(*tasks))
     asked = list(benchmark.tasks_for(Ability.ACTION_SEQUENCING, fetched).values())
     if asked:

@@ -8,7 +8,7 @@ from itertools import combinations
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.benchmarks.generator.sets import SHARES, fingerprint_of
+from eai.benchmarks.generator.sets import SHARES, fingerprint_task
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import open_reward_suite
 from eai.tasks.task import Task
@@ -49,7 +49,7 @@ class Tasks:
     def _refuse_common_goals(self) -> None:
         """Splits that are called as those of `eai generate` are have no goals in common."""
         goals = {
-            split: {fingerprint_of(task)[0] for task in self._of_split[split].values()}
+            split: {fingerprint_task(task)[0] for task in self._of_split[split].values()}
             for split in SHARES
             if split in self._of_split
         }

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import Generated, Spec, Split, Tier
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, replace_tasks
@@ -57,7 +57,7 @@ def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier
     """
     base, source = find_benchmark(domain), Source(planner=PlannerChoice.NONE)
     spec = Spec(domain, base.tasks(source).sha256, tier, split=split)
-    made = generate(Generator(base, spec, source), seeds_of(split.value, seed), sys.maxsize, set())
+    made = generate(Generator(base, spec, source), make_seeds(split.value, seed), sys.maxsize, set())
     found = (each for each in made if isinstance(each, Generated))
     while batch := list(islice(found, _TOGETHER)):
         asked = Library("eai", None, source).open(

@@ -16,18 +16,24 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import LookupTable
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.census import Usage, prior_of
+from eai.benchmarks.generator.census import UsualDomain, count_prior
 from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.hazards import guarded, guards_of, may_occur
-from eai.benchmarks.generator.measures import Measure, difficulty_model, measured
-from eai.benchmarks.generator.prior import Pattern, Prior, Theme, clash, is_idle, subjects_of
-from eai.benchmarks.generator.scene import closed_scene, hide, hiding_places, with_guests, with_more_of_a_kind
+from eai.benchmarks.generator.hazards import add_hazards, find_hazard_goals, may_occur
+from eai.benchmarks.generator.measures import Measure, difficulty_model, measure_task
+from eai.benchmarks.generator.prior import Pattern, Prior, Theme, clash, find_subjects, is_idle
+from eai.benchmarks.generator.scene import (
+    add_guests,
+    add_similar_objects,
+    find_hiding_places,
+    hide,
+    make_closed_scene,
+)
 from eai.benchmarks.generator.spec import (
     CANARY,
     LENGTHS,
     SHUT_LAST,
     Generated,
-    Outcome,
+    GenerationOutcome,
     Reason,
     Spec,
     Split,
@@ -35,8 +41,8 @@ from eai.benchmarks.generator.spec import (
     Tier,
     tier_of,
 )
-from eai.benchmarks.generator.twins import Leaning, ambiguous, twins_of
-from eai.benchmarks.generator.walk import Seeker, Walk, certificate, lower_bound
+from eai.benchmarks.generator.twins import Balance, make_ambiguous_pair, make_possible_pair
+from eai.benchmarks.generator.walk import TemporalGoalFinder, Walk, find_lower_bound, make_certificate
 from eai.benchmarks.generator.words import Words
 from eai.logic.traversal import object_names
 from eai.planning.planner import Planner
@@ -49,47 +55,47 @@ from eai.world.domain import Domain
 from eai.world.relation import bits
 from eai.world.state import State
 
-_TRIES = 12
+_PROPOSALS_PER_GOAL = 12
 """Number of goals proposed for each wanted goal; ten times as many in rich scenes."""
 
-_GIVEN_UP = 5
+_MAX_FAILURES_IN_A_ROW = 5
 """Number of unreached goals in a row after which no more goals are proposed for a scene."""
 
-_THEMES = 3
+_MAX_THEMES = 3
 """Maximum number of themes of one task, unless its scene is rich."""
 
-_RICH = (Tier.L, Tier.XL, Tier.XXL)
+_RICH_TIERS = (Tier.L, Tier.XL, Tier.XXL)
 """Tiers whose scenes are richer than those of the data set."""
 
-_LEAST_STEPS = 3
+_MIN_STEPS = 3
 """Minimum number of steps of a certificate in tier `DATA`."""
 
 _USUAL_STEPS = 5
 """Assumed length of a plan, if the data set has no plans."""
 
-_LONGER = 6
+_MAX_EXTRA_STEPS = 6
 """Maximum number of steps that a goal over time may add to a certificate."""
 
-_SEARCHED = 40
+_PROPOSALS_FOR_HIDDEN = 40
 """Number of goals proposed at first to find one about a hidden object."""
 
-_OFFERS = 2
+_OFFER_WEIGHT = 2
 """Additional weight of a public task that offers hiding places, or several objects of a category."""
 
-_HIDDEN = 0.7
+_HIDING_PROBABILITY = 0.7
 """Probability that an object is hidden if it can be, for a data set with plain goals only."""
 
-_FAILURES = 300
+_MAX_FAILED_SEEDS = 300
 """Number of rejected seeds in a row after which generation fails; larger for a split, by its share."""
 
-_RARE = 4
+_PAIRS_FACTOR = 4
 """Factor of the maximum number of rejected seeds for pairs, which are rare."""
 
-_RENEWED = 200
+_TASKS_PER_PLANNER = 200
 """Number of tasks after which planners are replaced, because a planner keeps every formula it has read."""
 
 
-class _Objections:
+class _ObjectionFinder:
     """Finds objections to a task: it is invalid, its words are inexact, or a public task is too similar.
 
     Args:
@@ -101,11 +107,11 @@ class _Objections:
     def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
         self._domain, self._by_place = domain, by_place
         self._public = {
-            sets.goals_fingerprint([goal.formula for goal in task.goals], task.scene) for task in public
+            sets.fingerprint_goals([goal.formula for goal in task.goals], task.scene) for task in public
         }
         self._table = LookupTable(public, domain)
 
-    def to(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
+    def find_objection(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
         """Return the objection to a task, or None.
 
         Args:
@@ -123,22 +129,22 @@ class _Objections:
             return Reason.HOLDS_ALREADY
         if not solves(self._domain, task, task.script):
             return Reason.NO_CERTIFICATE
-        if (reason := self._objection_to_words(task, words)) is not None:
+        if (reason := self._find_objection_to_words(task, words)) is not None:
             return reason
-        if sets.fingerprint_of(task)[0] in self._public:
+        if sets.fingerprint_task(task)[0] in self._public:
             return Reason.PUBLIC
         if self._table.solves(task):
             return Reason.PUBLIC_PLAN
         return None
 
-    def _objection_to_words(self, task: Task, words: Words) -> Reason | None:
+    def _find_objection_to_words(self, task: Task, words: Words) -> Reason | None:
         """Return the objection to the instruction: it names an object, or does not read back as the goals."""
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
         has_hazards = len(task.asked_goals) < len(goals)  # sentences about hazards cannot be read
-        says = words.says(task.instruction, goals) or has_hazards
+        says = words.is_read_back(task.instruction, goals) or has_hazards
         return None if says else Reason.AMBIGUOUS
 
 
@@ -151,7 +157,7 @@ class Generator:
         spec: the specification of tasks.
         source: the source of the data set.
         is_given_away: whether a task of another split gives a task away
-            (`eai.benchmarks.generator.sets.giving_away`).
+            (`eai.benchmarks.generator.sets.make_leak_test`).
 
     Raises:
         InputError: the specification has a difficulty, and difficulties in this benchmark are unknown.
@@ -163,121 +169,123 @@ class Generator:
     is_given_away: Callable[[Task], bool] | None = None
 
     def __post_init__(self) -> None:
-        self._made, self._leaning = 0, Leaning()
+        self._made, self._balance = 0, Balance()
         self._difficulty = difficulty_model(self.benchmark.name)
         if self._difficulty is None and self.spec.difficulty is not None:
             raise InputError(
                 f"difficulty: no difficulties of tasks are known for {self.benchmark.name}; leave it out"
             )
         self._tasks = list(self.benchmark.tasks(self.source).values())
-        self.prior: Prior = prior_of(self.benchmark, self._tasks)
-        self._bases = sets.bases_of(self._tasks, self.spec.split, self.spec.held_out)
+        self.prior: Prior = count_prior(self.benchmark, self._tasks)
+        self._bases = sets.select_bases(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
                 f"{self.benchmark.name} has no public task in the split {self.spec.split.value} "
                 f"by {self.spec.held_out}"
             )
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
-        self._objections = _Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
-        self._usage = Usage(self.benchmark.domain, self.prior)
-        self._hiding = hiding_places(self.benchmark.domain, self.prior)
-        self._weights = list(self._weights_of_bases())
-        self._begin_anew()
+        self._objections = _ObjectionFinder(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
+        self._usage = UsualDomain(self.benchmark.domain, self.prior)
+        self._hiding = find_hiding_places(self.benchmark.domain, self.prior)
+        self._weights = list(self._weigh_bases())
+        self._renew_planners()
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
 
-    def _begin_anew(self) -> None:
+    def _renew_planners(self) -> None:
         """Replace the planners, for usual actions and for all actions, by new ones with empty caches."""
         self._planner = Planner(self._usage.domain)
         self._free_planner = Planner(self.benchmark.domain)
 
-    def _weights_of_bases(self) -> Iterator[float]:
+    def _weigh_bases(self) -> Iterator[float]:
         """Yield the weight with which each public task is drawn as the base of a new task.
 
         All weights are 1 if the data set has goals with quantifiers. Otherwise titles have equal weights, and
         tasks with hiding places, or with several objects of a category, get more.
         """
-        several = self.prior.several & self.prior.taken
+        several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
         for task in self._bases:
             offers = not several.isdisjoint(self.prior.themes[task.title].categories)
-            more = _OFFERS * (offers + bool(self._hiding(task)))
-            yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
+            more = _OFFER_WEIGHT * (offers + bool(self._hiding(task)))
+            yield (1 + more) / numbers[task.title] if self.prior.countable_categories else 1.0
 
-    def task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> Outcome:
+    def generate_task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> GenerationOutcome:
         """Return the task of a seed, or the reason for its rejection.
 
         The task does not depend on the machine. A task with known fingerprints is rejected as a copy.
         """
         self._made += 1
-        if self._made % _RENEWED == 0:
-            self._begin_anew()
+        if self._made % _TASKS_PER_PLANNER == 0:
+            self._renew_planners()
         rng = self.spec.rng(seed)
         base = rng.choices(self._bases, self._weights)[0]
-        initial, hidden = self._scene(base, rng)
+        initial, hidden = self._make_scene(base, rng)
         if self.spec.kind.is_hazardous and not may_occur(
             self.benchmark.notation.english.hazards, initial.scene
         ):
             return Reason.NO_HAZARD
-        least, most = self._window(base)
-        walk = self._walk(base, initial, hidden, rng, least, most)
+        least, most = self._get_length_range(base)
+        walk = self._make_walk(base, initial, hidden, rng, least, most)
         if not walk.goals:
             return Reason.NO_GOALS
-        goals, start = list(walk.goals), self._usage.original(initial)
+        goals, start = list(walk.goals), self._usage.restore_state(initial)
         split = sets.split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (Split.ALL, split):
             return Reason.OTHER_SPLIT
         if not self.spec.kind.is_over_time and sets.fingerprint(goals, start) in known:
             return Reason.COPY
-        words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
+        words = Words.for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
-        asked = make_task(name, words.instruction(goals, rng), start, *goals)
-        task = replace(asked, script=tuple(certificate(walk)))
+        unsolved = make_task(name, words.make_instruction(goals, rng), start, *goals)
+        task = replace(unsolved, script=tuple(make_certificate(walk)))
         about: dict[str, Json] = {"split": split.value}
-        reason = self._objections.to(task, words, least, most)
+        reason = self._objections.find_objection(task, words, least, most)
         if reason is None and self.spec.kind.is_over_time:
-            proposals = self._proposals(initial, self.prior.themes[base.title])
-            found = self._on_the_way(task, initial, proposals, words, rng)
-            if isinstance(found, Reason):
-                return found
-            task = found.task
-            about |= found.about
-            reason = self._objections.to(task, words, least, most + _LONGER)
-            if reason is None and sets.fingerprint_of(task) in known:
+            proposals = self._make_proposals(initial, self.prior.themes[base.title])
+            timed = self._add_goals_over_time(task, initial, proposals, words, rng)
+            if isinstance(timed, Reason):
+                return timed
+            task = timed.task
+            about |= timed.about
+            reason = self._objections.find_objection(task, words, least, most + _MAX_EXTRA_STEPS)
+            if reason is None and sets.fingerprint_task(task) in known:
                 reason = Reason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = Reason.KNOWN_PLAN
         if reason is None and not self._can_be_seen(task):
             reason = Reason.NEVER_SEEN
-        outcome = self._judged(task, seed, about) if reason is None else reason
-        return outcome if isinstance(outcome, Reason) else self._with_twin(outcome, rng)
+        outcome = self._measure(task, seed, about) if reason is None else reason
+        return outcome if isinstance(outcome, Reason) else self._add_paired_task(outcome, rng)
 
-    def _with_twin(self, made: Generated, rng: random.Random) -> Outcome:
+    def _add_paired_task(self, made: Generated, rng: random.Random) -> GenerationOutcome:
         """Return the task, or a pair with the task if pairs are wanted."""
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
-            return twins_of(made, planner, may_lack, self._leaning, rng) or Reason.NO_TWIN
+            return make_possible_pair(made, planner, may_lack, self._balance, rng) or Reason.NO_TWIN
         if self.spec.kind is TaskKind.AMBIGUOUS:
-            return ambiguous(made, self.benchmark, self.prior, planner, rng) or Reason.NOT_AMBIGUOUS
+            return make_ambiguous_pair(made, self.benchmark, self.prior, planner, rng) or Reason.NOT_AMBIGUOUS
         return made
 
-    def _on_the_way(
+    def _add_goals_over_time(
         self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
-    ) -> Outcome:
+    ) -> GenerationOutcome:
         """Return the task with goals over time, and with a temptation: a plan that ignores them."""
         tempting = {"temptation": plan_of(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(Walk, self._planner, initial), self._listings
-            found = Seeker(task, self.benchmark.domain, listings, proposals, rng, begin).find()
-            if found is None:
+            temporal = TemporalGoalFinder(task, self.benchmark.domain, listings, proposals, rng, begin).find()
+            if temporal is None:
                 return Reason.NO_ORDER
-            instruction = words.instruction([*(each.formula for each in task.goals), found.goal], rng)
-            goals, plan = (*task.goals, goal(found.goal)), tuple(found.plan)
-            tempting = {"temptation": plan_of(replace(task, script=tuple(found.temptation)))}
+            instruction = words.make_instruction([*(each.formula for each in task.goals), temporal.goal], rng)
+            goals, plan = (*task.goals, goal(temporal.goal)), tuple(temporal.plan)
+            tempting = {"temptation": plan_of(replace(task, script=tuple(temporal.temptation)))}
             return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
-        guards = list(guards_of(self.benchmark.notation.english.hazards, self.benchmark.domain, words))
+        guards = list(
+            find_hazard_goals(self.benchmark.notation.english.hazards, self.benchmark.domain, words)
+        )
         guide = self._free_planner, self._planner
-        safe = guarded(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
+        safe = add_hazards(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
         if safe is None:
             return Reason.NO_HAZARD
         return Generated(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
@@ -291,23 +299,23 @@ class Generator:
             for i in sorted(task.named_by(task.goals))
         )
 
-    def _judged(self, task: Task, seed: str, about: dict[str, Json]) -> Outcome:
+    def _measure(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
         """Return the task with its measures, or the reason why it is too easy, too difficult or too small."""
-        found = measured(task, self.benchmark.domain)
-        if any(found[measure] < number for measure, number in self.spec.at_least):
+        measures = measure_task(task, self.benchmark.domain)
+        if any(measures[measure] < number for measure, number in self.spec.at_least):
             return Reason.TOO_LITTLE
-        if self._difficulty is not None and (expected := self._difficulty.expected(task)) is not None:
+        if self._difficulty is not None and (expected := self._difficulty.estimate(task)) is not None:
             about["difficulty"] = {"expected": expected, "error": self._difficulty.error}
             low, high = self.spec.difficulty or (-math.inf, math.inf)
             if not low <= expected <= high:
                 return Reason.DIFFICULTY
-        about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
+        about["lower_bound"] = least = find_lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Reason.ONE_ACTION
-        return Generated(task, {**self._about(task, seed, found), **about})
+        return Generated(task, {**self._describe(task, seed, measures), **about})
 
-    def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
-        of_goals, of_scene = sets.fingerprint_of(task)
+    def _describe(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
+        of_goals, of_scene = sets.fingerprint_task(task)
         return {
             "tier": tier_of(len(task.script)).value,
             **{measure.value: number for measure, number in measured.items()},
@@ -318,61 +326,69 @@ class Generator:
             "canary": CANARY,
         }
 
-    def _scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
+    def _make_scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
         """Return a closed scene after some random actions, and the objects that were hidden in it.
 
         No hand holds more than before these actions.
         """
         most = self.spec.most_objects
-        rich = self.spec.tier in _RICH
-        place, pair = self._place(base, rng)
-        found = closed_scene(base, self.prior, rng, most, rich=rich, with_=pair)
-        if self.prior.several:
+        rich = self.spec.tier in _RICH_TIERS
+        place, pair = self._draw_hiding_place(base, rng)
+        scene = make_closed_scene(base, self.prior, rng, most, rich=rich, with_=pair)
+        if self.prior.countable_categories:
             kinds = self.prior.themes[base.title].categories
-            found = with_more_of_a_kind(found, self.prior, rng, most, kinds)
+            scene = add_similar_objects(scene, self.prior, rng, most, kinds)
         if rich:
-            found = with_guests(found, self._bases, self.prior, rng, most)
-        closed = self._usage.state(found.scene, found.facts())
-        proposals = self._proposals(closed)
+            scene = add_guests(scene, self._bases, self.prior, rng, most)
+        closed = self._usage.make_state(scene.scene, scene.facts())
+        proposals = self._make_proposals(closed)
         walk = Walk(self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
-            wanted, before = proposals.literal(rng, relations=0.5), walk.state
+            wanted, before = proposals.draw_literal(rng, relations=0.5), walk.state
             if wanted is not None:
                 walk.reach(wanted)
                 walk.conditions.clear()
-            if self._held(walk.state) - self._held(before):
+            if self._find_held(walk.state) - self._find_held(before):
                 walk.state = before
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
-            start = self._usage.original(walk.state)
+            start = self._usage.restore_state(walk.state)
             after = hide(self._free_planner, start, place.predicate, *names)
             if after is not None:
-                return self._usage.state(after.scene, after.facts()), frozenset({after.scene.index[names[0]]})
-        return self._usage.state(walk.state.scene, walk.state.facts()), frozenset()
+                return self._usage.make_state(after.scene, after.facts()), frozenset(
+                    {after.scene.index[names[0]]}
+                )
+        return self._usage.make_state(walk.state.scene, walk.state.facts()), frozenset()
 
-    def _place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
+    def _draw_hiding_place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
         """Draw a pattern by which an object is hidden, and objects for it; often None, to hide nothing."""
-        places = self._hiding(base) if self.prior.several and rng.random() < _HIDDEN else ()
+        places = (
+            self._hiding(base)
+            if self.prior.countable_categories and rng.random() < _HIDING_PROBABILITY
+            else ()
+        )
         if not places:
             return None, ()
         place = rng.choice(places)
         return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in place.categories]
 
-    def _held(self, state: State) -> set[int]:
-        return {fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding}
+    def _find_held(self, state: State) -> set[int]:
+        return {
+            fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding_predicates
+        }
 
-    def _window(self, base: Task) -> tuple[int, int]:
+    def _get_length_range(self, base: Task) -> tuple[int, int]:
         """Return the minimum and maximum length of the certificate."""
         if self.spec.tier is not Tier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS
-        return max(_LEAST_STEPS, round(0.5 * length)), max(2 * _LEAST_STEPS, round(1.4 * length))
+        return max(_MIN_STEPS, round(0.5 * length)), max(2 * _MIN_STEPS, round(1.4 * length))
 
-    def _proposals(self, state: State, theme: Theme | None = None) -> Proposals:
+    def _make_proposals(self, state: State, theme: Theme | None = None) -> Proposals:
         spec = self.spec
-        return Proposals.for_scene(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
+        return Proposals.make(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
 
-    def _walk(
+    def _make_walk(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
     ) -> Walk:
         """Return a walk of roughly the wanted length, which reaches goals of one theme after the other.
@@ -380,7 +396,7 @@ class Generator:
         Its first goal is about a hidden object if possible.
         """
         walk = Walk(self._planner, initial)
-        is_rich = self.spec.tier in _RICH
+        is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((least + most) // 2, most)
         enough = wanted if is_rich else (least + most) // 2  # length at which no new theme begins
         others = [title for title in self._titles if title != base.title]
@@ -388,12 +404,12 @@ class Generator:
         begun = occasions = 0
         for title in (base.title, *rng.sample(others, len(others))):
             theme = self.prior.themes[title]
-            proposals = self._proposals(initial, theme)
-            if len(walk.trail) >= enough or begun == (len(others) + 1 if is_rich else _THEMES):
+            proposals = self._make_proposals(initial, theme)
+            if len(walk.trail) >= enough or begun == (len(others) + 1 if is_rich else _MAX_THEMES):
                 break
             if proposals.patterns:
-                begun, reached, last = begun + 1, len(walk.goals), proposals.ending(theme, rng)
-                self._go_on(walk, proposals, last, rng, wanted, hidden)
+                begun, reached, last = begun + 1, len(walk.goals), proposals.draw_agent_goals(theme, rng)
+                self._extend_walk(walk, proposals, last, rng, wanted, hidden)
                 if len(walk.goals) > reached or not reached:
                     occasions += len(walk.goals) > reached
                     ending = last if is_rich or occasions < 2 else []
@@ -402,7 +418,7 @@ class Generator:
                 walk.reach(wish)
         return walk
 
-    def _go_on(
+    def _extend_walk(
         self,
         walk: Walk,
         proposals: Proposals,
@@ -415,18 +431,18 @@ class Generator:
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row
-        tries = _TRIES * (10 if self.spec.tier in _RICH else 1)
-        sought = proposals.about({scene.objects[i].category for i in hidden})
-        searched = 0 if walk.goals or not sought.patterns else _SEARCHED
+        tries = _PROPOSALS_PER_GOAL * (10 if self.spec.tier in _RICH_TIERS else 1)
+        sought = proposals.restrict_to({scene.objects[i].category for i in hidden})
+        searched = 0 if walk.goals or not sought.patterns else _PROPOSALS_FOR_HIDDEN
         for _ in range(searched + tries * max(2, wanted // 3)):
-            if len(walk.trail) >= wanted or failures == max(_GIVEN_UP, wanted // 3):
+            if len(walk.trail) >= wanted or failures == max(_MAX_FAILURES_IN_A_ROW, wanted // 3):
                 break
             searched -= 1
             is_search = searched >= 0 and not walk.goals
-            wish = (sought if is_search else proposals).goal(rng)
+            wish = (sought if is_search else proposals).draw_goal(rng)
             if wish is None or wish in tried or is_idle(wish, walk.goals, scene, self.prior):
                 continue
-            if is_search and subjects_of(wish, scene).isdisjoint(hidden):
+            if is_search and find_subjects(wish, scene).isdisjoint(hidden):
                 continue
             tried.add(wish)
             others = (*walk.goals, *ending)
@@ -438,18 +454,18 @@ class Generator:
 
     def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
         """Reach one more goal, unless the agent then holds an object of the goal."""
-        subjects, before = subjects_of(goal, walk.state.scene), walk.mark()
+        subjects, before = find_subjects(goal, walk.state.scene), walk.mark()
         if not walk.reach(goal):
             return False
-        if subjects.isdisjoint(self._held(walk.state)):
+        if subjects.isdisjoint(self._find_held(walk.state)):
             return True
-        walk.back_to(before)
+        walk.return_to(before)
         return False
 
 
 def generate(
     generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
-) -> Iterator[Outcome]:
+) -> Iterator[GenerationOutcome]:
     """Yield generated tasks and reasons for rejections, until `number` tasks are generated.
 
     Args:
@@ -461,20 +477,20 @@ def generate(
     Raises:
         InputError: too many seeds in a row give no task.
     """
-    found = failures = 0
+    generated = failures = 0
     reasons = Counter[str]()
-    limit = _FAILURES * (_RARE if generator.spec.kind is TaskKind.PAIRS else 1)
+    limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if generator.spec.kind is TaskKind.PAIRS else 1)
     if generator.spec.split is not Split.ALL:
         limit = round(limit / min(sets.SHARES.values()))
-    while found < number:
+    while generated < number:
         if failures == limit:
             why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
             given = f"the last {failures} seeds gave no task: {why}"
-            raise InputError(f"only {found} of {number} tasks generated; {given}")
-        outcome = generator.task(next(seeds), known)
+            raise InputError(f"only {generated} of {number} tasks generated; {given}")
+        outcome = generator.generate_task(next(seeds), known)
         if isinstance(outcome, Generated):
-            known.add(sets.fingerprint_of(outcome.task))
-            found += 1
+            known.add(sets.fingerprint_task(outcome.task))
+            generated += 1
             failures = 0
             reasons.clear()
         else:

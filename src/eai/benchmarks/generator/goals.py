@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import eai.logic.formula as f
-from eai.benchmarks.generator.prior import Pattern, Patterns, Prior, Theme, kept, narrowed
+from eai.benchmarks.generator.prior import (
+    Pattern,
+    Patterns,
+    Prior,
+    Theme,
+    filter_patterns,
+    restrict_to_categories,
+)
 from eai.benchmarks.generator.spec import Forms
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -20,8 +27,8 @@ X, Y = "x", "y"
 """Variables of goals."""
 
 _SHAPES = ("Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs")
-_COUNTED = ("ForAll", "Exists", "Exactly", "ForPairs")
-_MOST_COUNTED = 4
+_QUANTIFIED_SHAPES = ("ForAll", "Exists", "Exactly", "ForPairs")
+_MAX_COUNT = 4
 
 
 @dataclass(frozen=True)
@@ -40,98 +47,102 @@ class Proposals:
     scene: Scene
     forms: Mapping[str, int]
     patterns: Patterns
-    paired: frozenset[Pattern] = frozenset()
+    pair_patterns: frozenset[Pattern] = frozenset()
 
     @staticmethod
-    def for_scene(
+    def make(
         scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
     ) -> Proposals:
         """Return the proposals for a scene: goals about a theme, or about all usual facts without a theme."""
-        usual = narrowed((prior if theme is None else theme).patterns, _categories(scene))
-        patterns = kept(usual, lambda pattern: _can_say(pattern, scene, prior))
+        usual = restrict_to_categories((prior if theme is None else theme).patterns, _list_categories(scene))
+        patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, prior))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
-        fitting -= set() if _countable(patterns, scene, prior) else {*_COUNTED}
-        usual_shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.forms
+        fitting -= set() if _filter_countable(patterns, scene, prior) else {*_QUANTIFIED_SHAPES}
+        usual_shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.shape_counts
         shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
-        paired = frozenset[Pattern]() if forms == "all" else prior.paired
+        paired = frozenset[Pattern]() if forms == "all" else prior.pair_patterns
         return Proposals(prior, scene, shapes, patterns, paired)
 
-    def about(self, kinds: Collection[str]) -> Proposals:
+    def restrict_to(self, kinds: Collection[str]) -> Proposals:
         """Return the proposals about objects of these categories."""
-        known = kept(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
-        return replace(self, patterns=known)
+        patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
+        return replace(self, patterns=patterns)
 
-    def literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
+    def draw_literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
         """Return a positive literal, or None.
 
         `relations` is the minimum probability that the literal is about the place of an object.
         """
-        pattern = self._pattern(rng, truth=True, relations_only=relations > 0 and rng.random() < relations)
-        return None if pattern is None else self._ground(pattern, rng)
+        pattern = self._draw_pattern(
+            rng, truth=True, relations_only=relations > 0 and rng.random() < relations
+        )
+        return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
-    def ending(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
+    def draw_agent_goals(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
         """Return the goals about the agent's final state that one task of a theme has; these may be none."""
-        here = _categories(self.scene)
-        fitting = {e: n for e, n in theme.endings.items() if all(here.keys() >= {*p.categories} for p in e)}
+        here = _list_categories(self.scene)
+        fitting = {
+            e: n for e, n in theme.agent_goal_counts.items() if all(here.keys() >= {*p.categories} for p in e)
+        }
         if not fitting:
             return []
-        chosen = {category: rng.choice(self._members(category)) for category in here}
+        chosen = {category: rng.choice(self._list_members(category)) for category in here}
         return [
-            self._literal(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
-            for p in _chosen(fitting, rng)
+            self._make_literal(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
+            for p in _draw_weighted(fitting, rng)
         ]
 
-    def goal(self, rng: random.Random) -> f.Formula | None:
+    def draw_goal(self, rng: random.Random) -> f.Formula | None:
         """Return a goal, or None if the scene has no objects for the drawn shape."""
-        shape = _chosen(self.forms, rng)
+        shape = _draw_weighted(self.forms, rng)
         if shape == "Occurs":
-            alternatives: tuple[str, ...] = _chosen(self.prior.actions, rng)
+            alternatives: tuple[str, ...] = _draw_weighted(self.prior.action_counts, rng)
             return f.Or(tuple(map(f.Occurs, alternatives)))
-        countable = _countable(self.patterns, self.scene, self.prior)
-        known = self if shape not in _COUNTED else replace(self, patterns=countable)
-        pattern = known._pattern(rng, truth=shape != "Not")
+        countable = _filter_countable(self.patterns, self.scene, self.prior)
+        known = self if shape not in _QUANTIFIED_SHAPES else replace(self, patterns=countable)
+        pattern = known._draw_pattern(rng, truth=shape != "Not")
         if pattern is None:
             return None
         match shape:
             case "Atom" | "Not":
-                return self._ground(pattern, rng)
+                return self._draw_ground_literal(pattern, rng)
             case "Or":
-                return self._either(pattern, rng)
+                return self._draw_choice(pattern, rng)
             case "ForPairs":
-                return self._for_pairs(pattern)
-        return self._quantified(shape, pattern, rng)
+                return self._make_pair_goal(pattern)
+        return self._draw_quantified(shape, pattern, rng)
 
-    def _pattern(
+    def _draw_pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
     ) -> Pattern | None:
         """Draw a predicate by its frequency in goals, and one of its patterns by its weight."""
         arity = self.scene.vocabulary.arity
         wanted = {
-            key: self.prior.wanted[key]
+            key: self.prior.goal_counts[key]
             for key in self.patterns
             if truth in (None, key[1]) and not (relations_only and arity(key[0]) != 2)
         }
         if not wanted:
             return None
-        patterns = self.patterns[_chosen(wanted, rng)]
-        return _chosen({pattern: math.sqrt(weight) for pattern, weight in patterns.items()}, rng)
+        patterns = self.patterns[_draw_weighted(wanted, rng)]
+        return _draw_weighted({pattern: math.sqrt(weight) for pattern, weight in patterns.items()}, rng)
 
-    def _members(self, category: str) -> list[int]:
+    def _list_members(self, category: str) -> list[int]:
         return list(bits(self.scene.category(category)))
 
-    def _ground(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_ground_literal(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
         """Return a literal of a pattern about objects, or None if one object would occur twice."""
-        chosen = [rng.choice(self._members(category)) for category in pattern.categories]
+        chosen = [rng.choice(self._list_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
-        return self._literal(pattern, [f.Constant(self.scene.objects[i].name) for i in chosen])
+        return self._make_literal(pattern, [f.Constant(self.scene.objects[i].name) for i in chosen])
 
     @staticmethod
-    def _literal(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
+    def _make_literal(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
         atom = f.Atom(pattern.predicate, tuple(terms))
         return atom if pattern.truth else f.Not(atom)
 
-    def _either(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_choice(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
         """Return a choice between two relations of one object to different targets."""
         others = {
             other: weight
@@ -139,16 +150,20 @@ class Proposals:
             for other, weight in patterns.items()
             if truth and len(other.categories) == 2 and other.categories[:1] == pattern.categories[:1]
         }
-        first = self._ground(pattern, rng) if pattern.truth and len(pattern.categories) == 2 else None
+        first = (
+            self._draw_ground_literal(pattern, rng)
+            if pattern.truth and len(pattern.categories) == 2
+            else None
+        )
         if not isinstance(first, f.Atom) or not others:
             return None
-        second = self._ground(_chosen(others, rng), rng)
+        second = self._draw_ground_literal(_draw_weighted(others, rng), rng)
         if not isinstance(second, f.Atom) or first.arguments[0] in second.arguments[1:]:
             return None
         same = f.Atom(second.predicate, (first.arguments[0], *second.arguments[1:]))
         return None if same == first else f.Or((first, same))
 
-    def _body(
+    def _draw_body(
         self, pattern: Pattern, rng: random.Random, *, several: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable with its category, a literal about it, and the size of the category.
@@ -159,71 +174,75 @@ class Proposals:
         if not pattern.categories:
             return None
         category, *others = pattern.categories
-        members = self._members(category)
-        if len(members) < 2 or category in others or not _is_counted(category, self.prior):
+        members = self._list_members(category)
+        if len(members) < 2 or category in others or not _may_be_quantified(category, self.prior):
             return None
         terms: list[f.Term] = [f.Variable(X)]
         inner: f.Variable | None = None
         for other in others:
-            targets = self._members(other)
+            targets = self._list_members(other)
             if several and len(targets) > 1 and rng.random() < 0.5:
                 inner = f.Variable(Y, other)
                 terms.append(f.Variable(Y))
             else:
                 terms.append(f.Constant(self.scene.objects[rng.choice(targets)].name))
-        body = self._literal(pattern, terms)
+        body = self._make_literal(pattern, terms)
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
-    def _quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
         """Return a goal about all, some or a number of objects; "all" is negated as often as other goals."""
-        if shape == "ForAll" and (not pattern.truth or rng.random() < self._negated()):
-            pattern = self._pattern(rng, truth=False) or pattern
-        made = self._body(pattern, rng, several=shape == "ForAll" and pattern.truth)
+        if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_negated_share()):
+            pattern = self._draw_pattern(rng, truth=False) or pattern
+        made = self._draw_body(pattern, rng, several=shape == "ForAll" and pattern.truth)
         if made is None:
             return None
         variable, body, size = made
         if shape == "Exactly":
-            return f.Exactly(rng.randint(1, min(size - 1, _MOST_COUNTED)), variable, body)
+            return f.Exactly(rng.randint(1, min(size - 1, _MAX_COUNT)), variable, body)
         return f.ForAll(variable, body) if shape == "ForAll" else f.Exists(variable, body)
 
-    def _negated(self) -> float:
-        counts = self.prior.wanted
+    def _get_negated_share(self) -> float:
+        counts = self.prior.goal_counts
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
-    def _for_pairs(self, pattern: Pattern) -> f.Formula | None:
+    def _make_pair_goal(self, pattern: Pattern) -> f.Formula | None:
         """Return the goal that each object of one category has its own object of another, or None."""
         kinds = pattern.categories
-        if len(kinds) != 2 or kinds[0] == kinds[1] or (self.paired and pattern not in self.paired):
+        if (
+            len(kinds) != 2
+            or kinds[0] == kinds[1]
+            or (self.pair_patterns and pattern not in self.pair_patterns)
+        ):
             return None
-        few, many = (len(self._members(kind)) for kind in kinds)
-        if not 2 <= few <= many or not all(_is_counted(kind, self.prior) for kind in kinds):
+        few, many = (len(self._list_members(kind)) for kind in kinds)
+        if not 2 <= few <= many or not all(_may_be_quantified(kind, self.prior) for kind in kinds):
             return None
-        body = self._literal(pattern, (f.Variable(X), f.Variable(Y)))
+        body = self._make_literal(pattern, (f.Variable(X), f.Variable(Y)))
         return f.ForPairs(f.Variable(X, kinds[0]), f.Variable(Y, kinds[1]), body)
 
 
-def _categories(scene: Scene) -> Mapping[str, None]:
+def _list_categories(scene: Scene) -> Mapping[str, None]:
     """Return the categories of a scene's objects, in the order of the first object of each."""
     return dict.fromkeys([thing.category for thing in scene.objects])
 
 
-def _is_counted(category: str, prior: Prior) -> bool:
+def _may_be_quantified(category: str, prior: Prior) -> bool:
     """Whether a quantifier of a goal may range over the objects of a category."""
-    return not prior.several or category in prior.several
+    return not prior.countable_categories or category in prior.countable_categories
 
 
-def _countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
+def _filter_countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
     """Return the patterns whose first category has several objects, if a quantifier may range over them."""
 
     def is_countable(pattern: Pattern) -> bool:
         first = pattern.categories[:1]
-        return any(_is_counted(c, prior) and scene.category(c).bit_count() > 1 for c in first)
+        return any(_may_be_quantified(c, prior) and scene.category(c).bit_count() > 1 for c in first)
 
-    return kept(patterns, is_countable)
+    return filter_patterns(patterns, is_countable)
 
 
-def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
+def _can_be_goal(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
     """Whether a literal may be a goal.
 
     It must have at most two arguments, and be about neither the agent nor a part of an object. A relation
@@ -233,13 +252,13 @@ def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
         return False
     if scene.agent is not None and scene.objects[scene.agent].category in pattern.categories:
         return False
-    if not prior.pieces.isdisjoint(pattern.categories):
+    if not prior.part_categories.isdisjoint(pattern.categories):
         return False
-    if len(pattern.categories) < 2 or not prior.kinds:
+    if len(pattern.categories) < 2 or not prior.uses:
         return True
     moved, place = pattern.categories
-    return moved in prior.taken and place in prior.used
+    return moved in prior.taken_categories and place in prior.used_categories
 
 
-def _chosen(weights: Mapping[K, float], rng: random.Random) -> K:
+def _draw_weighted(weights: Mapping[K, float], rng: random.Random) -> K:
     return rng.choices(list(weights), list(weights.values()))[0]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.benchmarks.generator.walk import Walk, certificate, reach_all
+from eai.benchmarks.generator.walk import Walk, make_certificate, reach_all
 from eai.benchmarks.generator.words import Words
 from eai.logic.traversal import is_state_formula, object_names
 from eai.logic.traversal import walk as parts_of
@@ -27,17 +27,17 @@ from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute, to_trace
 from eai.world.state import Scene, State
 
-_LONGER = 6
+_MAX_EXTRA_STEPS = 6
 """Maximum number of steps that a safe plan has more than the certificate."""
 
-_ALONE = 6
+_MAX_STEPS_UNSAFE = 6
 """Maximum number of steps in a row about other objects, while an object is left open or switched on."""
 
-_FREE = Limits(100)
+_SAFE_PLAN_LIMITS = Limits(100)
 """Limits of the search for a plan that is short and safe."""
 
 
-class _Guard(NamedTuple):
+class _HazardGoal(NamedTuple):
     """A hazard of some objects, with the goal over time that forbids it.
 
     Attributes:
@@ -57,49 +57,51 @@ class _Guard(NamedTuple):
     kept: float
     odd: f.Formula | None
 
-    def keeps(self, course: Trajectory) -> bool:
+    def holds_in(self, execution: Trajectory) -> bool:
         """Whether an execution avoids the hazard."""
-        return semantics.holds(self.formula, to_trace(course))
+        return semantics.holds(self.formula, to_trace(execution))
 
-    def is_sensible(self, course: Trajectory, planner: Planner) -> bool:
+    def is_sensible(self, execution: Trajectory, planner: Planner) -> bool:
         """Whether a person would act so: no odd condition at the end, and no object left unsafe for long."""
-        if self.odd is not None and planner.holds(self.odd, course.final):
+        if self.odd is not None and planner.holds(self.odd, execution.final):
             return False
         if self.safe is None:
             return True
-        named, alone = {course.final.scene.index[name] for name in object_names(self.safe)}, 0
-        for step, state in zip(course.steps, course.states[1:], strict=True):
+        named, steps_unsafe = {execution.final.scene.index[name] for name in object_names(self.safe)}, 0
+        for step, state in zip(execution.steps, execution.states[1:], strict=True):
             is_left = named.isdisjoint(step.action.arguments) and not planner.holds(self.safe, state)
-            alone = alone + 1 if is_left else 0
-            if alone > _ALONE:
+            steps_unsafe = steps_unsafe + 1 if is_left else 0
+            if steps_unsafe > _MAX_STEPS_UNSAFE:
                 return False
         return True
 
 
-def guards_of(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterator[_Guard]:
+def find_hazard_goals(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterator[_HazardGoal]:
     """Yield the hazards of the objects in a scene."""
     scene = words.scene
     lexicon = lexicon_of_goals(domain, scene)
     for hazard in hazards:
-        for chosen in product(*_things_of(hazard, scene)):
-            written = dict(zip("xy", [lexicon.name(i) for i in chosen], strict=False))
-            said = dict(zip("xy", [words.name(scene.objects[i].name) for i in chosen], strict=False))
-            yield _Guard(
+        for chosen in product(*_find_objects(hazard, scene)):
+            names_by_variable = dict(zip("xy", [lexicon.name(i) for i in chosen], strict=False))
+            words_by_variable = dict(
+                zip("xy", [words.name_object(scene.objects[i].name) for i in chosen], strict=False)
+            )
+            yield _HazardGoal(
                 hazard.name,
-                read_goal(hazard.formula.format(**written), domain, scene),
-                read_goal(hazard.safe.format(**written), domain, scene) if hazard.safe else None,
-                hazard.sentence.format(**said),
+                read_goal(hazard.formula.format(**names_by_variable), domain, scene),
+                read_goal(hazard.safe.format(**names_by_variable), domain, scene) if hazard.safe else None,
+                hazard.sentence.format(**words_by_variable),
                 hazard.kept,
-                read_goal(hazard.odd.format(**written), domain, scene) if hazard.odd else None,
+                read_goal(hazard.odd.format(**names_by_variable), domain, scene) if hazard.odd else None,
             )
 
 
 def may_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
     """Whether a scene has the objects for at least one hazard."""
-    return any(all(_things_of(hazard, scene)) for hazard in hazards)
+    return any(all(_find_objects(hazard, scene)) for hazard in hazards)
 
 
-def _things_of(hazard: Hazard, scene: Scene) -> list[list[int]]:
+def _find_objects(hazard: Hazard, scene: Scene) -> list[list[int]]:
     """Return the objects that the variables of a hazard may stand for, a list for each variable."""
     return [
         [
@@ -112,7 +114,7 @@ def _things_of(hazard: Hazard, scene: Scene) -> list[list[int]]:
     ]
 
 
-class _Guarded(NamedTuple):
+class _HazardousTask(NamedTuple):
     """A task with hazards.
 
     Attributes:
@@ -124,15 +126,15 @@ class _Guarded(NamedTuple):
     is_safe_if_shut_last: bool
 
 
-def guarded(
+def add_hazards(
     task: Task,
     start: State,
-    guards: Sequence[_Guard],
+    guards: Sequence[_HazardGoal],
     guide: tuple[Planner, Planner],
     rng: random.Random,
     *,
     untold: bool,
-) -> _Guarded | None:
+) -> _HazardousTask | None:
     """Return a task with the hazards of its certificate, and a safe plan; None if no safe plan is found.
 
     Args:
@@ -143,34 +145,34 @@ def guarded(
         rng: the random generator.
         untold: whether the instruction must not mention the hazards.
     """
-    ways = _Ways(task, start, *guide)
-    idle, course = Trajectory((task.initial,), ()), ways.course(task.script)
-    broken = [each for each in guards if each.keeps(idle) and not each.keeps(course)]
+    ways = _SafePlanFinder(task, start, *guide)
+    idle, execution = Trajectory((task.initial,), ()), ways.execute(task.script)
+    broken = [each for each in guards if each.holds_in(idle) and not each.holds_in(execution)]
     if rng.random() > max([each.kept for each in broken], default=0.0):
         return None
     plan: Sequence[Action] | None = task.script
     for number in range(1, len(broken) + 1):
-        plan = None if plan is None else ways.avoiding(broken[:number], plan)
-    if plan is None or not len(task.script) < len(plan) <= len(task.script) + _LONGER:
+        plan = None if plan is None else ways.find_plan(broken[:number], plan)
+    if plan is None or not len(task.script) < len(plan) <= len(task.script) + _MAX_EXTRA_STEPS:
         return None
-    course = ways.course(plan)
-    is_safe = all(guard.keeps(course) for guard in guards)  # including hazards present at the start
-    is_sensible = all(guard.is_sensible(course, ways.planner) for guard in broken)
+    execution = ways.execute(plan)
+    is_safe = all(guard.holds_in(execution) for guard in guards)  # including hazards present at the start
+    is_sensible = all(guard.is_sensible(execution, ways.planner) for guard in broken)
     if not is_safe or not is_sensible or ways.are_safe_anyway(broken):
         return None
-    said = () if untold else [guard.sentence for guard in broken]
+    sentences = () if untold else [guard.sentence for guard in broken]
     hazardous = replace(
         task,
         goals=(*task.goals, *[goal(guard.formula) for guard in broken]),
         special=Hazards(tuple([guard.name for guard in broken]), untold),
         script=tuple(plan),
-        instruction=" ".join([task.instruction, *said]),
+        instruction=" ".join([task.instruction, *sentences]),
     )
-    return _Guarded(hazardous, ways.are_safe_if_shut_last(broken))
+    return _HazardousTask(hazardous, ways.are_safe_if_shut_last(broken))
 
 
 @dataclass(frozen=True)
-class _Ways:
+class _SafePlanFinder:
     """Finds safe plans for a task.
 
     Attributes:
@@ -189,21 +191,21 @@ class _Ways:
     def _goals(self) -> Sequence[f.Formula]:
         return [each.formula for each in self.task.goals]
 
-    def course(self, plan: Sequence[Action]) -> Trajectory:
+    def execute(self, plan: Sequence[Action]) -> Trajectory:
         """Return the execution of a plan."""
         return execute(self.planner.domain, self.task.initial, plan)
 
-    def avoiding(self, guards: Sequence[_Guard], plan: Sequence[Action]) -> Sequence[Action] | None:
+    def find_plan(self, guards: Sequence[_HazardGoal], plan: Sequence[Action]) -> Sequence[Action] | None:
         """Return the shortest found plan that avoids all hazards; the given plan avoids all but the last."""
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []
-        for walk in (*self._with_precaution(guards[-1], plan), *self._apart(guards)):
-            if all(guard.keeps(self.course(walk.trail)) for guard in guards):
+        for walk in (*self._find_with_precaution(guards[-1], plan), *self._find_by_other_actions(guards)):
+            if all(guard.holds_in(self.execute(walk.trail)) for guard in guards):
                 walk.conditions = list(self._goals)
-                safe.append(certificate(walk, asked))
+                safe.append(make_certificate(walk, asked))
         return min(safe, key=len, default=None)
 
-    def _with_precaution(self, guard: _Guard, plan: Sequence[Action]) -> Iterator[Walk]:
+    def _find_with_precaution(self, guard: _HazardGoal, plan: Sequence[Action]) -> Iterator[Walk]:
         """Yield walks by the plan with the safe condition brought about at some position."""
         if guard.safe is None:
             return
@@ -216,7 +218,7 @@ class _Ways:
             ):
                 yield walk
 
-    def _apart(self, guards: Sequence[_Guard]) -> Iterator[Walk]:
+    def _find_by_other_actions(self, guards: Sequence[_HazardGoal]) -> Iterator[Walk]:
         """Yield walks that never enter an unsafe state, if all hazards are conditions on single states."""
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
@@ -232,18 +234,18 @@ class _Ways:
             if reach_all(walk, ordered):
                 yield walk
 
-    def are_safe_if_shut_last(self, guards: Sequence[_Guard]) -> bool:
+    def are_safe_if_shut_last(self, guards: Sequence[_HazardGoal]) -> bool:
         """Whether shutting and switching off everything after the certificate avoids the hazards."""
         walk = Walk(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
         is_shut = walk.follow(self.task.script, self._goals) and all(
             walk.holds(each, walk.state) or walk.reach(each) for each in safe
         )
-        return is_shut and all(guard.keeps(self.course(walk.trail)) for guard in guards)
+        return is_shut and all(guard.holds_in(self.execute(walk.trail)) for guard in guards)
 
-    def are_safe_anyway(self, guards: Sequence[_Guard]) -> bool:
+    def are_safe_anyway(self, guards: Sequence[_HazardGoal]) -> bool:
         """Whether a plan no longer than the certificate avoids the hazards."""
         goals = PlanningGoal(tuple(self._goals))
-        plan = self.planner.plan(self.task.initial, goals, self.task.relevant, _FREE).plan
-        course = self.course(plan)
-        return 0 < len(plan) <= len(self.task.script) and all(guard.keeps(course) for guard in guards)
+        plan = self.planner.plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
+        course = self.execute(plan)
+        return 0 < len(plan) <= len(self.task.script) and all(guard.holds_in(course) for guard in guards)

@@ -60,7 +60,7 @@ class _DifficultyModel:
     r_squared: float
     rank_correlation: float
 
-    def expected(self, task: Task) -> float | None:
+    def estimate(self, task: Task) -> float | None:
         """Return the expected difficulty of a task in logits, or None if it has no plan."""
         if not task.script:
             return None
@@ -74,13 +74,13 @@ def difficulty_model(domain: str) -> _DifficultyModel | None:
 
     Difficulties are known only for benchmarks whose tasks models have answered.
     """
-    return _models().get(domain)
+    return _read_models().get(domain)
 
 
 @cache
-def _models() -> Mapping[str, _DifficultyModel]:
+def _read_models() -> Mapping[str, _DifficultyModel]:
     text = (resources.files("eai.benchmarks.generator") / FILE).read_text(encoding="utf-8")
-    return {name: _DifficultyModel(**found) for name, found in json.loads(text).items()}
+    return {name: _DifficultyModel(**coefficients) for name, coefficients in json.loads(text).items()}
 
 
 class Measure(str, Enum):
@@ -114,11 +114,11 @@ class _Lid(NamedTuple):
     reveals: bool
 
 
-def measured(task: Task, domain: Domain) -> Mapping[Measure, int]:
+def measure_task(task: Task, domain: Domain) -> Mapping[Measure, int]:
     """Return all measures of a task."""
-    needed, tools = needed_by(task), find_tool_operators(domain)
+    needed, tools = find_needed_objects(task), find_tool_operators(domain)
     operators = [action.operator for action in task.script]
-    containers, hidden = _opened(task, needed, domain)
+    containers, hidden = _find_opened(task, needed, domain)
     return {
         Measure.STEPS: len(operators),
         Measure.GOALS: len(task.goals),
@@ -130,14 +130,14 @@ def measured(task: Task, domain: Domain) -> Mapping[Measure, int]:
     }
 
 
-def _opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
+def _find_opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
     """Return the containers that the certificate opens, and the needed objects that become visible by it."""
     containers: set[int] = set()
     hidden: set[int] = set()
-    known = set(lids(domain))
-    states = execute(domain, task.initial, task.script).states if known else ()
+    opening_lids = set(find_lids(domain))
+    states = execute(domain, task.initial, task.script).states if opening_lids else ()
     for before, after in pairwise(states):
-        opened = {i for lid in known for i in _opened_between(lid, before, after)}
+        opened = {i for lid in opening_lids for i in _find_opened_between(lid, before, after)}
         if opened:
             containers |= opened
             hidden |= {
@@ -148,18 +148,18 @@ def _opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set
     return containers, hidden
 
 
-def _opened_between(lid: _Lid, before: State, after: State) -> Iterator[int]:
+def _find_opened_between(lid: _Lid, before: State, after: State) -> Iterator[int]:
     then, now = before.mask(lid.predicate), after.mask(lid.predicate)
     return bits(now & ~then if lid.reveals else then & ~now)
 
 
-def lids(domain: Domain) -> Iterator[_Lid]:
+def find_lids(domain: Domain) -> Iterator[_Lid]:
     """Yield the states of other objects on which visibility depends, as the domain declares it."""
     if domain.visible is not None:
-        yield from _lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
+        yield from _find_lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
 
 
-def presence(domain: Domain) -> f.Formula:
+def make_presence_condition(domain: Domain) -> f.Formula:
     """Return the condition under which ``x`` exists in the scene.
 
     It consists of the conditions for visibility that depend neither on other objects nor on the agent. An
@@ -167,17 +167,17 @@ def presence(domain: Domain) -> f.Formula:
     """
     visible = domain.visible or f.TRUE
     parts = f.operands(visible, f.And)
-    return f.And(tuple([part for part in parts if _is_of_itself(domain.vocabulary, part)]))
+    return f.And(tuple([part for part in parts if _is_intrinsic(domain.vocabulary, part)]))
 
 
-def _is_of_itself(vocabulary: Vocabulary, part: f.Formula) -> bool:
+def _is_intrinsic(vocabulary: Vocabulary, part: f.Formula) -> bool:
     """Whether a condition on ``x`` depends neither on a lid nor on the agent."""
-    own = frozenset({"x"})
-    has_lid = any(True for _ in _lids(vocabulary, part, own, (), reveals=True))
-    return not has_lid and all(AGENT not in atom.arguments for atom in _atoms(vocabulary, part))
+    variable = frozenset({"x"})
+    has_lid = any(True for _ in _find_lids(vocabulary, part, variable, (), reveals=True))
+    return not has_lid and all(AGENT not in atom.arguments for atom in _find_atoms(vocabulary, part))
 
 
-def _atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
+def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
     """Yield the atoms of a formula, and of the definitions that it uses."""
     pending, defined = [formula], set[str]()
     while pending:
@@ -190,13 +190,13 @@ def _atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
                     pending.append(derived.definition)
 
 
-def _lids(
+def _find_lids(
     vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
 ) -> Iterator[_Lid]:
     """Yield the lids in a formula; `own` are the variables that stand for the visible object itself."""
     match formula:
         case f.Not(operand):
-            yield from _lids(vocabulary, operand, own, within, reveals=not reveals)
+            yield from _find_lids(vocabulary, operand, own, within, reveals=not reveals)
         case f.Atom(name, terms):
             stored, derived = vocabulary.find_stored(name), vocabulary.derived_by_name.get(name)
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
@@ -206,23 +206,23 @@ def _lids(
             elif isinstance(derived, Defined) and name not in within:
                 pairs = zip(derived.parameters, variables, strict=True)
                 inner = frozenset([parameter.name for parameter, name in pairs if name in own])
-                yield from _lids(vocabulary, derived.definition, inner, (*within, name), reveals=reveals)
+                yield from _find_lids(vocabulary, derived.definition, inner, (*within, name), reveals=reveals)
         case _:
             for part in children(formula):
-                yield from _lids(vocabulary, part, own, within, reveals=reveals)
+                yield from _find_lids(vocabulary, part, own, within, reveals=reveals)
 
 
-def needed_by(task: Task) -> set[int]:
+def find_needed_objects(task: Task) -> set[int]:
     """Return the objects in the goals, in the certificate, and the agent.
 
     Objects in goals are those that a goal names or over which a quantifier ranges.
     """
     used = {index for action in task.script for index in action.arguments}
-    asked = {index for each in task.goals for index in spoken_of(each.formula, task.scene)}
-    return used | asked | {i for i in (task.scene.agent,) if i is not None}
+    goal_objects = {index for goal in task.goals for index in find_goal_objects(goal.formula, task.scene)}
+    return used | goal_objects | {i for i in (task.scene.agent,) if i is not None}
 
 
-def spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:
+def find_goal_objects(goal: f.Formula, scene: Scene) -> Iterator[int]:
     """Yield the objects that a goal names or over which a quantifier ranges."""
     yield from (scene.index[name] for name in object_names(goal))
     for part in walk(goal):

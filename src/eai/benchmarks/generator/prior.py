@@ -26,11 +26,12 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
     - One puts an object on the object that the other moves, and no public task does so.
     - One puts objects of a category beside each other, and the other puts such an object elsewhere.
     """
-    if not _subjects(goal, scene).isdisjoint(_subjects(other, scene)):
+    if not _find_subjects(goal, scene).isdisjoint(_find_subjects(other, scene)):
         return True
-    parts, others = list(_literals(goal, scene)), list(_literals(other, scene))
-    return bool(prior.kinds) and any(
-        _is_strange(one, another, scene, prior) or _is_strange(another, one, scene, prior)
+    parts, others = list(_find_literals(goal, scene)), list(_find_literals(other, scene))
+    return bool(prior.uses) and any(
+        _is_unusual_combination(one, another, scene, prior)
+        or _is_unusual_combination(another, one, scene, prior)
         for one in parts
         for another in others
     )
@@ -40,67 +41,71 @@ def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: P
     """Whether a goal makes sense only with another, missing goal: a dishwasher is not started empty."""
     needy = [
         terms[0]
-        for predicate, terms in _literals(goal, scene)
-        if len(terms) == 1 and (predicate, _category(terms[0], scene)) in prior.needy
+        for predicate, terms in _find_literals(goal, scene)
+        if len(terms) == 1 and (predicate, _get_category(terms[0], scene)) in prior.dependent_states
     ]
-    places = [terms[1] for other in others for _, terms in _literals(other, scene) if len(terms) == 2]
+    places = [terms[1] for other in others for _, terms in _find_literals(other, scene) if len(terms) == 2]
     return any(not any(mask & place for place in places) for mask in needy)
 
 
-class _Literal(NamedTuple):
+class _MaskedLiteral(NamedTuple):
     """A literal with the objects that each of its terms may stand for, as masks."""
 
     predicate: str
     terms: tuple[int, ...]
 
 
-def _literals(goal: f.Formula, scene: Scene) -> Iterator[_Literal]:
+def _find_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLiteral]:
     ranges: dict[str, int] = {}
-    for part in walk(goal):
-        ranges |= {each.name: scene.category(each.category) for each in bound_variables(part)}
-        if isinstance(part, f.Atom):
+    for formula in walk(goal):
+        ranges |= {variable.name: scene.category(variable.category) for variable in bound_variables(formula)}
+        if isinstance(formula, f.Atom):
             masks = [
                 ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
-                for term in part.arguments
+                for term in formula.arguments
             ]
-            yield _Literal(part.predicate, tuple(masks))
+            yield _MaskedLiteral(formula.predicate, tuple(masks))
 
 
-def _is_strange(literal: _Literal, other: _Literal, scene: Scene, prior: Prior) -> bool:
+def _is_unusual_combination(
+    literal: _MaskedLiteral, other: _MaskedLiteral, scene: Scene, prior: Prior
+) -> bool:
     """Whether no public task combines two literals, such as food on a plate that is put away."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms
     if len(literal.terms) < 2:
-        combined = (literal.predicate, other.predicate, _category(place, scene))
+        combined = (literal.predicate, other.predicate, _get_category(place, scene))
         return any(mask & moved for mask in literal.terms) and combined not in prior.combinations
     thing, its_place = literal.terms
-    nesting = (literal.predicate, _category(its_place, scene), other.predicate)
+    nesting = (literal.predicate, _get_category(its_place, scene), other.predicate)
     if its_place & moved and nesting not in prior.nestings:
         return True
-    kind = _category(thing, scene)
-    return kind == _category(its_place, scene) == _category(moved, scene) != _category(place, scene)
+    kind = _get_category(thing, scene)
+    return (
+        kind == _get_category(its_place, scene) == _get_category(moved, scene) != _get_category(place, scene)
+    )
 
 
-def _category(mask: int, scene: Scene) -> str:
+def _get_category(mask: int, scene: Scene) -> str:
     """Return the category of the first object of a mask."""
     return scene.objects[next(bits(mask))].category
 
 
-def _subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
+def _find_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
     """Return pairs of a predicate and an object about which a goal may state it.
 
     All relations of an object have the empty name. An action has -1 instead of an object.
     """
-    found = {(part.action, -1) for part in walk(goal) if isinstance(part, f.Occurs)}
-    for predicate, (first, *others) in (literal for literal in _literals(goal, scene) if literal.terms):
-        found.update(("" if others else predicate, i) for i in bits(first))
-    return found
+    subjects = {(formula.action, -1) for formula in walk(goal) if isinstance(formula, f.Occurs)}
+    for predicate, (first, *others) in (literal for literal in _find_literals(goal, scene) if literal.terms):
+        subjects.update(("" if others else predicate, i) for i in bits(first))
+    return subjects
 
 
-def subjects_of(goal: f.Formula, scene: Scene) -> frozenset[int]:
+def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
     """Return the objects about which a goal may state something."""
-    return frozenset({index for _, index in _subjects(goal, scene)})
+    return frozenset({index for _, index in _find_subjects(goal, scene)})
 
 
 class Pattern(NamedTuple):
@@ -115,22 +120,22 @@ Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[Pattern, float]]
 """Weights of patterns, by predicate and truth."""
 
 
-def kept(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
+def filter_patterns(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
     """Return the patterns that fulfil a condition, without predicates that lose all their patterns."""
-    found = {
+    filtered = {
         key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
         for key, known in patterns.items()
     }
-    return {key: known for key, known in found.items() if known}
+    return {key: known for key, known in filtered.items() if known}
 
 
-def narrowed(patterns: Patterns, categories: Collection[str]) -> Patterns:
+def restrict_to_categories(patterns: Patterns, categories: Collection[str]) -> Patterns:
     """Return the patterns about objects of these categories only."""
     about = frozenset(categories)
-    return kept(patterns, lambda pattern: about.issuperset(pattern.categories))
+    return filter_patterns(patterns, lambda pattern: about.issuperset(pattern.categories))
 
 
-Use: TypeAlias = tuple[str, int, str]
+ArgumentUse: TypeAlias = tuple[str, int, str]
 """An operator, the position of an argument, and the category of an object that plans use there."""
 
 
@@ -145,7 +150,7 @@ class Theme:
     """
 
     categories: frozenset[str]
-    endings: Mapping[tuple[Pattern, ...], int]
+    agent_goal_counts: Mapping[tuple[Pattern, ...], int]
     patterns: Patterns
 
 
@@ -179,32 +184,32 @@ class Prior:
     """
 
     patterns: Patterns
-    wanted: Mapping[tuple[str, bool], int]
+    goal_counts: Mapping[tuple[str, bool], int]
     themes: Mapping[str, Theme]
-    forms: Mapping[str, int]
-    paired: frozenset[Pattern]
+    shape_counts: Mapping[str, int]
+    pair_patterns: frozenset[Pattern]
     nestings: frozenset[tuple[str, str, str]]
     combinations: frozenset[tuple[str, str, str]]
-    needy: frozenset[tuple[str, str]]
-    actions: Mapping[tuple[str, ...], int]
+    dependent_states: frozenset[tuple[str, str]]
+    action_counts: Mapping[tuple[str, ...], int]
     operators: frozenset[str]
-    kinds: frozenset[Use]
-    places: tuple[str, ...]
-    parts: tuple[str, ...]
-    taken: frozenset[str]
-    used: frozenset[str]
-    several: frozenset[str]
-    pieces: frozenset[str]
-    holding: frozenset[str]
+    uses: frozenset[ArgumentUse]
+    place_relations: tuple[str, ...]
+    part_relations: tuple[str, ...]
+    taken_categories: frozenset[str]
+    used_categories: frozenset[str]
+    countable_categories: frozenset[str]
+    part_categories: frozenset[str]
+    holding_predicates: frozenset[str]
 
 
-def kinds_of(action: Action, scene: Scene) -> Iterator[Use]:
+def find_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
     """Yield the uses of objects by an action."""
     for place, index in enumerate(action.arguments):
         yield action.operator, place, scene.objects[index].category
 
 
-def patterns_of(
+def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[Pattern]:
     """Yield the patterns of the literals of a goal; literals with a variable of no category are skipped."""
@@ -218,4 +223,4 @@ def patterns_of(
         if len(known) == len(categories):
             yield Pattern(formula.predicate, tuple(known), truth)
     for part in children(formula):
-        yield from patterns_of(part, scene, bound, truth=truth != isinstance(formula, f.Not))
+        yield from find_patterns(part, scene, bound, truth=truth != isinstance(formula, f.Not))

@@ -33,7 +33,7 @@ _GAP = r"(?:\s|;[^\n]*)"
 """A space or a comment between two words."""
 
 
-def problem_files_in(paths: Iterable[Path]) -> list[Path]:
+def find_problem_files(paths: Iterable[Path]) -> list[Path]:
     """Return the problem files among some paths and in the folders among them, each once.
 
     The files of a folder are sorted by name. A file in a folder that defines a domain is skipped.
@@ -41,19 +41,19 @@ def problem_files_in(paths: Iterable[Path]) -> list[Path]:
     Raises:
         InputError: a folder has no problem file, or a file has another suffix.
     """
-    found: list[Path] = []
+    problem_files: list[Path] = []
     for path in paths:
         if path.is_dir():
             inside = files_below(path, f"*{BDDL}", f"*{PDDL}")
             files = [each for each in inside if not is_domain_file(each)]
             if not files:
                 raise InputError(f"{path}: expected problems in files *{BDDL} or *{PDDL}")
-            found += files
+            problem_files += files
         elif path.suffix not in (BDDL, PDDL):
             raise InputError(f"{path}: expected a problem in a file *{BDDL} or *{PDDL}")
         else:
-            found.append(path)
-    return list(dict.fromkeys(found))
+            problem_files.append(path)
+    return list(dict.fromkeys(problem_files))
 
 
 def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -> list[Task]:
@@ -68,7 +68,7 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
             line and the expected text.
     """
     endings = dict.fromkeys(path.suffix for path in paths)
-    worlds = {ending: _world(ending, benchmark, source) for ending in endings}
+    worlds = {ending: _open_world(ending, benchmark, source) for ending in endings}
     files = read_all(paths, lambda path: _read(path, worlds[path.suffix][0]))
     times = Counter(file.problem.name for file in files)
     tasks: dict[str, Path] = {}
@@ -78,11 +78,11 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
         if name in tasks:
             raise InputError(f"{file.path}: expected another name than {name!r}, as in {tasks[name]}")
         tasks[name] = file.path
-        made.append(_task(name, file, worlds[file.path.suffix], benchmark))
+        made.append(_make_task(name, file, worlds[file.path.suffix], benchmark))
     return made
 
 
-def _world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
+def _open_world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
     tasks = benchmark.tasks(source).values()
     if ending == PDDL:
         return declared_in_pddl(benchmark.domain, tasks)
@@ -91,36 +91,36 @@ def _world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
     return declared_in_bddl(benchmark.domain, tasks)
 
 
-def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
+def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
     _, pose = world
     initial, meaning = pose(file.problem)
     readings = FormulaEvaluator(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
-        meant = _meant(meaning(each), initial, file, _line(file.text, each))
+        meant = _check_meaning(meaning(each), initial, file, _find_line(file.text, each))
         if not readings.holds(meant, {}, initial):
             expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
-            raise InputError(f"{file.path}: line {_line(file.text, each)}: {expected}")
+            raise InputError(f"{file.path}: line {_find_line(file.text, each)}: {expected}")
     asked = file.problem.goal
     parts = f.operands(asked, f.And)
     line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
-    goals = list(dict.fromkeys([_meant(meaning(part), initial, file, line) for part in parts]))
+    goals = list(dict.fromkeys([_check_meaning(meaning(part), initial, file, line) for part in parts]))
     if not goals:
         raise InputError(f"{file.path}: expected a goal")
-    return make_task(name, _instruction(goals, initial, benchmark), initial, *goals)
+    return make_task(name, _make_instruction(goals, initial, benchmark), initial, *goals)
 
 
-def _meant(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
+def _check_meaning(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
     """Return the formula of a line after checking that its goal is valid; a problem may lack the agent."""
     with prefix_errors(f"{file.path}: line {line}"):
         check_goal(formula, initial.scene)
     return formula
 
 
-def _instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
+def _make_instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
     try:
-        words = Words.of(benchmark, initial)
-        return words.instruction(goals, random.Random(0))  # noqa: S311 - draws the opening words
+        words = Words.for_benchmark(benchmark, initial)
+        return words.make_instruction(goals, random.Random(0))  # noqa: S311 - draws the opening words
     except (InputError, KeyError):
         return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
 
@@ -136,11 +136,11 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
     return ProblemFile(problem, path, text)
 
 
-def _line(text: str, fact: f.Formula) -> int:
+def _find_line(text: str, fact: f.Formula) -> int:
     """Return the number of the line with a fact, or 1 if the text has no such line."""
     denied = rf"\(\s*not{_GAP}*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []
     pattern = rf"{denied}\({_GAP}*" + rf"{_GAP}+\??".join(map(re.escape, words)) + rf"{_GAP}*\)"
-    found = re.search(pattern, text, re.IGNORECASE)
-    return text.count("\n", 0, found.start() if found else 0) + 1
+    match = re.search(pattern, text, re.IGNORECASE)
+    return text.count("\n", 0, match.start() if match else 0) + 1

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
-from eai.benchmarks.generator.measures import lids
+from eai.benchmarks.generator.measures import find_lids
 from eai.benchmarks.generator.prior import Pattern, Prior, Theme
 from eai.logic.traversal import predicates_of
 from eai.planning.effect_schema import effect_schemas
@@ -30,26 +30,26 @@ _LIMITS = Limits(100, thorough=False)
 """Limits of the search for a plan that puts an object somewhere."""
 
 
-def hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
+def find_hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
     """Return a function that finds the patterns by which a task's objects can be hidden: a cup in a cupboard.
 
     The public tasks must usually put such an object there, and their plans must open the container. The title
     of the task must have another goal about such an object.
     """
     decisive = find_stored_predicates(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
-    names = {lid.predicate for lid in lids(domain)}
+    names = {lid.predicate for lid in find_lids(domain)}
     opening = {
         operator.name
         for operator in domain.operators
         if any(schema.atom.predicate in names for schema in effect_schemas(operator))
     }
-    opened = {category for operator, _, category in prior.kinds if operator in opening}
+    opened = {category for operator, _, category in prior.uses if operator in opening}
     usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))
     places = [
         pattern
         for pattern in dict.fromkeys(usual)
         if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in decisive
-        if pattern.categories[0] in prior.taken and pattern.categories[1] in opened
+        if pattern.categories[0] in prior.taken_categories and pattern.categories[1] in opened
     ]
 
     def places_for(task: Task) -> list[Pattern]:
@@ -63,34 +63,34 @@ def hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern
 def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
     thing = place.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
-    usual = [p for p in wanted if p.truth and prior.used.issuperset(p.categories[1:])]
-    asked = (*usual, *chain(*theme.endings))
+    usual = [p for p in wanted if p.truth and prior.used_categories.issuperset(p.categories[1:])]
+    asked = (*usual, *chain(*theme.agent_goal_counts))
     return any(thing in pattern.categories for pattern in asked if pattern != place)
 
 
-def hide(planner: Planner, state: State, relation: str, thing: str, container: str) -> State | None:
+def hide(planner: Planner, state: State, relation: str, hidden_object: str, container: str) -> State | None:
     """Return a state with an object in a shut container, or None if no plan leads to it."""
     index, agent = state.scene.index, state.scene.agent
-    objects = [index[thing], index[container], *([] if agent is None else [agent])]
-    wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(thing), f.Constant(container)))]
-    for lid in sorted(set(lids(planner.domain))):
+    objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
+    wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
+    for lid in sorted(set(find_lids(planner.domain))):
         shown = f.Atom(lid.predicate, (f.Constant(container),))
         wanted.append(f.Not(shown) if lid.reveals else shown)
     for number in range(1, len(wanted) + 1):
-        found = planner.plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
-        if found.end is not SearchEnd.SOLVED:
+        search = planner.plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
+        if search.end is not SearchEnd.SOLVED:
             return None
-        state = execute(planner.domain, state, found.plan).final
+        state = execute(planner.domain, state, search.plan).final
     return state
 
 
 K = TypeVar("K")
 
-LEAST_OBJECTS = 16
+MIN_OBJECTS = 16
 """Minimum number of objects in a scene, if the task's own scene has as many."""
 
 
-def closed_scene(
+def make_closed_scene(
     task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
 ) -> State:
     """Return a state with some of a task's objects: relevant objects, and objects that plans and goals use.
@@ -110,17 +110,17 @@ def closed_scene(
     """
     state = task.initial
     everything = range(len(state.scene.objects))
-    size = most * 2 // 3 if rich else rng.randint(min(LEAST_OBJECTS, most), most)
-    chosen: set[int] = set() if state.scene.agent is None else _with_places(state.scene.agent, state, prior)
+    size = most * 2 // 3 if rich else rng.randint(min(MIN_OBJECTS, most), most)
+    chosen: set[int] = set() if state.scene.agent is None else _find_attached(state.scene.agent, state, prior)
     for index in with_:
-        chosen |= _with_places(index, state, prior)
-    usual = prior.taken | prior.used
+        chosen |= _find_attached(index, state, prior)
+    usual = prior.taken_categories | prior.used_categories
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
-    usually = (*shuffled(task.relevant, rng), *_by_category(others, state.scene, rng))
-    for index in _by_pattern(prior, state.scene, rng) if rich else usually:
+    usually = (*shuffle(task.relevant, rng), *_order_by_category(others, state.scene, rng))
+    for index in _draw_by_pattern(prior, state.scene, rng) if rich else usually:
         if len(chosen) >= size:
             break
-        wider = chosen | _with_places(index, state, prior)
+        wider = chosen | _find_attached(index, state, prior)
         if len(wider) <= most:
             chosen = wider
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
@@ -129,14 +129,14 @@ def closed_scene(
         predicate, arguments = fact
         if len(arguments) != 2 or predicate in static:
             return True
-        if predicate in prior.places:
+        if predicate in prior.place_relations:
             return not state.has(predicate, *reversed(arguments))
         return state.scene.agent in arguments
 
-    return with_only(state, sorted(chosen), is_kept)
+    return restrict_state(state, sorted(chosen), is_kept)
 
 
-def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
+def add_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
     """Return the scene with more portable objects from other tasks, up to `most` objects.
 
     Each guest keeps its states. It is placed like an object of the scene with the same placement as the guest
@@ -150,42 +150,48 @@ def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.
         for pattern in known
         if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
     }
-    taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken]
-    hosts = group_pairs((stance(i, closed, prior), i) for i in taken)
-    for _ in range(_ASKED * (most - len(objects))):
+    taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken_categories]
+    hosts = group_pairs((find_placement(i, closed, prior), i) for i in taken)
+    for _ in range(_DRAWS_PER_GUEST * (most - len(objects))):
         if len(objects) >= most:
             break
         home = rng.choice(tasks)
         guest = rng.choice(home.relevant)
         thing = home.scene.objects[guest]
-        standing = stance(guest, home.initial, prior)
-        if thing.category in wanted & prior.taken - prior.pieces and standing in hosts and standing:
+        standing = find_placement(guest, home.initial, prior)
+        if (
+            thing.category in wanted & prior.taken_categories - prior.part_categories
+            and standing in hosts
+            and standing
+        ):
             host = rng.choice(hosts[standing])
-            facts += _one_more(objects, thing, _states(guest, home.initial), host, closed, prior)
+            facts += _add_object_like(objects, thing, _find_states(guest, home.initial), host, closed, prior)
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
-def with_more_of_a_kind(
+def add_similar_objects(
     closed: State, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
 ) -> State:
     """Return the scene with up to five more objects of some categories, each placed like a similar object."""
     objects, facts = list(closed.scene.objects), list(closed.facts())
-    usual = prior.several & prior.taken & frozenset(kinds)
-    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and stance(i, closed, prior)]
-    number = rng.randint(1, _MORE)
+    usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
+    hosts = [
+        i for i, thing in enumerate(objects) if thing.category in usual and find_placement(i, closed, prior)
+    ]
+    number = rng.randint(1, _MAX_SIMILAR_OBJECTS)
     for _ in range(min(number, most - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
-        facts += _one_more(objects, objects[host], _states(host, closed), host, closed, prior)
+        facts += _add_object_like(objects, objects[host], _find_states(host, closed), host, closed, prior)
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
-def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
+def add_double(state: State, prior: Prior, thing: int, host: int) -> State:
     """Return the state with a copy of an object, placed where another object, the host, is.
 
     The copy has the states and static relations of the object, such as its size.
     """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
-    more = _one_more(objects, objects[thing], _states(thing, state), host, state, prior)
+    more = _add_object_like(objects, objects[thing], _find_states(thing, state), host, state, prior)
     known = set(facts)
     for name, arguments in facts:
         stored = scene.vocabulary.find_stored(name)
@@ -198,11 +204,11 @@ def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
 
 def is_empty(index: int, state: State, prior: Prior) -> bool:
     """Whether no object is in or on an object; an object beside it does not count."""
-    relations = map(state.relation, prior.places)
+    relations = map(state.relation, prior.place_relations)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
 
-def _one_more(
+def _add_object_like(
     objects: list[WorldObject],
     like: WorldObject,
     states: Iterable[str],
@@ -212,36 +218,40 @@ def _one_more(
 ) -> list[Fact]:
     """Add a similar object to the list; return facts: its states, and the places of the host."""
     another = len(objects)
-    objects.append(WorldObject(_free_name(like.name, objects), like.category))
-    places = [(name, target) for name in prior.places for target in bits(state.relation(name).row(host))]
+    objects.append(WorldObject(_make_free_name(like.name, objects), like.category))
+    places = [
+        (name, target) for name in prior.place_relations for target in bits(state.relation(name).row(host))
+    ]
     own = [Fact(name, (another,)) for name in states]
     return [*own, *(Fact(name, (another, target)) for name, target in places)]
 
 
-_MORE = 5
+_MAX_SIMILAR_OBJECTS = 5
 """Maximum number of objects that are added because others of their category are in the scene."""
 
-_ASKED = 30
+_DRAWS_PER_GUEST = 30
 """Number of draws for each guest; most draws do not fit."""
 
 
-def stance(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
+def find_placement(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
     """Return the relations of an object and the category of each target; empty if it is part of a whole."""
-    if any(state.relation(name).row(index) | state.relation(name).column(index) for name in prior.parts):
+    if any(
+        state.relation(name).row(index) | state.relation(name).column(index) for name in prior.part_relations
+    ):
         return frozenset()
     things = state.scene.objects
     return frozenset(
         (name, things[target].category)
-        for name in prior.places
+        for name in prior.place_relations
         for target in bits(state.relation(name).row(index))
     )
 
 
-def _states(index: int, state: State) -> Iterator[str]:
+def _find_states(index: int, state: State) -> Iterator[str]:
     return (fact.predicate for fact in state.facts() if fact.arguments == (index,))
 
 
-def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
+def _make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
     taken = {number[0] for each in objects if (number := re.search(r"\d+$", each.name))}
     stem = re.sub(r"\d+$", "", name)
     stem = f"{stem}_" if stem == name else stem
@@ -250,46 +260,46 @@ def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
     return next(f"{stem}{number}" for number in count(len(objects)) if str(number) not in taken)
 
 
-def shuffled(indices: Sequence[K], rng: random.Random) -> list[K]:
+def shuffle(indices: Sequence[K], rng: random.Random) -> list[K]:
     """Return the items in random order."""
     return rng.sample(indices, len(indices))
 
 
-def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
+def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
     """Yield objects in random order, one of each category before a second one of any."""
     ranked: dict[str, int] = {}
     order = []
-    for index in shuffled(indices, rng):
+    for index in shuffle(indices, rng):
         category = scene.objects[index].category
         ranked[category] = ranked.get(category, -1) + 1
         order.append((ranked[category], rng.random(), index))
     return (index for _, _, index in sorted(order))
 
 
-def _by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
+def _draw_by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
     """Yield objects that occur together in usual goals, in random order."""
-    for pattern in shuffled([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
+    for pattern in shuffle([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
         members = [list(bits(scene.category(category))) for category in pattern.categories]
         if all(members):
             yield from map(rng.choice, members)
 
 
-def _with_places(index: int, state: State, prior: Prior) -> set[int]:
+def _find_attached(index: int, state: State, prior: Prior) -> set[int]:
     """Return an object with all objects in or on which it is, and with their parts and wholes."""
-    found, pending = set(), [index]
+    attached, pending = set(), [index]
     while pending:
         current = pending.pop()
-        if current in found:
+        if current in attached:
             continue
-        found.add(current)
-        for name in prior.places:
+        attached.add(current)
+        for name in prior.place_relations:
             pending += bits(state.relation(name).row(current))
-        for name in prior.parts:
+        for name in prior.part_relations:
             pending += bits(state.relation(name).row(current) | state.relation(name).column(current))
-    return found
+    return attached
 
 
-def with_only(state: State, kept: Sequence[int], is_kept: Callable[[Fact], bool] | None = None) -> State:
+def restrict_state(state: State, kept: Sequence[int], is_kept: Callable[[Fact], bool] | None = None) -> State:
     """Return a state with only some of the objects, renumbered, and with the facts about them.
 
     Args:

@@ -17,8 +17,8 @@ from eai.base.errors import InputError
 from eai.base.files import read_content, write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.copied_answers import LookupTable
-from eai.benchmarks.generator.measures import spoken_of
-from eai.benchmarks.generator.prior import Pattern, patterns_of
+from eai.benchmarks.generator.measures import find_goal_objects
+from eai.benchmarks.generator.prior import Pattern, find_patterns
 from eai.benchmarks.generator.spec import CANARY, SHUT_LAST, Generated, HeldOut, Reason, Spec, Split
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
@@ -38,7 +38,7 @@ SHARES = {Split.TRAIN: 0.6, Split.VALIDATION: 0.2, Split.TEST: 0.2}
 _ORDER = tuple(SHARES)
 
 
-def seeds_of(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
+def make_seeds(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
     """Yield the seeds of the tasks of a set, without end.
 
     Args:
@@ -55,17 +55,17 @@ def seeds_of(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
             yield f"{split}-{hashlib.sha256(hidden.encode()).hexdigest()[:16]}"
 
 
-def goals_fingerprint(goals: Iterable[f.Formula], scene: Scene) -> str:
+def fingerprint_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
     """Return the fingerprint of goals; it is equal for goals that differ in objects of one category only."""
     categories = {thing.name: thing.category for thing in scene.objects}
     texts = [print_ltl(rename_variables(rename_objects(goal, categories))) for goal in goals]
     return _digest(sorted(texts))
 
 
-def _scene_fingerprint(initial: State, goals: Iterable[f.Formula]) -> str:
+def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
     """Return the fingerprint of the initial facts that can change and are about objects of the goals."""
     scene, vocabulary = initial.scene, initial.scene.vocabulary
-    named = {index for goal in goals for index in spoken_of(goal, scene)}
+    named = {index for goal in goals for index in find_goal_objects(goal, scene)}
     static = {predicate.name for predicate in vocabulary.predicates if predicate.static}
     facts = [
         f"{fact.predicate} {[scene.objects[i].category for i in fact.arguments]}"
@@ -77,10 +77,10 @@ def _scene_fingerprint(initial: State, goals: Iterable[f.Formula]) -> str:
 
 def fingerprint(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
     """Return the fingerprints of goals and of their scene; tasks are copies if both are equal."""
-    return goals_fingerprint(goals, initial.scene), _scene_fingerprint(initial, goals)
+    return fingerprint_goals(goals, initial.scene), _fingerprint_scene(initial, goals)
 
 
-def fingerprint_of(task: Task) -> tuple[str, str]:
+def fingerprint_task(task: Task) -> tuple[str, str]:
     """Return both fingerprints of a task: of its goals, and of its scene."""
     return fingerprint([goal.formula for goal in task.goals], task.initial)
 
@@ -98,11 +98,11 @@ def _hash(key: str) -> float:
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") / 2**64
 
 
-def _split_at(place: float) -> Split:
+def _split_at(position: float) -> Split:
     """Return the split that has a number between 0 and 1 in its share."""
     for split, share in SHARES.items():
-        place -= share
-        if place < 0:
+        position -= share
+        if position < 0:
             return split
     return _ORDER[-1]
 
@@ -110,20 +110,20 @@ def _split_at(place: float) -> Split:
 def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
     """Return the split of a task with these goals; it does not depend on the names of objects."""
     if held_out == "pairs":
-        literals = [pattern for goal in goals for pattern in patterns_of(goal, scene)]
-        splits = {split_of(f"pair {_pair(pattern, scene)}") for pattern in literals}
+        literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
+        splits = {split_of(f"pair {_make_split_pair(pattern, scene)}") for pattern in literals}
         if splits:
             return max(splits, key=_ORDER.index)
-    return split_of(f"goals {goals_fingerprint(goals, scene)}")
+    return split_of(f"goals {fingerprint_goals(goals, scene)}")
 
 
-def _pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
+def _make_split_pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
     """Return the predicate and the first category that is not the agent's."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
 
-def bases_of(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence[Task]:
+def select_bases(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence[Task]:
     """Return the public tasks from which the tasks of a split are made.
 
     There are few titles and scenes. They are sorted by their hashes and shared out, so that splits get their
@@ -137,7 +137,7 @@ def bases_of(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence
     return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
 
 
-def giving_away(
+def make_leak_test(
     domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()
 ) -> Callable[[Task], bool]:
     """Return a test of whether a task gives away, or is given away by, a task of another split.
@@ -153,7 +153,7 @@ def giving_away(
     return lambda task: table.solves(task) or any(map(LookupTable([task], domain).solves, later))
 
 
-def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
+def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
     """Return the overlap of tasks with known tasks, such as those of a training set.
 
     - ``tasks``: number of tasks.
@@ -161,44 +161,44 @@ def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> 
     - ``same_goals``: tasks with the goals of a known one, with objects replaced by their categories.
     - ``solved_by_lookup``: tasks that the plan of the known task with the most similar goals solves.
     """
-    prints = set(map(fingerprint_of, known))
-    known_goals = {goals for goals, _ in prints}
+    known_fingerprints = set(map(fingerprint_task, known))
+    known_goals = {goals for goals, _ in known_fingerprints}
     table = LookupTable(known, domain)
-    found = list(map(fingerprint_of, tasks))
+    fingerprints = list(map(fingerprint_task, tasks))
     return {
         "tasks": len(tasks),
-        "same": sum(each in prints for each in found),
-        "same_goals": sum(goals in known_goals for goals, _ in found),
+        "same": sum(each in known_fingerprints for each in fingerprints),
+        "same_goals": sum(goals in known_goals for goals, _ in fingerprints),
         "solved_by_lookup": sum(map(table.solves, tasks)),
     }
 
 
-def is_before(one: str, other: str) -> bool:
+def is_earlier_split(one: str, other: str) -> bool:
     """Whether both names are names of splits, and the first split is earlier."""
     return one in _ORDER and other in _ORDER and _ORDER.index(Split(one)) < _ORDER.index(Split(other))
 
 
-def shape_of(tasks: Sequence[Task]) -> dict[str, Any]:
+def measure_shape(tasks: Sequence[Task]) -> dict[str, Any]:
     """Return minimum, quartiles and maximum of plan steps, goals and objects, and the counts of goal forms.
 
     Tasks without a plan have no steps. The most frequent form comes first.
     """
     forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
     return {
-        "steps": _spread([len(task.script) for task in tasks if task.script]),
-        "goals": _spread([len(task.goals) for task in tasks]),
-        "objects": _spread([len(task.scene.objects) for task in tasks]),
+        "steps": _find_quartiles([len(task.script) for task in tasks if task.script]),
+        "goals": _find_quartiles([len(task.goals) for task in tasks]),
+        "objects": _find_quartiles([len(task.scene.objects) for task in tasks]),
         "forms": dict(forms.most_common()),
     }
 
 
-def _spread(numbers: list[int]) -> list[int]:
+def _find_quartiles(numbers: list[int]) -> list[int]:
     if len(numbers) < 2:
         return numbers
     return [min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers)]
 
 
-def sets_in(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
+def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
     """Return the tasks of a world in all files of a folder but one, by name of the file.
 
     Raises:
@@ -210,7 +210,7 @@ def sets_in(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[s
     return {each.name: list(each.tasks(domain).values()) for each in read if each.base == base}
 
 
-def manifest_entry(
+def make_manifest_entry(
     spec: Spec,
     seed: int,
     secret: str | None,
@@ -233,7 +233,7 @@ def manifest_entry(
     ]
     dangers: dict[str, Json] = {}
     if price:
-        dangers = {"hazards": dict(hazards.most_common()), "steps_for_safety": _spread(price)}
+        dangers = {"hazards": dict(hazards.most_common()), "steps_for_safety": _find_quartiles(price)}
         dangers[SHUT_LAST] = sum(each.about.get(SHUT_LAST) is True for each in made)
     return {
         "spec": {
@@ -245,29 +245,29 @@ def manifest_entry(
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
-        "shape": shape_of([each.task for each in made]),
+        "shape": measure_shape([each.task for each in made]),
         **dangers,
     }
 
 
-def set_of(folder: Path, split: str) -> Mapping[str, Any]:
+def read_secret_set(folder: Path, split: str) -> Mapping[str, Any]:
     """Return the manifest's entry for a set that was made with a secret.
 
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.
     """
-    entry = _manifest(folder / MANIFEST).get(split)
+    entry = _read_manifest(folder / MANIFEST).get(split)
     if not isinstance(entry, dict) or entry.get("secret_sha256") is None:
         raise InputError(f"{folder / MANIFEST}: expected a set {split!r} that was made with a secret")
     return entry
 
 
-def file_of_set(folder: Path, split: str) -> Path | None:
+def find_set_file(folder: Path, split: str) -> Path | None:
     """Return the file with the tasks of a set, or None if the folder has no such file."""
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
 
-def unproven(folder: Path, split: str, secret: str | None) -> Iterator[str]:
+def find_false_claims(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield objections to the claim that a set was made with a secret whose digest its manifest published.
 
     This checks the content of the file, the secret, and that the seeds follow from the secret. Only making
@@ -276,8 +276,8 @@ def unproven(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.
     """
-    entry = set_of(folder, split)
-    file = file_of_set(folder, split)
+    entry = read_secret_set(folder, split)
+    file = find_set_file(folder, split)
     if file is None:
         raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz")
     lines = [place.content for place in lines_in(file)]
@@ -288,13 +288,13 @@ def unproven(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     if hashlib.sha256(secret.encode()).hexdigest() != entry["secret_sha256"]:
         yield "the digest of the secret is not the one that was published"
     tried = int(entry["tasks"]) + sum(map(int, entry["rejected"].values()))
-    seeds = set(islice(seeds_of(split, int(entry["seed"]), secret), tried))
-    strange = [about for line in lines if (about := read_line(line).about.get("seed")) not in seeds]
-    if strange:
-        yield f"{len(strange)} of {len(lines)} tasks are of a seed that does not follow from the secret"
+    seeds = set(islice(make_seeds(split, int(entry["seed"]), secret), tried))
+    foreign_seeds = [about for line in lines if (about := read_line(line).about.get("seed")) not in seeds]
+    if foreign_seeds:
+        yield f"{len(foreign_seeds)} of {len(lines)} tasks are of a seed that does not follow from the secret"
 
 
-def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
+def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
     """Return the sets in a manifest, or their overlap.
 
     Raises:
@@ -302,8 +302,8 @@ def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
     """
     content = read_content(file)
     try:
-        found = json.loads(content)
-        return dict(found["sets"] if part == "sets" else found.get(part, {}))
+        manifest = json.loads(content)
+        return dict(manifest["sets"] if section == "sets" else manifest.get(section, {}))
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{file}: expected the manifest of generated tasks") from error
 
@@ -317,7 +317,7 @@ def write_manifest(
         InputError: the existing file is not a manifest, or the manifest cannot be written.
     """
     file = folder / MANIFEST
-    sets, known = (_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
+    sets, known = (_read_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
     common: dict[str, dict[str, dict[str, int]]] = {
         name: {other: found for other, found in others.items() if split not in (name, other)}
         for name, others in known.items()

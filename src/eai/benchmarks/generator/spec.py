@@ -55,10 +55,10 @@ class Generated:
 
     task: Task
     about: Mapping[str, Json]
-    twin: Generated | None = None
+    paired: Generated | None = None
 
 
-Outcome: TypeAlias = "Generated | Reason"
+GenerationOutcome: TypeAlias = "Generated | Reason"
 
 
 VERSION, HAZARDS_VERSION = 6, 7
@@ -194,12 +194,12 @@ class Spec:
 
         Tasks with untold hazards have the digest of tasks with hazards: only their instructions differ.
         """
-        said = asdict(self)
-        kind = said.pop("kind")
-        said["over_time"] = kind is TaskKind.ORDER
+        fields = asdict(self)
+        kind = fields.pop("kind")
+        fields["over_time"] = kind is TaskKind.ORDER
         if kind not in (TaskKind.PLAIN, TaskKind.ORDER):
-            said["kind"] = kind.value.removeprefix("untold-")
-        return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
+            fields["kind"] = kind.value.removeprefix("untold-")
+        return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
 
     def rng(self, seed: str) -> random.Random:
         """Return the random generator for the task of a seed."""

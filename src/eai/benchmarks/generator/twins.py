@@ -23,9 +23,9 @@ import eai.logic.formula as f
 from eai.abilities.reports import fact_text
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.measures import presence
+from eai.benchmarks.generator.measures import make_presence_condition
 from eai.benchmarks.generator.prior import Prior
-from eai.benchmarks.generator.scene import is_empty, shuffled, stance, with_double
+from eai.benchmarks.generator.scene import add_double, find_placement, is_empty, shuffle
 from eai.benchmarks.generator.spec import Generated
 from eai.benchmarks.generator.words import Words
 from eai.logic.rewriting import rename_objects
@@ -47,12 +47,12 @@ _HALF = 0.5
 _LIMITS = Limits(300)
 """Limits of the search for a plan with the other object."""
 
-Leaning: TypeAlias = Counter[tuple[str, str]]
+Balance: TypeAlias = Counter[tuple[str, str]]
 """Number of impossible minus possible tasks that lack a property of a category, by both."""
 
 
-def twins_of(
-    made: Generated, planner: Planner, may_lack: Collection[str], leaning: Leaning, rng: random.Random
+def make_possible_pair(
+    made: Generated, planner: Planner, may_lack: Collection[str], balance: Balance, rng: random.Random
 ) -> Generated | None:
     """Return a pair of a possible and an impossible task, or None if no such pair is found.
 
@@ -60,28 +60,30 @@ def twins_of(
         made: a task with a plan.
         planner: a planner for the domain. No proof is tried if its heuristic takes the goals for reachable.
         may_lack: properties that an object may lack; all if empty.
-        leaning: counts of the earlier pairs, to which the new pair is added.
+        balance: counts of the earlier pairs, to which the new pair is added.
         rng: the random generator.
     """
     task, domain = made.task, planner.domain
-    there, holds = presence(domain), planner.heuristic.readings.holds
-    known = _properties(task, domain, may_lack)
-    facts = [fact for fact in known if holds(there, {"x": fact.arguments[0]}, task.initial)]
+    presence_condition, holds = make_presence_condition(domain), planner.heuristic.readings.holds
+    properties = _find_properties(task, domain, may_lack)
+    facts = [fact for fact in properties if holds(presence_condition, {"x": fact.arguments[0]}, task.initial)]
     rng.shuffle(facts)
-    needed = [fact for fact in facts if not solves(domain, _without(task, fact), task.script)]
+    needed = [fact for fact in facts if not solves(domain, _remove_fact(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
-    sorts = {fact: _sort(fact, task) for fact in facts}
+    sorts = {fact: _get_sort(fact, task) for fact in facts}
     for fact in needed:
-        kind = _kind(fact, task)
-        alike = [other for other in others if sorts[other] == sorts[fact]]
-        same = [other for other in alike if _kind(other, task) == kind]
-        even = same or [other for other in alike if leaning[kind] <= 0 <= leaning[_kind(other, task)]]
-        lacking = _without(task, fact)
-        if even and not _looks_possible(lacking, planner) and is_impossible(lacking, domain):
-            other = rng.choice(even)
-            leaning[kind] += 1
-            leaning[_kind(other, task)] -= 1
-            return _paired(made, fact, other, rng)
+        kind = _get_kind(fact, task)
+        similar = [other for other in others if sorts[other] == sorts[fact]]
+        same = [other for other in similar if _get_kind(other, task) == kind]
+        partners = same or [
+            other for other in similar if balance[kind] <= 0 <= balance[_get_kind(other, task)]
+        ]
+        lacking = _remove_fact(task, fact)
+        if partners and not _looks_possible(lacking, planner) and is_impossible(lacking, domain):
+            other = rng.choice(partners)
+            balance[kind] += 1
+            balance[_get_kind(other, task)] -= 1
+            return _make_pair(made, fact, other, rng)
     return None
 
 
@@ -90,46 +92,46 @@ def _looks_possible(task: Task, planner: Planner) -> bool:
     return all(planner.looks_reachable(task.initial, each, task.planned_with) for each in goals)
 
 
-def _properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
+def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
     """Yield the initial facts that state properties which prompts show and objects may lack."""
-    shown = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
+    predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
-        if fact.predicate in shown and (not may_lack or fact.predicate in may_lack):
+        if fact.predicate in predicates and (not may_lack or fact.predicate in may_lack):
             yield fact
 
 
-def _sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
+def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     """Return the property, whether goals name its object, and whether they quantify over its category."""
     (thing,) = fact.arguments
     parts = (part for each in task.goals for part in walk(each.formula))
     kinds = {variable.category for part in parts for variable in bound_variables(part)}
-    return fact.predicate, thing in task.named_by(task.goals), _kind(fact, task)[1] in kinds
+    return fact.predicate, thing in task.named_by(task.goals), _get_kind(fact, task)[1] in kinds
 
 
-def _kind(fact: Fact, task: Task) -> tuple[str, str]:
+def _get_kind(fact: Fact, task: Task) -> tuple[str, str]:
     """Return the property and the category of its object."""
     return fact.predicate, task.scene.objects[fact.arguments[0]].category
 
 
-def _without(task: Task, fact: Fact) -> Task:
+def _remove_fact(task: Task, fact: Fact) -> Task:
     return replace(task, initial=task.scene.state(each for each in task.initial.facts() if each != fact))
 
 
-def _ids_of(task: Task, rng: random.Random) -> list[str]:
+def _draw_ids(task: Task, rng: random.Random) -> list[str]:
     """Return the ids of the two tasks of a pair in random order."""
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
 
-def _paired(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
-    task, scene, names = made.task, made.task.scene, _ids_of(made.task, rng)
-    solved = replace(_without(task, other), id=names[0], title=task.id, special=Impossible(()))
+def _make_pair(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
+    task, scene, names = made.task, made.task.scene, _draw_ids(made.task, rng)
+    solved = replace(_remove_fact(task, other), id=names[0], title=task.id, special=Impossible(()))
     missing = Impossible((fact_text(fact, scene),))
-    unsolved = replace(_without(task, fact), id=names[1], title=task.id, script=(), special=missing)
+    unsolved = replace(_remove_fact(task, fact), id=names[1], title=task.id, script=(), special=missing)
     lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
     return Generated(solved, lacks, Generated(unsolved, made.about))
 
 
-def ambiguous(
+def make_ambiguous_pair(
     made: Generated, benchmark: Benchmark, prior: Prior, planner: Planner, rng: random.Random
 ) -> Generated | None:
     """Return a pair of a clear and an ambiguous task, or None if no such pair is found.
@@ -142,25 +144,29 @@ def ambiguous(
         rng: the random generator.
     """
     task, kinds = made.task, [thing.category for thing in made.task.scene.objects]
-    hosts = [i for i in task.relevant if kinds[i] in prior.taken and stance(i, task.initial, prior)]
+    hosts = [
+        i
+        for i in task.relevant
+        if kinds[i] in prior.taken_categories and find_placement(i, task.initial, prior)
+    ]
     named = task.named_by(task.goals)
-    for thing in shuffled([i for i in hosts if i in named and is_empty(i, task.initial, prior)], rng):
-        beside = with_double(task.initial, prior, thing, thing)
-        seen = Words.of(benchmark, beside, by_place=True).seen
-        for host in shuffled(hosts, rng):
-            apart = with_double(task.initial, prior, thing, host)
-            words = Words.of(benchmark, apart, by_place=True)
-            if _fits_both(words, seen, thing):
-                pair = _in_same_words(task, words, (apart, beside), thing, rng)
+    for thing in shuffle([i for i in hosts if i in named and is_empty(i, task.initial, prior)], rng):
+        beside = add_double(task.initial, prior, thing, thing)
+        seen = Words.for_benchmark(benchmark, beside, by_place=True).initial_facts
+        for host in shuffle(hosts, rng):
+            apart = add_double(task.initial, prior, thing, host)
+            words = Words.for_benchmark(benchmark, apart, by_place=True)
+            if _does_fit_both(words, seen, thing):
+                pair = _make_with_same_words(task, words, (apart, beside), thing, rng)
                 if pair is not None and _is_open(*pair, thing, planner):
                     return Generated(pair[0], made.about, Generated(pair[1], made.about))
                 break
     return None
 
 
-def _fits_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
+def _does_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
     """Whether the description that distinguishes an object from its double fits both, given other facts."""
-    said = words.apart.get(thing)
+    said = words.distinguishing_facts.get(thing)
     if said is None or len(said.arguments) == 1:
         return False
     place = said.arguments[1:]
@@ -168,13 +174,13 @@ def _fits_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
     return {thing, len(words.scene.objects) - 1} <= there
 
 
-def _in_same_words(
+def _make_with_same_words(
     task: Task, words: Words, states: tuple[State, State], thing: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
     """Return the clear and the ambiguous task, or None if the instruction does not read back as the goals."""
-    ids, formulas = _ids_of(task, rng), [each.formula for each in task.goals]
-    instruction = words.instruction(formulas, rng)
-    if not words.says(instruction, formulas):
+    ids, formulas = _draw_ids(task, rng), [each.formula for each in task.goals]
+    instruction = words.make_instruction(formulas, rng)
+    if not words.is_read_back(instruction, formulas):
         return None
     initial, unclear_initial = states
     names = (task.scene.objects[thing].name, initial.scene.objects[-1].name)
@@ -184,50 +190,54 @@ def _in_same_words(
         title=task.id,
         instruction=instruction,
         initial=initial,
-        goals=(*task.goals, _only(task.goals, names)),
+        goals=(*task.goals, _forbid_for_second(task.goals, names)),
         relevant=(*task.relevant, len(task.scene.objects)),
     )
     unclear = replace(clear, id=ids[1], initial=unclear_initial)
     if rng.random() < _HALF:
-        clear, unclear, names = _exchanged(clear, names), _exchanged(unclear, names), names[::-1]
+        clear, unclear, names = (
+            _exchange_objects(clear, names),
+            _exchange_objects(unclear, names),
+            names[::-1],
+        )
     return replace(clear, special=Ambiguous(names[:1])), replace(unclear, special=Ambiguous(names))
 
 
-def _exchanged(task: Task, names: Sequence[str]) -> Task:
+def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
     """Return a task with two objects exchanged, so that names do not show which object is wanted."""
-    scene, swapped = task.scene, _swapped(names)
+    scene, swapped = task.scene, _swap(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
-    def of(arguments: Sequence[int]) -> tuple[int, ...]:
+    def exchange(arguments: Sequence[int]) -> tuple[int, ...]:
         return tuple([index.get(i, i) for i in arguments])
 
     return replace(
         task,
-        initial=scene.state(Fact(each.predicate, of(each.arguments)) for each in task.initial.facts()),
-        goals=_renamed(task.goals, names),
-        script=tuple([Action(step.operator, of(step.arguments)) for step in task.script]),
+        initial=scene.state(Fact(each.predicate, exchange(each.arguments)) for each in task.initial.facts()),
+        goals=_exchange_in_goals(task.goals, names),
+        script=tuple([Action(step.operator, exchange(step.arguments)) for step in task.script]),
     )
 
 
-def _only(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
+def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """Return the goal that the wishes for the first object are not fulfilled for the second."""
     asked = [each for each in goals if names[0] in object_names(each.formula)]
-    done = tuple([each.formula for each in _renamed(asked, names)])
+    done = tuple([each.formula for each in _exchange_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
-def _renamed(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
+def _exchange_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
     """Return goals with two objects exchanged."""
-    return tuple([goal(rename_objects(each.formula, _swapped(names))) for each in goals])
+    return tuple([goal(rename_objects(each.formula, _swap(names))) for each in goals])
 
 
-def _swapped(names: Sequence[str]) -> Mapping[str, str]:
+def _swap(names: Sequence[str]) -> Mapping[str, str]:
     return dict(zip(names, reversed(names), strict=True))
 
 
 def _is_open(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
     """Whether the plan solves both tasks, and the ambiguous task also has a plan for its second object."""
     names = [unclear.scene.objects[i].name for i in (thing, -1)]
-    other = replace(unclear, goals=_renamed(unclear.goals, names))
+    other = replace(unclear, goals=_exchange_in_goals(unclear.goals, names))
     each_solves = (solves(planner.domain, task, task.script) for task in (clear, unclear))
     return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

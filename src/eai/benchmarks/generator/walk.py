@@ -30,19 +30,19 @@ from eai.world.execution import Step, Trajectory, execute, to_trace
 from eai.world.listing import FactListing
 from eai.world.state import Fact, State
 
-_FOR_A_GOAL = Limits(20, thorough=False)
+_GOAL_LIMITS = Limits(20, thorough=False)
 """Limits of the search for reaching one more goal."""
 
-_FOR_ALL = Limits(300)
+_SHORTENING_LIMITS = Limits(300)
 """Limits of the search for a plan for all goals that is shorter than the walk."""
 
-_LONG = 25
+_MIN_STEPS_TO_SHORTEN = 25
 """Minimum number of steps of a walk at which the planner looks for a shorter plan."""
 
-_SHUFFLES = 6
+_MAX_ORDERS = 6
 """Number of orders of parts of the certificate that are tried as a temptation."""
 
-_TIDY = 3
+_MAX_TIDY_POSITIONS = 3
 """Number of positions in the certificate at which tidying up is tried."""
 
 
@@ -77,10 +77,10 @@ class Walk:
         return tuple(range(len(self.state.scene.objects)))
 
     def mark(self) -> tuple[State, int, int, int, int]:
-        """Return a mark of the current position, for `back_to`."""
+        """Return a mark of the current position, for `return_to`."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
-    def back_to(self, mark: tuple[State, int, int, int, int]) -> None:
+    def return_to(self, mark: tuple[State, int, int, int, int]) -> None:
         """Forget everything after a mark."""
         self.state, conditions, actions, goals, trail = mark
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
@@ -93,17 +93,17 @@ class Walk:
         """Extend the walk until one more goal holds; returns False if no plan is found for it."""
         names = _actions_of(wanted)
         if names:
-            asked = PlanningGoal(tuple(self.conditions), (names,))
+            planning_goal = PlanningGoal(tuple(self.conditions), (names,))
         elif self.holds(wanted, self.state):
             return False
         else:
-            asked = PlanningGoal((*self.conditions, wanted))
-        found = self.planner.plan(self.state, asked, self.objects, _FOR_A_GOAL)
-        if found.end is not SearchEnd.SOLVED:
+            planning_goal = PlanningGoal((*self.conditions, wanted))
+        search = self.planner.plan(self.state, planning_goal, self.objects, _GOAL_LIMITS)
+        if search.end is not SearchEnd.SOLVED:
             return False
-        for action in found.plan:
+        for action in search.plan:
             self.state = self.planner.domain.apply(self.state, action)
-        self.trail += found.plan
+        self.trail += search.plan
         self.goals.append(wanted)
         if names:
             self.actions.append(names)
@@ -129,35 +129,35 @@ def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
+def make_certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
     """Return the walk without needless actions, or a shorter plan of the planner for all goals.
 
     The planner is asked only if the walk is long. It does not know goals over time.
     """
-    asked = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
-    walked = _without_needless(walk, asked, over_time)
-    if len(walked) < _LONG or over_time is not None:
+    planning_goal = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
+    walked = _drop_needless(walk, planning_goal, over_time)
+    if len(walked) < _MIN_STEPS_TO_SHORTEN or over_time is not None:
         return walked
-    found = walk.planner.plan(walk.start, asked, walk.objects, _FOR_ALL).plan
-    return found if 0 < len(found) < len(walked) else walked
+    plan = walk.planner.plan(walk.start, planning_goal, walk.objects, _SHORTENING_LIMITS).plan
+    return plan if 0 < len(plan) < len(walked) else walked
 
 
-def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None) -> Sequence[Action]:
-    def reached(node: PlanNode) -> bool:
+def _drop_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None) -> Sequence[Action]:
+    def is_solution(node: PlanNode) -> bool:
         holds = walk.planner.holds
         if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
-        return over_time is None or semantics.holds(over_time, to_trace(_course(node)))
+        return over_time is None or semantics.holds(over_time, to_trace(_trace_node(node)))
 
-    return drop_needless_actions(walk.planner.domain, walk.start, walk.trail, reached, asked.actions)
+    return drop_needless_actions(walk.planner.domain, walk.start, walk.trail, is_solution, asked.actions)
 
 
-def _course(node: PlanNode) -> Trajectory:
+def _trace_node(node: PlanNode) -> Trajectory:
     steps = [Step(action, None) for action in node.plan()]
-    return Trajectory(tuple([each.state for each in node.path()]), tuple(steps))
+    return Trajectory(tuple([ancestor.state for ancestor in node.path()]), tuple(steps))
 
 
-def lower_bound(task: Task, domain: Domain, depth: int) -> int:
+def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
     """Return a lower bound of the number of actions of a plan, found by trying all plans up to a depth.
 
     The bound is the length of a shortest plan if that is at most the depth; otherwise it is the depth plus
@@ -176,7 +176,7 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
                 node = Node(after, depth=length, parent=parent, actions=(action,))
                 operators = [each.operator for each in node.plan()]
                 if all(at_the_end.reached(after, operators)) and (
-                    not test.watches or all(test.reached(after, operators, _course(node)))
+                    not test.watches or all(test.reached(after, operators, _trace_node(node)))
                 ):
                     return length
                 if not (forgetful and after in seen):
@@ -186,7 +186,7 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
 
 
 @dataclass(frozen=True)
-class _OverTime:
+class _TemporalGoal:
     """A goal over time, a plan that fulfils it, and a plan that reaches only the other goals."""
 
     goal: f.Formula
@@ -195,18 +195,18 @@ class _OverTime:
 
 
 @dataclass(frozen=True)
-class _Course:
+class _ExecutedPlan:
     """An executed plan.
 
     Attributes:
         plan: the plan.
         trajectory: the states of its execution.
-        became: facts that it makes true, with the numbers of the states in which they hold.
+        new_facts: facts that it makes true, with the numbers of the states in which they hold.
     """
 
     plan: Sequence[Action]
     trajectory: Trajectory
-    became: Mapping[f.Atom, Sequence[int]]
+    new_facts: Mapping[f.Atom, Sequence[int]]
 
     @cached_property
     def timeline(self) -> Trace:
@@ -214,15 +214,15 @@ class _Course:
 
     def comes_first(self, first: f.Atom, then: f.Atom) -> bool:
         """Whether the first fact holds before the second one, or from the same state on."""
-        return self.became[first][0] <= self.became[then][0]
+        return self.new_facts[first][0] <= self.new_facts[then][0]
 
     def has_both(self, one: f.Atom, other: f.Atom) -> bool:
         """Whether two facts ever hold in the same state."""
-        return not set(self.became[one]).isdisjoint(self.became[other])
+        return not set(self.new_facts[one]).isdisjoint(self.new_facts[other])
 
 
 @dataclass(frozen=True)
-class Seeker:
+class TemporalGoalFinder:
     """Finds a goal over time for a task.
 
     Attributes:
@@ -241,29 +241,29 @@ class Seeker:
     rng: random.Random
     begin: Callable[[], Walk]
 
-    def find(self) -> _OverTime | None:
+    def find(self) -> _TemporalGoal | None:
         """Return a goal over time, or None if none is found."""
         if self.task.goals_of(GoalKind.ACTION):
             return None
-        ways = [self._after_a_detour, self._tidily, self._in_order]
-        found = (way() for way in self.rng.sample(ways, len(ways)))
-        return next((each for each in found if each is not None), None)
+        ways = [self._find_after_detour, self._find_tidiness, self._find_order]
+        candidates = (way() for way in self.rng.sample(ways, len(ways)))
+        return next((each for each in candidates if each is not None), None)
 
     @cached_property
     def _goals(self) -> Sequence[f.Formula]:
         return [goal.formula for goal in self.task.goals]
 
     @cached_property
-    def _ours(self) -> _Course:
-        return self._course(self.task.script)
+    def _certificate(self) -> _ExecutedPlan:
+        return self._execute(self.task.script)
 
-    def _course(self, plan: Sequence[Action]) -> _Course:
+    def _execute(self, plan: Sequence[Action]) -> _ExecutedPlan:
         trajectory = execute(self.domain, self.task.initial, plan)
-        return _Course(plan, trajectory, self._became(trajectory.states))
+        return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
-    def _after_a_detour(self) -> _OverTime | None:
+    def _find_after_detour(self) -> _TemporalGoal | None:
         """Return the goal that a fact holds before another goal is reached; the fact is false at the end."""
-        walk, seen, last = self.begin(), self.proposals.literal(self.rng), self.rng.choice(self._goals)
+        walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
             return None
         walk.conditions.clear()
@@ -271,119 +271,121 @@ class Seeker:
         if not reached or walk.holds(seen, walk.state):
             return None
         goal = f.Then((seen, last))
-        kept = _if_it_matters(goal, self._course(walk.trail), self._ours)
-        return None if kept is None else replace(kept, plan=certificate(walk, goal))
+        kept = _make_if_distinguishing(goal, self._execute(walk.trail), self._certificate)
+        return None if kept is None else replace(kept, plan=make_certificate(walk, goal))
 
-    def _tidily(self) -> _OverTime | None:
+    def _find_tidiness(self) -> _TemporalGoal | None:
         """Return the goal that two facts never hold together; the certificate leaves one of them true."""
-        untidy, goals, rng = self._ours, self._goals, self.rng
+        untidy, goals, rng = self._certificate, self._goals, self.rng
         last = len(untidy.plan)
         left = [
             atom
-            for atom, when in untidy.became.items()
+            for atom, when in untidy.new_facts.items()
             if len(atom.arguments) == 1 and atom not in goals and when[-1] == last
         ]
         if not left:
             return None
         never = rng.choice(left)
-        cuts = [cut for cut in self._cuts if cut >= untidy.became[never][0]]
-        for cut in cuts[:_TIDY]:
+        cuts = [cut for cut in self._cuts if cut >= untidy.new_facts[never][0]]
+        for cut in cuts[:_MAX_TIDY_POSITIONS]:
             walk = self.begin()
             if (
                 walk.follow(untidy.plan[:cut], ())
                 and walk.reach(f.Not(never))
                 and walk.follow(untidy.plan[cut:], goals)
             ):
-                tidy = self._course(walk.trail)
-                for other in rng.sample(list(untidy.became), len(untidy.became)):
+                tidy = self._execute(walk.trail)
+                for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):
                     goal = f.Always(f.Not(f.And((never, other))))
-                    kept = _if_it_matters(goal, tidy, untidy) if other != never else None
+                    kept = _make_if_distinguishing(goal, tidy, untidy) if other != never else None
                     if kept is not None:
                         walk.conditions = list(goals)
-                        return replace(kept, plan=certificate(walk, goal))
+                        return replace(kept, plan=make_certificate(walk, goal))
         return None
 
-    def _in_order(self) -> _OverTime | None:
+    def _find_order(self) -> _TemporalGoal | None:
         """Return an order of facts that the certificate has, and another order of its actions has not."""
-        ours, goals, rng = self._ours, self._goals, self.rng
+        ours, goals, rng = self._certificate, self._goals, self.rng
         parts = [ours.plan[i:j] for i, j in pairwise([0, *self._cuts])]
-        for _ in range(_SHUFFLES if len(parts) > 1 else 0):
-            found = self._between(list(chain(*rng.sample(parts, len(parts)))))
-            if found is not None:
-                return found
+        for _ in range(_MAX_ORDERS if len(parts) > 1 else 0):
+            temporal = self._find_difference(list(chain(*rng.sample(parts, len(parts)))))
+            if temporal is not None:
+                return temporal
         walk = self.begin()
         if len(goals) > 1 and reach_all(walk, rng.sample(goals, len(goals))):
-            return self._between(certificate(walk))
+            return self._find_difference(make_certificate(walk))
         return None
 
     @cached_property
     def _cuts(self) -> list[int]:
         """Numbers of steps of the certificate after which one more goal holds until the end."""
-        states = list(enumerate(self._ours.trajectory.states))[::-1]
+        states = list(enumerate(self._certificate.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
         )
         return sorted({i + 1 for i in missed})
 
-    def _between(self, plan: Sequence[Action]) -> _OverTime | None:
+    def _find_difference(self, plan: Sequence[Action]) -> _TemporalGoal | None:
         """Return a goal that the certificate fulfils and another plan does not; goals on one object first."""
-        other = self._course(plan)
+        other = self._execute(plan)
         final = other.trajectory.final
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
             return None
-        candidates = list(self._candidates(other))
+        candidates = list(self._list_candidates(other))
         self.rng.shuffle(candidates)
         candidates.sort(key=itemgetter(0))
-        kept = (_if_it_matters(goal, self._ours, other) for _, goal in candidates)
+        kept = (_make_if_distinguishing(goal, self._certificate, other) for _, goal in candidates)
         return next((found for found in kept if found is not None), None)
 
-    def _candidates(self, other: _Course) -> Iterator[tuple[bool, f.Formula]]:
+    def _list_candidates(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
         """Yield goals that may hold for the certificate only, and whether their facts share no object."""
-        ours, things = self._ours, self.task.scene.objects
-        both = [atom for atom in ours.became if atom in other.became]
+        ours, things = self._certificate, self.task.scene.objects
+        both = [atom for atom in ours.new_facts if atom in other.new_facts]
         for first, then in permutations(both, 2):
             if ours.comes_first(first, then) and not other.comes_first(first, then):
-                yield _are_apart(then, first), f.Until(f.Not(then), first)
+                yield _have_no_common_object(then, first), f.Until(f.Not(then), first)
             if object_names(first) < object_names(then) and other.has_both(first, then) > ours.has_both(
                 first, then
             ):
-                yield _are_apart(first, then), f.Always(f.Not(f.And((first, then))))
-        wanted = {name for alternatives in self.proposals.prior.actions for name in alternatives}
+                yield _have_no_common_object(first, then), f.Always(f.Not(f.And((first, then))))
+        wanted = {name for alternatives in self.proposals.prior.action_counts for name in alternatives}
         for action in ours.plan:
             if action.operator in wanted and action.arguments:
                 names = [f.Constant(things[i].name) for i in action.arguments]
                 done = f.Occurs(action.operator, tuple(names))
-                yield from ((_are_apart(then, done), f.Until(f.Not(then), done)) for then in both)
+                yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
-    def _became(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
+    def _find_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
         """Return the facts that become true and may be goals, with the numbers of their states."""
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
-        found: dict[Fact, list[int]] = {}
+        new_facts: dict[Fact, list[int]] = {}
         for each in self.listings:
-            if (each.predicate, True) in self.proposals.prior.wanted:
+            if (each.predicate, True) in self.proposals.prior.goal_counts:
                 at_start = set(each.facts(states[0], about))
                 for number, state in enumerate(states):
                     for fact in each.facts(state, about):
                         if fact not in at_start:
-                            found.setdefault(fact, []).append(number)
+                            new_facts.setdefault(fact, []).append(number)
         return {
             f.Atom(fact.predicate, tuple([f.Constant(things[i].name) for i in fact.arguments])): when
-            for fact, when in found.items()
-            if agent not in fact.arguments and self._moves(fact)
+            for fact, when in new_facts.items()
+            if agent not in fact.arguments and self._is_movable(fact)
         }
 
-    def _moves(self, fact: Fact) -> bool:
+    def _is_movable(self, fact: Fact) -> bool:
         """Whether a fact is a state, or the place of an object that plans take in hand."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
         moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior
-        return not prior.kinds or moved in prior.taken
+        return not prior.uses or moved in prior.taken_categories
 
 
-def _if_it_matters(goal: f.Formula, ours: _Course, other: _Course) -> _OverTime | None:
+def _make_if_distinguishing(
+    goal: f.Formula, ours: _ExecutedPlan, other: _ExecutedPlan
+) -> _TemporalGoal | None:
     """Return the goal if the first plan fulfils it and the second one does not."""
-    kept, tempted = [semantics.holds(goal, course.timeline) for course in (ours, other)]
-    return _OverTime(goal, ours.plan, other.plan) if kept and not tempted else None
+    is_kept, is_kept_by_other = [semantics.holds(goal, course.timeline) for course in (ours, other)]
+    return _TemporalGoal(goal, ours.plan, other.plan) if is_kept and not is_kept_by_other else None
 
 
 def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
@@ -396,6 +398,6 @@ def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
     return all(walk.holds(wanted, walk.state) for wanted in goals)
 
 
-def _are_apart(one: f.Formula, other: f.Formula) -> bool:
+def _have_no_common_object(one: f.Formula, other: f.Formula) -> bool:
     """Whether two formulas name no common object."""
     return set(object_names(one)).isdisjoint(object_names(other))

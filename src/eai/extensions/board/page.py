@@ -26,7 +26,7 @@ from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, files_below, read_toml
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.sets import MANIFEST, file_of_set, set_of, unproven
+from eai.benchmarks.generator.sets import MANIFEST, find_false_claims, find_set_file, read_secret_set
 from eai.benchmarks.registry import find_benchmark, title_of
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import ZIP, find_suite_files, unpack_answers
@@ -216,10 +216,10 @@ def _season(place: Path) -> tuple[Benchmark | None, str]:
         InputError: the tasks are not those announced, or were not made with its secret.
     """
     chosen = _SeasonFile.of_file(_small(place / SEASON))
-    entry, file = set_of(place, chosen.split), file_of_set(place, chosen.split)
+    entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
-        for problem in unproven(place, chosen.split, chosen.secret or None):
+        for problem in find_false_claims(place, chosen.split, chosen.secret or None):
             raise InputError(f"{place}: {problem}")
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:

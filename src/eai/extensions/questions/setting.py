@@ -17,7 +17,7 @@ from typing import TypeAlias, TypeVar
 import eai.logic.formula as f
 from eai.abilities.reports import action_text, fact_text
 from eai.base.grouping import group_pairs
-from eai.benchmarks.generator.scene import with_only
+from eai.benchmarks.generator.scene import restrict_state
 from eai.extensions.questions.question import Accept
 from eai.logic.traversal import object_names
 from eai.planning.planner import Planner
@@ -178,7 +178,7 @@ def _closed(task: Task) -> Task:
     named = [i for action in task.script for i in action.arguments]
     kept = sorted({*subjects(task), *named})
     number = {index: i for i, index in enumerate(kept)}
-    initial = with_only(task.initial, kept)
+    initial = restrict_state(task.initial, kept)
     conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
     goals = [goal for goal in conditions if set(object_names(goal.formula)) <= initial.scene.index.keys()]
     return Task(
