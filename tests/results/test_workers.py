@@ -26,7 +26,7 @@ from eai.results.workers import (
     MAX_DEATHS,
     Workers,
     _Batch,
-    _remove,
+    _remove_folder,
     _Worker,
     split_batches,
 )
@@ -150,7 +150,7 @@ def test_removing_a_folder_is_retried_until_the_time_limit(
 
     monkeypatch.setattr("eai.results.workers.CLEANING_SECONDS", seconds)
     folder = Written(dir=tmp_path)
-    _remove(folder)
+    _remove_folder(folder)
     assert Path(folder.name).exists() is stays
     TemporaryDirectory.cleanup(folder)
 
@@ -219,7 +219,7 @@ def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -
     pool = Workers(workers)
     for size in sizes:
         pool._waiting.append(_Batch(b"", tuple(range(size))))
-        pool._give()
+        pool._send_batches()
     assert all(len(worker.connection.sent) == len(worker.pending) for worker in pool._workers)  # type: ignore[attr-defined]
     return [*(len(worker.pending) for worker in pool._workers), len(pool._waiting)]
 
@@ -254,7 +254,7 @@ def test_three_batches_for_each_worker_are_read_ahead(
             batch.result = pickle.dumps(list(batch.items))
         self._waiting.clear()
 
-    monkeypatch.setattr(Workers, "_give", lambda self: None)
+    monkeypatch.setattr(Workers, "_send_batches", lambda self: None)
     monkeypatch.setattr(Workers, "_receive", received)
     results = Workers(workers).map_batches(
         squares, (taken.append(n) or n for n in range(99)), batch_sizes=(4, 4)

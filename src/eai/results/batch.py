@@ -65,9 +65,9 @@ class Scoring(Workers):
             responses: the answers; a task may have any number of answers.
             explanations: put the step-by-step explanation into each record.
         """
-        return self._records(suite, model, responses, ScoringOptions(explanations=explanations))
+        return self._score_responses(suite, model, responses, ScoringOptions(explanations=explanations))
 
-    def _records(
+    def _score_responses(
         self, suite: Suite, model: str, responses: Iterable[Response], settings: ScoringOptions
     ) -> Iterator[Record]:
         workers = self if suite.is_portable else Scoring()  # workers open a suite by its name
@@ -76,7 +76,7 @@ class Scoring(Workers):
         outcomes = workers.map_batches(
             partial(_score_batch, suite, settings), to_score, batch_sizes=batch_sizes
         )
-        return map(partial(_record, suite, model), answered, outcomes)
+        return map(partial(_make_record, suite, model), answered, outcomes)
 
     def record_batches(
         self,
@@ -128,7 +128,7 @@ class Scoring(Workers):
         """
         workers = self if reward.suite.is_portable else Scoring()
         sizes = workers._batch_sizes(reward.suite, length_hint(answers))
-        return workers.map_batches(partial(_rewards, reward), answers, batch_sizes=sizes)
+        return workers.map_batches(partial(_reward_batch, reward), answers, batch_sizes=sizes)
 
     def _batch_sizes(self, suite: Suite, number: int) -> tuple[int, int]:
         """Return the first and the largest batch size: small if a planner may take minutes an answer.
@@ -185,11 +185,11 @@ def _make_batch(
     rows: Sequence[ResponseRow],
 ) -> list[RecordBatch]:
     items = [response_of(row, suite.benchmark.data.task_id_of) for row in rows]
-    records = [marked(_record(suite, model, item, _score_item(suite, settings, item))) for item in items]
+    records = [marked(_make_record(suite, model, item, _score_item(suite, settings, item))) for item in items]
     return [make_record_batch(records if finish is None else [*map(finish, records)])]
 
 
-def _rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
+def _reward_batch(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
     return [reward(task_id, text) for task_id, text in items]
 
 
@@ -231,11 +231,11 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
         return dict.fromkeys(counts or (None,), answers)
     usual = None if None in counts else counts.most_common(1)[0][0]
 
-    def key(text: str) -> str | None:
+    def find_rules(text: str) -> str | None:
         agent = made_by(text)
         return usual if agent is None else agent.rules
 
-    epochs_by_rules = [epoch.split(key) for epoch in epochs]
+    epochs_by_rules = [epoch.split(find_rules) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
         first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]
@@ -284,14 +284,14 @@ def score_run(
     records: list[Record] = []
     first = _find_agent(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
-        for record in scoring._records(suite, answers.model, items, settings):
+        for record in scoring._score_responses(suite, answers.model, items, settings):
             records.append(_add_agent(record, first))
             if on_progress is not None:
                 on_progress(len(records))
     return records
 
 
-def _record(suite: Suite, model: str, item: Response, judged: _ScoringResult) -> Record:
+def _make_record(suite: Suite, model: str, item: Response, judged: _ScoringResult) -> Record:
     verdict, task, explanation = judged
     about = {"explanation": explanation, "task": task, "sample": item.sample, "unanswered": item.unanswered}
     return make_record(suite, model, item.task_id, item.text, verdict, **about)

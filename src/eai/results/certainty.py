@@ -223,12 +223,12 @@ class Certainty:
 
 def sum_by_task(cases: Cases) -> dict[str, Share]:
     """Return the numerator and denominator that each task adds to a rate."""
-    return _sums([(case.task, case.share) for case in cases])
+    return _sum_shares([(case.task, case.share) for case in cases])
 
 
 def sum_by_name(cases: Cases) -> dict[str, Share]:
     """Return the numerator and denominator that the tasks of each name add to a rate."""
-    return _sums([(case.name, case.share) for case in cases])
+    return _sum_shares([(case.name, case.share) for case in cases])
 
 
 def mean_over_names(cases: Cases) -> float | None:
@@ -263,7 +263,7 @@ def _certainty_of_share(cases: Cases) -> Certainty | None:
     if tasks is None or names is None:
         return None
     yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
-    return _certainty(
+    return _make_certainty(
         _binomial_interval_parts(tasks) if yes_no else _scale_interval_parts(tasks),
         _scale_interval_parts(names),
         _wilson_interval,
@@ -282,7 +282,7 @@ def certainty_of_mean(parts: Sequence[tuple[float, Cases]]) -> Certainty | None:
     if len(complete[0]) < len(parts):
         return None
     by_task, by_name = (_scale_interval_parts(deviations_of_mean(rates)) for rates in complete)
-    return _certainty(by_task, by_name, _wilson_interval)
+    return _make_certainty(by_task, by_name, _wilson_interval)
 
 
 def certainty_of_difference(first: Cases, second: Cases) -> Certainty | None:
@@ -300,7 +300,7 @@ def certainty_of_difference(first: Cases, second: Cases) -> Certainty | None:
     if len(both_parts) < len(pairs):
         return None
     by_task, by_name = both_parts
-    return _certainty(by_task, by_name, _difference_interval)
+    return _make_certainty(by_task, by_name, _difference_interval)
 
 
 def interval_of_ratio(cases: Cases) -> Interval | None:
@@ -366,7 +366,7 @@ def _binomial_interval_parts(deviations: _Deviations) -> _IntervalParts:
     return _IntervalParts(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
 
 
-def _sums(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
+def _sum_shares(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
     last = dict(shares)
     if len(last) == len(shares):
         return last
@@ -377,7 +377,7 @@ def _sums(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
     return {unit: Share(numerators[unit], denominators[unit]) for unit in last}
 
 
-def _certainty(
+def _make_certainty(
     tasks: _IntervalParts, names: _IntervalParts, bounds: Callable[[_IntervalParts], Interval]
 ) -> Certainty:
     if names.units == tasks.units:  # no near copies

@@ -126,15 +126,15 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
     if not values:
         return None
     if values.keys() & {"study", "agent"}:
-        study = _read(dict[str, StudyChoice], values.get("study") or {}, "study")
-        agent = _read(dict[str, Any], values.get("agent") or {}, "agent")
+        study = _parse_value(dict[str, StudyChoice], values.get("study") or {}, "study")
+        agent = _parse_value(dict[str, Any], values.get("agent") or {}, "agent")
         if STUDY in study:
-            _read(AttemptOptions, study[STUDY].options, f"study.{STUDY}.options")
-        experiment = _read(Experiment, {**agent, "study": study}, "agent")
+            _parse_value(AttemptOptions, study[STUDY].options, f"study.{STUDY}.options")
+        experiment = _parse_value(Experiment, {**agent, "study": study}, "agent")
     else:
         chosen = {name: values[name] for name in NAMES if values.get(name) is not None}
-        names = _read(dict[str, str], chosen, "experiment")
-        experiment = older_experiment(names, _read(AttemptOptions, values, "experiment"))
+        names = _parse_value(dict[str, str], chosen, "experiment")
+        experiment = older_experiment(names, _parse_value(AttemptOptions, values, "experiment"))
     positions = enumerate(experiment.study.items())
     ordered = {
         name: replace(choice, label_position=position, summary={}) for position, (name, choice) in positions
@@ -143,7 +143,7 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
 
 
 def _read_experiment(values: Mapping[str, Any]) -> Experiment | None:
-    older = _read(dict[str, Any], values.get("experiment") or {}, "experiment")
+    older = _parse_value(dict[str, Any], values.get("experiment") or {}, "experiment")
     return experiment_from_json(
         older or {name: values[name] for name in ("study", "agent") if values.get(name)}
     )
@@ -152,7 +152,7 @@ def _read_experiment(values: Mapping[str, Any]) -> Experiment | None:
 def _read_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
     if not values.get("study"):
         return older_summaries(values)
-    parts = _read(dict[str, dict[str, Any]], values["study"], "study")
+    parts = _parse_value(dict[str, dict[str, Any]], values["study"], "study")
     return {name: part["summary"] for name, part in parts.items() if part.get("summary")}
 
 
@@ -163,7 +163,7 @@ def read_summary(record: Record, study: str, kind: type[T]) -> T | None:
         InputError: the summary does not have the type.
     """
     summary = record.summaries.get(study)
-    return None if summary is None else _read(kind, summary, f"study.{study}.summary")
+    return None if summary is None else _parse_value(kind, summary, f"study.{study}.summary")
 
 
 def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
@@ -216,7 +216,7 @@ def _convert_numbers(value: Any, convert: Callable[[float], int | float]) -> Any
     return convert(value) if type(value) in (int, float) else value
 
 
-def _whole_if_possible(number: float) -> int | float:
+def _shorten_number(number: float) -> int | float:
     return int(number) if float(number).is_integer() else number
 
 
@@ -226,9 +226,9 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
     Raises:
         InputError: the object is not a record; the message names the field.
     """
-    ability = _read(Ability, _require_field(values, "ability"), "ability")
+    ability = _parse_value(Ability, _require_field(values, "ability"), "ability")
     origin = _read_origin(values)
-    record = _read(
+    record = _parse_value(
         Record,
         {
             **{name: values[name] for name in _field_names(Record) if name in values},
@@ -242,7 +242,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "attempts": _read_attempts(values, ability),
         },
     )
-    sha256 = _read(str, _require_field(values, "response_sha256"), "response_sha256")
+    sha256 = _parse_value(str, _require_field(values, "response_sha256"), "response_sha256")
     if values.get("response") is not None and sha256_of(record.response) != sha256:
         raise InputError(
             "expected the response that was scored; response_sha256 is the digest of another text"
@@ -308,17 +308,17 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int)
     reason = _require_field(values, "excluded_reason")
     if status != ("scored" if reason is None else "excluded"):
         raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
-    repairs = _read(tuple[str, ...], _require_field(values, "repairs"), "repairs")
+    repairs = _parse_value(tuple[str, ...], _require_field(values, "repairs"), "repairs")
     declared: type[Verdict] = declaration_of(ability).verdict
     fields = {name: values[name] for name in _field_names(declared) if name in values}
     fields |= {
-        name: _convert_numbers(fields[name], _whole_if_possible)
+        name: _convert_numbers(fields[name], _shorten_number)
         for name in _FIELDS_WITH_HALVES
         if name in fields
     }
     if "tried_actions" in _field_names(declared) and isinstance(values.get("attempts"), int):  # schema 2
         fields["tried_actions"] = values["attempts"]
-    return _read(declared, {**fields, "excluded": reason, "repairs": repairs[made_before:]})
+    return _parse_value(declared, {**fields, "excluded": reason, "repairs": repairs[made_before:]})
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
@@ -326,9 +326,9 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
         return ()
     attempts = []
     for number, values_of_attempt in enumerate(
-        _read(list[dict[str, Any]], values.get("attempts") or [], "attempts")
+        _parse_value(list[dict[str, Any]], values.get("attempts") or [], "attempts")
     ):
-        made_before = _read(
+        made_before = _parse_value(
             tuple[str, ...], values_of_attempt.get("answer_repairs", ()), f"attempts.{number}.answer_repairs"
         )
         fields = {
@@ -336,13 +336,13 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
         }
         fields["explanation"] = _explanation_values(values_of_attempt.get("explanation"))
         verdict = _read_verdict(values_of_attempt, ability, len(made_before))
-        attempts.append(_read(Attempt, {**fields, "verdict": verdict}, f"attempts.{number}"))
+        attempts.append(_parse_value(Attempt, {**fields, "verdict": verdict}, f"attempts.{number}"))
     return tuple(attempts)
 
 
 def _read_origin(values: Mapping[str, Any]) -> Origin | None:
     fields = {name: values[name] for name in _field_names(Origin) if name in values}
-    return _read(Origin, fields) if fields else None
+    return _parse_value(Origin, fields) if fields else None
 
 
 def _require_field(values: Mapping[str, Any], name: str) -> Any:
@@ -351,7 +351,7 @@ def _require_field(values: Mapping[str, Any], name: str) -> Any:
     return values[name]
 
 
-def _read(kind: type[T], value: object, *path: str) -> T:
+def _parse_value(kind: type[T], value: object, *path: str) -> T:
     """Return a value of a type from JSON.
 
     Raises:
@@ -359,14 +359,14 @@ def _read(kind: type[T], value: object, *path: str) -> T:
     """
     hashable: Any = kind
     try:
-        read: T = _adapter(hashable).validate_python(value)
+        read: T = _make_adapter(hashable).validate_python(value)
     except ValidationError as error:
         raise InputError(f"field {misfit(error, within=path, whole='the record')}") from error
     return read
 
 
 @cache
-def _adapter(kind: Any) -> TypeAdapter[Any]:
+def _make_adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 

@@ -56,7 +56,7 @@ def exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
         first: numerator and denominator that each unit adds to the first rate.
         second: numerator and denominator that the same units add to the second rate.
     """
-    sums = (_sum(first), _sum(second))
+    sums = (_sum_shares(first), _sum_shares(second))
     if not sums[0].denominator or not sums[1].denominator:
         return None
     observed = _distance(*sums)
@@ -73,7 +73,7 @@ def exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
     return extreme / (REPETITIONS + 1)
 
 
-def _sum(shares: Sequence[Share]) -> Share:
+def _sum_shares(shares: Sequence[Share]) -> Share:
     return Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))
 
 
@@ -156,7 +156,7 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
         if task in second_shares and task not in different
     }
     cases_by_metric = {
-        metric: [_cases(metric, names, shares) for shares in (first_shares, second_shares)]
+        metric: [_make_cases(metric, names, shares) for shares in (first_shares, second_shares)]
         for metric in declared.overview_headings
     }
     return RunComparison(
@@ -171,7 +171,7 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     )
 
 
-def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:
+def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:
     return [Case(task, name, shares[task].get(metric, EMPTY_SHARE)) for task, name in names.items()]
 
 

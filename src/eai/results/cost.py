@@ -115,11 +115,11 @@ def cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
     """
     scored = (record for record in records if record.verdict.excluded is None)
     answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]
-    cases_by_amount = group_pairs(pair for record, usage in answers for pair in _amounts(record, usage))
+    cases_by_amount = group_pairs(pair for record, usage in answers for pair in _list_amounts(record, usage))
     return {name: cases for name, cases in cases_by_amount.items() if len(cases) == len(answers)}
 
 
-def _amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
+def _list_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
     won = outcome_of(record) is AnswerOutcome.SUCCESS
     for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:

@@ -121,13 +121,13 @@ def count_figures(benchmark: Benchmark, source: Source) -> list[_Figure]:
     own_by_label = {} if benchmark.data.own_figures is None else benchmark.data.own_figures(source)
     printed, source = read_paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
     figures = []
-    for counted in _figures(benchmark, source):
+    for counted in _count_all(benchmark, source):
         value, note = own_by_label.get(counted.label, (counted.value, counted.note))
         figures.append(_Figure(counted.label, value, note, *printed.get(counted.label, (None, ""))))
     return figures
 
 
-def _figures(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
+def _count_all(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
     profiles = profile_tasks(benchmark, source)
     tasks = [profile for profile in profiles if profile.features.goals]
     without_goals = len(profiles) - len(tasks)
@@ -136,17 +136,17 @@ def _figures(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
     )
     yield _Figure("tasks", len(profiles), "the denominator of goal interpretation")
     yield _Figure("instructions", len(tasks), f"tasks that have a goal; {without_goals} have none")
-    yield from _suites(benchmark, source)
-    yield from _goals([profile.features for profile in tasks])
-    yield from _plans([profile for profile in tasks if profile.features.annotated_steps])
-    yield from _objects(tasks)
+    yield from _count_suites(benchmark, source)
+    yield from _count_goals([profile.features for profile in tasks])
+    yield from _count_plans([profile for profile in tasks if profile.features.annotated_steps])
+    yield from _count_objects(tasks)
     operator_tasks = benchmark.operators(source)
     if operator_tasks:
-        yield from _operators(next(iter(operator_tasks.values())).domain)
-        yield from _categories(profiles)
+        yield from _count_operators(next(iter(operator_tasks.values())).domain)
+        yield from _count_categories(profiles)
 
 
-def _suites(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
+def _count_suites(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
         if ability in PAPER_ABILITIES:
             number = len(benchmark.tasks_for(ability, source))
@@ -157,7 +157,7 @@ def _suites(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
     yield _Figure("transition modeling tasks", number, "tasks in which it is asked for")
 
 
-def _goals(tasks: Sequence[Features]) -> Iterator[_Figure]:
+def _count_goals(tasks: Sequence[Features]) -> Iterator[_Figure]:
     first = "in the first way to meet each goal"
     ground, conditions = [task.ground_goals for task in tasks], [task.goals for task in tasks]
     yield _Figure("goals", sum(ground), f"ground conditions {first}, as goal interpretation counts them")
@@ -165,26 +165,26 @@ def _goals(tasks: Sequence[Features]) -> Iterator[_Figure]:
     relations = sum(task.ground_relation_goals for task in tasks)
     yield _Figure("relation goals", relations, f"of two objects, {first}")
     yield _Figure("action goals", sum(task.ground_action_goals for task in tasks), "actions to be taken")
-    yield _Figure("ground goals per task", _mean(ground), f"{sum(ground)} / {len(tasks)}")
+    yield _Figure("ground goals per task", _round_mean(ground), f"{sum(ground)} / {len(tasks)}")
     note = "conjuncts of the goals, as action sequencing and subgoal decomposition count them"
     yield _Figure("goal conditions", sum(conditions), note)
-    yield _Figure("goal conditions per task", _mean(conditions), f"{sum(conditions)} / {len(tasks)}")
+    yield _Figure("goal conditions per task", _round_mean(conditions), f"{sum(conditions)} / {len(tasks)}")
     quantified = sum(task.quantified_goals for task in tasks)
     yield _Figure("quantified conditions", quantified, "conjuncts that speak of objects in general")
     options = [task.goal_options for task in tasks]
     note = f"{options.count(1)} tasks have one, the largest number is {max(options, default=0):,}"
     note = f"ways to choose a ground option for each goal; {note}"
-    yield _Figure("goal options per task", _mean(options), note)
+    yield _Figure("goal options per task", _round_mean(options), note)
     yield _Figure("goal options, median", median(options or [0]), "half of the tasks have no more")
 
 
-def _plans(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
+def _count_plans(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
     steps = [profile.features.annotated_steps or 0 for profile in tasks]
     yield _Figure("trajectories", len(steps), "annotated plans of the instructions")
     if not steps:
         return
     yield _Figure("action steps", sum(steps), "of those plans")
-    yield _Figure("steps per trajectory", _mean(steps), f"{sum(steps):,} steps / {len(steps)} plans")
+    yield _Figure("steps per trajectory", _round_mean(steps), f"{sum(steps):,} steps / {len(steps)} plans")
     yield _Figure("fewest steps", min(steps), "of the shortest plan")
     yield _Figure("most steps", max(steps), "of the longest plan")
     long_plans = [profile for profile in tasks if (profile.features.annotated_steps or 0) > LONG_PLAN_STEPS]
@@ -198,14 +198,14 @@ def _plans(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
     yield _Figure("actions", len(actions), "distinct ones in those plans")
 
 
-def _objects(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
-    task_objects = _mean(profile.features.objects for profile in tasks)
+def _count_objects(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
+    task_objects = _round_mean(profile.features.objects for profile in tasks)
     yield _Figure("objects per task", task_objects, "that the task is about")
-    scene_objects = _mean(len(profile.task.scene.objects) for profile in tasks)
+    scene_objects = _round_mean(len(profile.task.scene.objects) for profile in tasks)
     yield _Figure("objects per scene", scene_objects, "all, the agent included")
 
 
-def _operators(library: OperatorLibrary) -> Iterator[_Figure]:
+def _count_operators(library: OperatorLibrary) -> Iterator[_Figure]:
     gold = [read_action(text.pddl) for text in library.operators.values()]
     condition_predicates = [{*predicates_of(action.precondition)} for action in gold]
     effect_predicates = [
@@ -220,7 +220,7 @@ def _operators(library: OperatorLibrary) -> Iterator[_Figure]:
         yield _Figure(label, sum(map(len, words)) + empty, note)
 
 
-def _categories(profiles: Iterable[_Profile]) -> Iterator[_Figure]:
+def _count_categories(profiles: Iterable[_Profile]) -> Iterator[_Figure]:
     asked_profiles = [profile for profile in profiles if profile.asked is not None]
     tasks = Counter(category for profile in asked_profiles for category in profile.categories)
     largest = max(len(profile.categories) for profile in asked_profiles)
@@ -233,7 +233,7 @@ def _categories(profiles: Iterable[_Profile]) -> Iterator[_Figure]:
         )
 
 
-def _mean(numbers: Iterable[int]) -> float:
+def _round_mean(numbers: Iterable[int]) -> float:
     values = list(numbers)
     return round(fmean(values), 2) if values else 0.0
 

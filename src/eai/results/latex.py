@@ -42,7 +42,7 @@ def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
     )
     caption = f"{escape_latex(table.definition)}{interval_note}."
     return "\n".join(
-        _environment(
+        _format_environment(
             replace(table, rows=tuple(rows), notes=table.notes if number == len(parts) else ()),
             caption if number == 1 else f"{caption} (continued)",
             label if number == 1 else f"{label}:{number}",
@@ -70,7 +70,7 @@ def _split_pages(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]
     yield page
 
 
-def _environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
+def _format_environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
     columns = table.full_columns
     parts = [
         r"\begin{table}[htbp]",
@@ -80,18 +80,18 @@ def _environment(table: Table, caption: str, label: str, *, intervals: bool) -> 
         r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
         rf"\begin{{tabular}}{{{''.join('r' if column.is_number else 'l' for column in columns)}}}",
         r"\toprule",
-        *_heading(columns),
+        *_format_heading(columns),
         r"\midrule",
-        *(line for row in table.rows for line in _row(columns, row, intervals=intervals)),
+        *(line for row in table.rows for line in _format_row(columns, row, intervals=intervals)),
         r"\bottomrule",
         r"\end{tabular}}",
-        *_notes(table.notes),
+        *_format_notes(table.notes),
         r"\end{table}",
     ]
     return "\n".join(parts) + "\n"
 
 
-def _heading(columns: Sequence[Column]) -> Iterator[str]:
+def _format_heading(columns: Sequence[Column]) -> Iterator[str]:
     """Yield the lines of the heading: groups, each over a rule of its own, and column headings."""
     groups, rules, start = [], [], 1
     for name, columns_of_group in groupby(column.group for column in columns):
@@ -102,53 +102,53 @@ def _heading(columns: Sequence[Column]) -> Iterator[str]:
         else:
             groups += [""] * width
         start += width
-    yield _line(groups)
+    yield _format_line(groups)
     yield "".join(rules)
-    yield _line([escape_latex(column.heading) + _marks(column.notes) for column in columns])
+    yield _format_line([escape_latex(column.heading) + _format_marks(column.notes) for column in columns])
 
 
-def _row(columns: Sequence[Column], row: Sequence[Cell], *, intervals: bool) -> Iterator[str]:
-    yield _line([_cell(column, cell) for column, cell in zip(columns, row, strict=True)])
+def _format_row(columns: Sequence[Column], row: Sequence[Cell], *, intervals: bool) -> Iterator[str]:
+    yield _format_line([_format_cell(column, cell) for column, cell in zip(columns, row, strict=True)])
     if intervals and _has_interval(row):
         intervals_below = (
-            rf"{{\scriptsize {_interval(cell)}}}" if isinstance(cell, Estimate) else "" for cell in row
+            rf"{{\scriptsize {_format_interval(cell)}}}" if isinstance(cell, Estimate) else "" for cell in row
         )
-        yield _line(list(intervals_below))
+        yield _format_line(list(intervals_below))
 
 
 def _has_interval(row: Sequence[Cell]) -> bool:
     return any(isinstance(cell, Estimate) and cell.low is not None for cell in row)
 
 
-def _cell(column: Column, cell: Cell) -> str:
+def _format_cell(column: Column, cell: Cell) -> str:
     match cell:
         case None:
             return ""
         case Estimate():
             number = cell.format_number(column, "--")
-            return (rf"\textbf{{{number}}}" if cell.best else number) + _marks(cell.notes)
+            return (rf"\textbf{{{number}}}" if cell.best else number) + _format_marks(cell.notes)
         case Label(text=text, origin=origin, notes=notes):
             name = escape_latex(text)
-            return (rf"\emph{{{name}}} ({origin})" if origin else name) + _marks(notes)
+            return (rf"\emph{{{name}}} ({origin})" if origin else name) + _format_marks(notes)
         case _:
             return escape_latex(str(cell))
 
 
-def _interval(cell: Estimate) -> str:
+def _format_interval(cell: Estimate) -> str:
     return "" if cell.low is None else f"{cell.low:.1f}--{cell.high:.1f}"
 
 
-def _marks(numbers: Sequence[int]) -> str:
+def _format_marks(numbers: Sequence[int]) -> str:
     return rf"\textsuperscript{{{','.join(map(str, numbers))}}}" if numbers else ""
 
 
-def _notes(texts: Sequence[str]) -> Iterator[str]:
+def _format_notes(texts: Sequence[str]) -> Iterator[str]:
     if texts:
         yield r"\par\smallskip\begin{minipage}{\linewidth}\footnotesize"
         for number, text in enumerate(texts, 1):
-            yield rf"{_marks((number,))} {escape_latex(text)}\par"
+            yield rf"{_format_marks((number,))} {escape_latex(text)}\par"
         yield r"\end{minipage}"
 
 
-def _line(cells: Sequence[str]) -> str:
+def _format_line(cells: Sequence[str]) -> str:
     return rf"{' & '.join(cells)} \\"

@@ -14,19 +14,19 @@ NO_NUMBER_MARK = "–"
 def table_markdown(table: Table) -> str:
     """Return a table with its footnotes; below each row with intervals stands a row with the intervals."""
     columns = table.full_columns
-    lines = [line for row in table.rows for line in _row(columns, row)]
+    lines = [line for row in table.rows for line in _format_row(columns, row)]
     notes = [f"{superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
-    return "\n".join([*_grid(columns, lines), *([""] if notes else []), *notes]) + "\n"
+    return "\n".join([*_format_grid(columns, lines), *([""] if notes else []), *notes]) + "\n"
 
 
 def rows_markdown(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> Iterator[str]:
     """Yield the lines of a table, one for each row: a number stands with its fraction and its interval."""
-    return _grid(columns, [[_inline_text(cell) for cell in row] for row in rows])
+    return _format_grid(columns, [[_inline_text(cell) for cell in row] for row in rows])
 
 
 def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     """Yield the lines of a Markdown table of texts; from the third on, columns are numbers, aligned right."""
-    return _grid([Column(name, is_number=i >= 2) for i, name in enumerate(header)], rows)
+    return _format_grid([Column(name, is_number=i >= 2) for i, name in enumerate(header)], rows)
 
 
 def escape_markdown(text: str) -> str:
@@ -37,34 +37,34 @@ def escape_markdown(text: str) -> str:
     return " ".join(text.split())
 
 
-def _grid(columns: Sequence[Column], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+def _format_grid(columns: Sequence[Column], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     headings = [column.heading_without_group or column.heading or column.name for column in columns]
     marks = [superscript(column.notes) for column in columns]
-    yield _line([f"{heading}{mark}" for heading, mark in zip(headings, marks, strict=True)])
-    yield _line(["--:" if column.is_number else "---" for column in columns])
-    yield from map(_line, rows)
+    yield _format_line([f"{heading}{mark}" for heading, mark in zip(headings, marks, strict=True)])
+    yield _format_line(["--:" if column.is_number else "---" for column in columns])
+    yield from map(_format_line, rows)
 
 
-def _line(cells: Sequence[str]) -> str:
+def _format_line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
+def _format_row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
     """Yield the cells of a row, and below them the intervals, if it has any."""
-    yield [_cell(column, cell) for column, cell in zip(columns, row, strict=True)]
+    yield [_format_cell(column, cell) for column, cell in zip(columns, row, strict=True)]
     if any(isinstance(cell, Estimate) and cell.low is not None for cell in row):
         name = next(i for i, cell in enumerate(row) if isinstance(cell, Label))
-        yield ["*95 %*" if i == name else _interval(cell) for i, cell in enumerate(row)]
+        yield ["*95 %*" if i == name else _format_interval(cell) for i, cell in enumerate(row)]
 
 
-def _cell(column: Column, cell: Cell) -> str:
+def _format_cell(column: Column, cell: Cell) -> str:
     if not isinstance(cell, Estimate):
         return _inline_text(cell)
     number = cell.format_number(column, NO_NUMBER_MARK)
     return (f"**{number}**" if cell.best else number) + superscript(cell.notes)
 
 
-def _interval(cell: Cell) -> str:
+def _format_interval(cell: Cell) -> str:
     if not isinstance(cell, Estimate) or cell.low is None:
         return ""
     return f"{cell.low:.1f}–{cell.high:.1f}"

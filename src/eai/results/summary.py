@@ -226,7 +226,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         outcomes[answer_outcome] += 1
         if answer_outcome in _NO_ANSWER:
             continue
-        success = Case(record.task_id, name_of(record), _success(record, answer_outcome, metric))
+        success = Case(record.task_id, name_of(record), _find_success(record, answer_outcome, metric))
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
             if declared.has_plans and record.task.annotated_steps is not None:
@@ -240,22 +240,22 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
             by_action.setdefault(step.call.name, []).append(share_of_one(step.outcome == EXECUTED))
     return Breakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
-        _flow(outcomes) if declared.has_plans else None,
+        _count_flow(outcomes) if declared.has_plans else None,
         dict(sorted(by_goals.items())),
         dict(sorted(by_length.items())),
-        _rates(by_action),
-        _rates(by_predicate),
+        _sum_rates(by_action),
+        _sum_rates(by_predicate),
     )
 
 
-def _success(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
+def _find_success(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
     """Return whether an answer is right, or its contribution to a metric of means."""
     if metric is None:
         return Share(answer_outcome is AnswerOutcome.SUCCESS, 1)
     return declaration_of(record.ability).contributions(record.verdict)[metric]
 
 
-def _flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
+def _count_flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
     flow = {"answers": sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)}
     remaining = flow["answers"]
     for stage, answer_outcome in _OUTCOMES_BEFORE_STAGE.items():
@@ -299,5 +299,5 @@ _MATCH = Share(2, 2)
 """Contribution of a matched clause to F1, which is 2 TP / (2 TP + FP + FN)."""
 
 
-def _rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
+def _sum_rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
     return {name: rate_of(shares_of_name) for name, shares_of_name in sorted(shares.items())}

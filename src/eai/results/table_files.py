@@ -36,8 +36,10 @@ def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequ
         InputError: the folder cannot be written.
     """
     contents = {f"{table.name}.csv": csv_text(table.flat_columns(), table.flat_rows()) for table in tables}
-    contents[f"{name}.json"] = json.dumps(_json(tables, remarks), indent=1, ensure_ascii=False) + "\n"
-    contents[f"{name}.md"] = _markdown(name, tables, remarks)
+    contents[f"{name}.json"] = (
+        json.dumps(_tables_to_json(tables, remarks), indent=1, ensure_ascii=False) + "\n"
+    )
+    contents[f"{name}.md"] = _format_markdown(name, tables, remarks)
     return write_files(folder, contents)
 
 
@@ -97,27 +99,29 @@ def write_parquet(path: Path, kind: type[TidyLine], lines: Sequence[TidyLine]) -
         raise InputError(f"{path}: cannot be written ({error})") from error
 
 
-def _json(tables: Sequence[Table], remarks: Sequence[str]) -> dict[str, Json]:
+def _tables_to_json(tables: Sequence[Table], remarks: Sequence[str]) -> dict[str, Json]:
     return {
         "remarks": list(remarks),
         "tables": {
             table.name: {
                 "title": table.title,
                 "definition": table.definition,
-                "rows": [{name: _json_cell(cell) for name, cell in row.items()} for row in table.row_dicts()],
+                "rows": [
+                    {name: _cell_to_json(cell) for name, cell in row.items()} for row in table.row_dicts()
+                ],
             }
             for table in tables
         },
     }
 
 
-def _json_cell(cell: Cell) -> Json:
+def _cell_to_json(cell: Cell) -> Json:
     if not isinstance(cell, Estimate):
         return cell.text if isinstance(cell, Label) else cell
     return {name: value for name, value in cell.columns().items() if value is not None or name == "value"}
 
 
-def _markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str:
+def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str:
     lines = [f"# {name.capitalize()}", "", *(line for remark in remarks for line in (remark, ""))]
     for table in tables:
         rows_by_heading = _select_shown_rows(table)

@@ -37,12 +37,12 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
         return
     limit = None if wide else int(console.width * _NAMES_WIDTH_SHARE)
     columns = [
-        (column, [_cell(column, row[index]) for row in table.rows])
+        (column, [_format_cell(column, row[index]) for row in table.rows])
         for index, column in enumerate(table.full_columns)
     ]
     for group in [columns] if wide else _split_columns(console, columns, limit):
-        grid = _grid(group, limit)
-        room = max(console.width, _width(console, grid)) if wide else console.width
+        grid = _make_grid(group, limit)
+        room = max(console.width, _measure_width(console, grid)) if wide else console.width
         type(console)(file=console.file, width=room, markup=False).print(grid, "")
 
 
@@ -53,10 +53,10 @@ def _split_columns(
     first_name = next(i for i, (column, _) in enumerate(columns) if not column.is_number)
     name_end = next((i for i in range(first_name, len(columns)) if columns[i][0].is_number), first_name + 1)
     names, rest = columns[:name_end], columns[name_end:]
-    names_width = width_taken = _width(console, _grid(names, limit))
+    names_width = width_taken = _measure_width(console, _make_grid(names, limit))
     group: list[_PrintedColumn] = []
     for column in (column for column in rest if column[0].is_number):
-        width = _width(console, _grid([*names, column], limit)) - names_width
+        width = _measure_width(console, _make_grid([*names, column], limit)) - names_width
         if group and width_taken + width > console.width:
             yield [*names, *group]
             group, width_taken = [], names_width
@@ -67,11 +67,11 @@ def _split_columns(
         yield [*names, *group]
 
 
-def _width(console: Console, grid: Grid) -> int:
+def _measure_width(console: Console, grid: Grid) -> int:
     return Measurement.get(console, console.options.update(max_width=10_000), grid).maximum
 
 
-def _grid(columns: Sequence[_PrintedColumn], limit: int | None) -> Grid:
+def _make_grid(columns: Sequence[_PrintedColumn], limit: int | None) -> Grid:
     grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, collapse_padding=True)
     names = True
     for column, _ in columns:
@@ -86,7 +86,7 @@ def _grid(columns: Sequence[_PrintedColumn], limit: int | None) -> Grid:
     return grid
 
 
-def _cell(column: Column, cell: Cell) -> Text:
+def _format_cell(column: Column, cell: Cell) -> Text:
     match cell:
         case None:
             return Text("")

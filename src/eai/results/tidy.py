@@ -50,13 +50,13 @@ class TidyTables:
         shares = shares_by_task(records)
         for record in records:
             key = first_columns(record)
-            self.answers.append(_answer(record, key, shares.get(record.task_id, {}), book))
+            self.answers.append(_make_answer_line(record, key, shares.get(record.task_id, {}), book))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
-            self.steps.extend(_steps(record, key))
-            self.goals.extend(_goals(record, key))
-            self.atoms.extend(_atoms(record, key, book))
-            self.clauses.extend(_clauses(record, key))
+            self.steps.extend(_make_step_lines(record, key))
+            self.goals.extend(_make_goal_lines(record, key))
+            self.atoms.extend(_make_atom_lines(record, key, book))
+            self.clauses.extend(_make_clause_lines(record, key))
 
     def _open_book(self, domain: str) -> TaskBook | None:
         from eai.results.task_book import TaskBook
@@ -86,20 +86,20 @@ def first_columns(record: Record) -> FirstColumns:
     }
 
 
-def _answer(record: Record, key: FirstColumns, shares: Shares, book: TaskBook | None) -> AnswerLine:
+def _make_answer_line(record: Record, key: FirstColumns, shares: Shares, book: TaskBook | None) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     is_explained = record.explanation is not None and _has_plans(record)
     values: dict[str, Any] = {
         **key,
         "outcome": outcome_of(record).value,
-        "success": _success(record, shares),
+        "success": _find_success(record, shares),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
         "error_step": None if error is None else error.step,
         "error_objects": None if error is None else " ".join(error.objects),
         "steps_tried": len(list(steps_of(record))) if is_explained else None,
-        **_counts(record.ability, shares),
+        **_count_matches(record.ability, shares),
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,
@@ -114,7 +114,7 @@ def _has_plans(record: Record) -> bool:
     return declaration_of(record.ability).has_plans
 
 
-def _success(record: Record, shares: Shares) -> bool | None:
+def _find_success(record: Record, shares: Shares) -> bool | None:
     """Return whether an answer counts as a success in its ability's main table, or None without a metric."""
     declared = declaration_of(record.ability)
     candidates = (
@@ -129,7 +129,7 @@ def _success(record: Record, shares: Shares) -> bool | None:
     return bool(share.numerator) if share.numerator in yes_no else outcome_of(record) is AnswerOutcome.SUCCESS
 
 
-def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
+def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
     """Return the counts that an answer adds to precision and recall in its ability's main table."""
     for metric in declaration_of(ability).overview_headings:
         prefix, dot, measure = metric.rpartition(".")
@@ -148,7 +148,7 @@ def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]
     return {**features, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
 
 
-def _steps(record: Record, key: FirstColumns) -> Iterator[StepLine]:
+def _make_step_lines(record: Record, key: FirstColumns) -> Iterator[StepLine]:
     if not _has_plans(record):
         return
     for number, step in steps_of(record):
@@ -163,7 +163,7 @@ def _steps(record: Record, key: FirstColumns) -> Iterator[StepLine]:
         )
 
 
-def _goals(record: Record, key: FirstColumns) -> Iterator[GoalLine]:
+def _make_goal_lines(record: Record, key: FirstColumns) -> Iterator[GoalLine]:
     if not isinstance(record.verdict, PlanVerdict):
         return
     for number, (report, satisfied) in enumerate(goals_of(record)):
@@ -173,7 +173,7 @@ def _goals(record: Record, key: FirstColumns) -> Iterator[GoalLine]:
         )
 
 
-def _atoms(record: Record, key: FirstColumns, book: TaskBook | None) -> Iterator[AtomLine]:
+def _make_atom_lines(record: Record, key: FirstColumns, book: TaskBook | None) -> Iterator[AtomLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
@@ -186,7 +186,7 @@ def _atoms(record: Record, key: FirstColumns, book: TaskBook | None) -> Iterator
             )
 
 
-def _clauses(record: Record, key: FirstColumns) -> Iterator[ClauseLine]:
+def _make_clause_lines(record: Record, key: FirstColumns) -> Iterator[ClauseLine]:
     if not declaration_of(record.ability).interaction.uses_operator_tasks:
         return
     from eai.abilities.transition_modeling.verdict import OTHER

@@ -30,7 +30,7 @@ def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[
             continue
         task = suite.reference(task_id)
         yield {
-            "prompt": _messages_of(prompts[task_id]),
+            "prompt": _make_messages(prompts[task_id]),
             "task": task,
             "data_source": f"{suite.domain}/{suite.ability.value}",
             "reward_model": {"style": "rule", "ground_truth": task},
@@ -67,7 +67,7 @@ def make_reward_rows(
             left_out[ASKED_OTHERWISE] += 1
             continue
         yield {
-            "prompt": _messages_of(prompt),
+            "prompt": _make_messages(prompt),
             "completion": [{"role": "assistant", "content": record.response}],
             "task": reward.suite.reference(record.task_id),
             "model": record.model,
@@ -79,7 +79,7 @@ def select_verified_rows(answers: Iterable[TrainingRow], minimum: float) -> Iter
     """Yield the rows of answers with at least a minimum reward, without repeated answers to a task."""
     seen: set[tuple[str, str]] = set()
     for row in answers:
-        key = (row["task"], _text_of(row))
+        key = (row["task"], _get_text(row))
         if row["reward"] >= minimum and key not in seen:
             seen.add(key)
             yield row
@@ -94,7 +94,7 @@ def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Itera
     """
     by_task: dict[str, dict[str, TrainingRow]] = {}
     for row in answers:
-        by_task.setdefault(row["task"], {}).setdefault(_text_of(row), row)
+        by_task.setdefault(row["task"], {}).setdefault(_get_text(row), row)
     for task, distinct in by_task.items():
         best = max(distinct.values(), key=itemgetter("reward"))
         for other in distinct.values():
@@ -109,12 +109,12 @@ def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Itera
                 }
 
 
-def _text_of(row: TrainingRow) -> str:
+def _get_text(row: TrainingRow) -> str:
     text: str = row["completion"][0]["content"]
     return text
 
 
-def _messages_of(prompt: Prompt) -> list[TrainingRow]:
+def _make_messages(prompt: Prompt) -> list[TrainingRow]:
     system: list[TrainingRow] = (
         [] if prompt.system is None else [{"role": "system", "content": prompt.system}]
     )

@@ -54,7 +54,7 @@ def serve(connection: Connection, folder: str) -> None:
         folder: folder for temporary files, which another process removes.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes at once
-    signal.signal(signal.SIGTERM, _end)
+    signal.signal(signal.SIGTERM, _raise_exit)
     tempfile.tempdir = folder
     collect_seldom()
     given: SimpleQueue[bytes] = SimpleQueue()
@@ -78,7 +78,7 @@ def _receive(connection: Connection, given: SimpleQueue[bytes]) -> None:
     os._exit(ENDED_STATUS)
 
 
-def _end(number: int, frame: FrameType | None) -> None:
+def _raise_exit(number: int, frame: FrameType | None) -> None:
     """Raise SystemExit at a signal, so that planners are ended and their folders removed."""
     sys.exit(ENDED_STATUS)
 
@@ -89,10 +89,10 @@ def _work_on(content: bytes) -> bytes:
         work, items = pickle.loads(content)  # noqa: S301 - of a process of this program
         return pickle.dumps(load_work(work)(items))
     except Exception as error:
-        return _error_bytes(error)
+        return _pickle_error(error)
 
 
-def _error_bytes(error: Exception) -> bytes:
+def _pickle_error(error: Exception) -> bytes:
     """Return a pickled exception with its traceback, or an EaiError with its text if it cannot be pickled."""
     try:
         content = pickle.dumps(ExceptionWithTraceback(error, error.__traceback__))
@@ -204,7 +204,7 @@ class Workers:
             worker.process.join()
         folder, self._folder = self._folder, None
         if folder is not None:
-            _remove(folder)
+            _remove_folder(folder)
 
     def map_batches(
         self,
@@ -236,7 +236,7 @@ class Workers:
                 for batch_items in islice(upcoming, self._number * MAX_BATCHES_AHEAD - len(in_progress)):
                     in_progress.append(_Batch(content, batch_items))
                     self._waiting.append(in_progress[-1])
-                    self._give()
+                    self._send_batches()
                 if not in_progress:
                     return
                 while in_progress[0].result is None:
@@ -245,11 +245,11 @@ class Workers:
         finally:
             self._waiting = deque([batch for batch in self._waiting if batch not in in_progress])
 
-    def _give(self) -> None:
+    def _send_batches(self) -> None:
         """Send waiting batches to the least busy workers, up to their maximum."""
         while self._waiting:
             batch = self._waiting[0]
-            worker = self._least_busy()
+            worker = self._find_least_busy()
             if len(worker.pending) >= (1 if len(batch.items) < MIN_BATCH_SIZE else MAX_BATCHES_PER_WORKER):
                 return
             content = pickle.dumps((batch.work, batch.items))
@@ -265,7 +265,7 @@ class Workers:
             with self._discard_on_cut(worker):
                 result = worker.connection.recv_bytes()
                 worker.pending.popleft().result = result
-        self._give()
+        self._send_batches()
 
     @contextmanager
     def _discard_on_cut(self, worker: _Worker) -> Iterator[None]:
@@ -277,7 +277,7 @@ class Workers:
             if not isinstance(error, EOFError | OSError):
                 raise
 
-    def _least_busy(self) -> _Worker:
+    def _find_least_busy(self) -> _Worker:
         """Return an idle worker; else a new one, if there may be more; else the least busy one."""
         worker_with_least = min(self._workers, key=lambda worker: len(worker.pending), default=None)
         if worker_with_least is None or (worker_with_least.pending and len(self._workers) < self._number):
@@ -318,7 +318,7 @@ class Workers:
         self._waiting.extendleft(reversed(worker.pending))
 
 
-def _remove(folder: TemporaryDirectory[str]) -> None:
+def _remove_folder(folder: TemporaryDirectory[str]) -> None:
     """Remove a folder into which a planner may write until it notices that its worker was killed."""
     end = time.monotonic() + CLEANING_SECONDS
     folder.cleanup()

@@ -67,16 +67,16 @@ def episode_text(state: TaskState | EvalSample) -> str:
 
 
 @cache
-def _tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) -> Mapping[str, Task]:
+def _open_tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) -> Mapping[str, Task]:
     return open_suite(benchmark, ability, source=Source(errata=errata)).tasks
 
 
-def _begin(state: TaskState) -> Play | None:
+def _begin_episode(state: TaskState) -> Play | None:
     """Begin or resume the episode of a sample from the store; None if its task is not played."""
     metadata = state.metadata
     errata = errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
     benchmark = find_benchmark(str(metadata["domain"]))
-    task = _tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
+    task = _open_tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
     if task.left_out is not None:
         return None
     play = Arena(benchmark, Setting.of_question(metadata)).play(
@@ -87,7 +87,7 @@ def _begin(state: TaskState) -> Play | None:
     return play
 
 
-def _carry_out(state: TaskState, play: Play, command: str) -> str | list[Content]:
+def _play_command(state: TaskState, play: Play, command: str) -> str | list[Content]:
     """Play a command, store the episode, and return the reply to the agent with its pictures."""
     last_reply = _read_last_reply()
     reply = play.say(command, "" if last_reply == command else last_reply)
@@ -102,10 +102,10 @@ def _read_last_reply() -> str:
     return "\n\n".join(filter(None, [*find_reasoning(replies[-1]), replies[-1].completion.strip()]))
 
 
-def _tools(state: TaskState, play: Play) -> list[ToolDef]:
+def _make_tools(state: TaskState, play: Play) -> list[ToolDef]:
     def make_call(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
         async def call(**arguments: Any) -> str | list[Content]:
-            return _carry_out(state, play, command_of(name, arguments))
+            return _play_command(state, play, command_of(name, arguments))
 
         return call
 
@@ -121,10 +121,10 @@ def enter() -> Solver:
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         add_epoch(state)
-        play = _begin(state)
+        play = _begin_episode(state)
         if play is not None:
             state.store_as(_StoredEpisode).episode = play.to_json("stopped")
-            state.tools.extend([tool.as_tool() for tool in _tools(state, play)])
+            state.tools.extend([tool.as_tool() for tool in _make_tools(state, play)])
         return state
 
     return solve
@@ -138,7 +138,7 @@ def _player(harness: str | None = None) -> Solver:
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        setting, play = Setting.of_question(state.metadata), _begin(state)
+        setting, play = Setting.of_question(state.metadata), _begin_episode(state)
         if play is None:
             state.output = ModelOutput.from_content(str(state.model), DONE)
             return state
@@ -194,7 +194,7 @@ async def _play_by_text(state: TaskState, agent: AgentState, play: Play) -> None
             raise RuntimeError(agent.output.error or "the provider returned no choice")
         agent.messages.append(agent.output.message)
         command = read_command(split_reply(agent.output.completion).answer)
-        reply = _carry_out(state, play, command)
+        reply = _play_command(state, play, command)
         agent.messages.append(ChatMessageUser(content=reply))
 
 
@@ -220,13 +220,13 @@ def act(run: RunState) -> Solver:
         state.metadata[BEGUN] = run.journal.begin(key, request)
         with report_failure(run, key):
             state = await perform(await begin(state, generate), generate)
-        run.add_answer(make_answer(state, request, question, _usage_of_sample(run.job.endpoint.model)))
+        run.add_answer(make_answer(state, request, question, _sum_usage(run.job.endpoint.model)))
         return state
 
     return solve
 
 
-def _usage_of_sample(model: str) -> Usage:
+def _sum_usage(model: str) -> Usage:
     """Return the usage of all replies of an episode; built-in models are not timed."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     seconds = None if model.startswith(f"{PROVIDER}/") else sum([reply.time or 0.0 for reply in replies])

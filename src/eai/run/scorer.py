@@ -71,10 +71,10 @@ def explain_record(record: Record) -> str:
         ("Temporal goal\n", [f"- {_describe_part(part, i)}" for i, part in enumerate(explanation.parts)]),
     )
     written = ["\n".join(filter(None, [title, *lines])) for title, lines in sections if lines]
-    return "\n\n".join([f"**{_headline(record)}**", *written])
+    return "\n\n".join([f"**{_write_headline(record)}**", *written])
 
 
-def _headline(record: Record) -> str:
+def _write_headline(record: Record) -> str:
     verdict, answer_outcome = record.verdict, outcome_of(record)
     if answer_outcome is AnswerOutcome.EXCLUDED:
         return f"Excluded: {verdict.excluded}"
@@ -115,13 +115,13 @@ def paper_metrics(ability: str) -> Metric:
 
     def pool_scores(scores: list[SampleScore]) -> Value:
         ability_of_scores = Ability.from_name(ability)
-        ordered = sorted(scores, key=lambda score: int(_metadata(score)["epoch"]))
+        ordered = sorted(scores, key=lambda score: int(_get_metadata(score)["epoch"]))
         by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
         average = declaration_of(ability_of_scores).combine_epochs
         if average is None:
-            verdicts = _verdicts([_select_majority(of_task, ability_of_scores) for of_task in by_task])
+            verdicts = _read_verdicts([_select_majority(of_task, ability_of_scores) for of_task in by_task])
         else:
-            verdicts = [average([_verdict(score) for score in of_task]) for of_task in by_task]
+            verdicts = [average([_read_verdict(score) for score in of_task]) for of_task in by_task]
         shares = {name: rate.share for name, rate in summarise(verdicts, ability_of_scores).items()}
         return shares if scores else dict.fromkeys(shares, nan)
 
@@ -143,8 +143,8 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
         """
 
         async def score(state: TaskState, target: Target) -> Score:
-            suite = _suite(find_benchmark(benchmark), ability, protocol, planner, errata)
-            return make_score(_record_of(state, suite), state.epoch, answered=bool(state.output.choices))
+            suite = _open_suite(find_benchmark(benchmark), ability, protocol, planner, errata)
+            return make_score(_make_record(state, suite), state.epoch, answered=bool(state.output.choices))
 
         return score
 
@@ -158,7 +158,7 @@ SCORERS = {ability: _register(ability) for ability in find_abilities()}
 """The scorers by ability; the score of a sample has the ability's name."""
 
 
-def _record_of(state: TaskState, suite: Suite) -> Record:
+def _make_record(state: TaskState, suite: Suite) -> Record:
     model, task_id = to_file_name(str(state.model)), str(state.sample_id)
     if state.output.choices:
         text = episode_text(state) if declaration_of(suite.ability).takes_turns else state.output.completion
@@ -245,17 +245,17 @@ def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
 
 
 @cache
-def _suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
+def _open_suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
     source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
     return open_suite(benchmark, ability, Protocol.from_name(protocol), source=source)
 
 
-def _metadata(score: SampleScore) -> dict[str, Any]:
+def _get_metadata(score: SampleScore) -> dict[str, Any]:
     return score.score.metadata or {}
 
 
 def _select_answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
-    return [score for score in scores if _metadata(score)["answered"]]
+    return [score for score in scores if _get_metadata(score)["answered"]]
 
 
 def _select_majority(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
@@ -264,27 +264,27 @@ def _select_majority(scores: Sequence[SampleScore], ability: Ability) -> SampleS
     return answered_scores[majority_index([score.score.answer or "" for score in answered_scores], ability)]
 
 
-def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
+def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     """Return the verdicts on the answers that count, each read by the form of all answers.
 
     Verdicts of an experiment do not change: each answer was read before the next was requested.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered(scores)}
-    verdicts = {str(score.sample_id): _verdict(score) for score in scores}
-    if texts and not any(_metadata(score).get("attempts") for score in scores):
-        suite = _suite_of(scores[0])
+    verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}
+    if texts and not any(_get_metadata(score).get("attempts") for score in scores):
+        suite = _open_suite_of_score(scores[0])
         suite_of_answers = suite.adapt_to_answers(list(texts.values()))
         if suite_of_answers is not suite:
             verdicts |= {task_id: suite_of_answers.score(task_id, text) for task_id, text in texts.items()}
     return list(verdicts.values())
 
 
-def _verdict(score: SampleScore) -> Verdict:
-    return record_from_json(_metadata(score)).verdict
+def _read_verdict(score: SampleScore) -> Verdict:
+    return record_from_json(_get_metadata(score)).verdict
 
 
-def _suite_of(score: SampleScore) -> Suite:
-    benchmark, metadata = (score.sample_metadata or {})["domain"], _metadata(score)
+def _open_suite_of_score(score: SampleScore) -> Suite:
+    benchmark, metadata = (score.sample_metadata or {})["domain"], _get_metadata(score)
     errata = ErrataChoice.CURRENT if metadata.get("errata") else ErrataChoice.NONE
     rules = (metadata["protocol"], PlannerChoice.NONE.value, errata.value)
-    return _suite(find_benchmark(benchmark), Ability.from_name(metadata["ability"]), *rules)
+    return _open_suite(find_benchmark(benchmark), Ability.from_name(metadata["ability"]), *rules)

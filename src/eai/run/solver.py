@@ -164,7 +164,7 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
 @solver(name="eai_ask")
 def ask(run: RunState) -> Solver:
     """Return a solver that asks open questions; answers go to the run, and their text to the log."""
-    restrictions = cache(partial(_restrictions, run.job))
+    restrictions = cache(partial(_make_restrictions, run.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         key = (str(state.sample_id), state.epoch)
@@ -325,7 +325,7 @@ def make_answer(
     )
 
 
-def _restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
+def _make_restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
     """Return request options that not every model supports: stop sequences and a schema; None if unused."""
     schema = job.answer_schema(task_id)
     stop = stop if job.decoding.stop else ()
@@ -346,23 +346,23 @@ async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig |
     they do not support.
     """
     if restrictions is None:
-        return await _request(messages, GenerateConfig())
+        return await _send_request(messages, GenerateConfig())
     first_usage = Usage()
     try:
-        reply = await _request(messages, restrictions)
+        reply = await _send_request(messages, restrictions)
         if reply.parts.answer.strip() or reply.output.stop_reason != "stop":
             return reply
         first_usage = reply.usage
     except Exception as error:
         if http_status(error) not in _REFUSED_PARAMETER_STATUSES:
             raise
-    output, parts, usage = await _request(messages, GenerateConfig())
+    output, parts, usage = await _send_request(messages, GenerateConfig())
     if restrictions.response_schema is not None:
         parts = parts._replace(repairs=(FORM_LEFT_OUT, *parts.repairs))
     return _Reply(output, parts, first_usage + usage)
 
 
-async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:
+async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:
     output = await get_model().generate(messages, config=restrictions)
     if output.empty:
         raise RuntimeError(output.error or "the provider returned no choice")

@@ -41,7 +41,12 @@ def save(spec: RunSpec, folder: Path) -> Path:
         InputError: the folder cannot be written.
     """
     content = "\n".join(
-        "".join([f"[{name}]\n", *(f"{_key(key)} = {_value(value)}\n" for key, value in table.items())])
+        "".join(
+            [
+                f"[{name}]\n",
+                *(f"{_format_key(key)} = {_format_value(value)}\n" for key, value in table.items()),
+            ]
+        )
         for name, table in spec.tables.items()
     ).encode("utf-8", "backslashreplace")
     files = (folder / f"run{'' if number == 1 else f'-{number}'}.toml" for number in count(1))
@@ -50,23 +55,25 @@ def save(spec: RunSpec, folder: Path) -> Path:
     return file
 
 
-def _key(name: str) -> str:
-    return name if _BARE_KEY.fullmatch(name) else _text(name)
+def _format_key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _format_text(name)
 
 
-def _text(text: str) -> str:
+def _format_text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _value(value: JsonValue) -> str:
+def _format_value(value: JsonValue) -> str:
     """Return a value in TOML; members without a value are left out, because TOML has no null."""
     if isinstance(value, str):
-        return _text(value)
+        return _format_text(value)
     if isinstance(value, Mapping):
-        inner = [f"{_key(name)} = {_value(item)}" for name, item in value.items() if item is not None]
+        inner = [
+            f"{_format_key(name)} = {_format_value(item)}" for name, item in value.items() if item is not None
+        ]
         return f"{{ {', '.join(inner)} }}" if inner else "{}"
     if isinstance(value, list):
-        return f"[{', '.join(_value(item) for item in value if item is not None)}]"
+        return f"[{', '.join(_format_value(item) for item in value if item is not None)}]"
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
 

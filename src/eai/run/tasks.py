@@ -295,7 +295,7 @@ def find_log(job: Job, folder: Path) -> Path | None:
     job_sha256 = job.sha256
     for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):  # log names begin with the time
         try:
-            header = _read(path, header_only=True)
+            header = _read_log(path, header_only=True)
         except InputError:  # an incomplete log of a killed run
             continue
         results, metadata = header.results, header.eval.metadata or {}
@@ -316,7 +316,7 @@ def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source
     Raises:
         InputError: the log cannot be read or written.
     """
-    log = _read(path)
+    log = _read_log(path)
     for sample in log.samples or ():
         record = records[str(sample.id), sample.epoch]
         score = make_score(record, sample.epoch, answered=bool(sample.output.choices))
@@ -339,7 +339,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     Raises:
         InputError: the log cannot be read, or is of another suite.
     """
-    log = _read(path)
+    log = _read_log(path)
     metadata = log.eval.metadata or {}
     suite_of_log = f"{metadata.get('domain')} {metadata.get('ability')}"
     if suite_of_log != f"{suite.domain} {suite.ability.value}":
@@ -369,7 +369,7 @@ def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | No
     Raises:
         InputError: the log cannot be read.
     """
-    samples = _read(path).samples or ()
+    samples = _read_log(path).samples or ()
     experiment = next((s.metadata[EXPERIMENT] for s in samples if EXPERIMENT in s.metadata), None)
     if experiment is None or declaration_of(suite.ability).combine_epochs is not None:
         return None
@@ -379,12 +379,12 @@ def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | No
         for of_task in by_task.values()
     ]
     logged_samples: LoggedSamples = {
-        str(s.id): (s.metadata, s.epoch, _question_of(s)) for s in majority_samples
+        str(s.id): (s.metadata, s.epoch, _read_question(s)) for s in majority_samples
     }
     return partial(make_logged_record, suite, experiment, logged_samples)
 
 
-def _question_of(sample: EvalSample) -> str:
+def _read_question(sample: EvalSample) -> str:
     return sample.input if isinstance(sample.input, str) else sample.input[-1].text
 
 
@@ -392,7 +392,7 @@ def _select_majority_sample(samples: Sequence[EvalSample], ability: Ability) -> 
     return samples[majority_index([episode_text(sample) for sample in samples], ability)]
 
 
-def _read(path: Path, *, header_only: bool = False) -> EvalLog:
+def _read_log(path: Path, *, header_only: bool = False) -> EvalLog:
     require_file(path)
     try:
         return read_eval_log(str(path), header_only=header_only)
@@ -424,10 +424,10 @@ def obtain_answers(
     if log is None:
         with convert_write_errors(log_dir):
             log_dir.mkdir(parents=True, exist_ok=True)
-        log_of_run = _evaluate(job, _task(job, run), log_dir)
+        log_of_run = _evaluate(job, _build_job_task(job, run), log_dir)
         if run.stopped is not None:
             raise run.stopped
-        log = _log_of(job, log_of_run)
+        log = _find_log_of_run(job, log_of_run)
     return ModelAnswers(
         job.endpoint.model,
         to_file_name(job.endpoint.model),
@@ -441,7 +441,7 @@ def obtain_answers(
     )
 
 
-def _task(job: Job, run: RunState) -> inspect_ai.Task:
+def _build_job_task(job: Job, run: RunState) -> inspect_ai.Task:
     """Return the Inspect task of the whole job, so that its log is complete.
 
     Questions with an answer in the journal are not sent again.
@@ -502,7 +502,7 @@ def find_model(endpoint: Endpoint) -> Model:
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
-def _log_of(job: Job, log: EvalLog | None) -> Path:
+def _find_log_of_run(job: Job, log: EvalLog | None) -> Path:
     if log is None or log.status == "cancelled":
         raise InterruptError("interrupted; the same command resumes from here")
     if log.status == "success":
