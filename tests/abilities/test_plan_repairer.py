@@ -212,7 +212,7 @@ def test_the_single_edits_include_the_one_that_undoes_a_planted_fault(
 TOLD_OF_SOME = """
 import sys
 import eai
-from eai.abilities.repair import EFFORT
+from eai.abilities.repair import DEFAULT_EFFORT
 from suites import answer_book
 for name, step in (("virtualhome", 60), ("behavior", 50)):
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, eai.Ability.ACTION_SEQUENCING)
@@ -220,7 +220,7 @@ for name, step in (("virtualhome", 60), ("behavior", 50)):
     for task_id in list(suite.task_ids[::step])[:: int(sys.argv[1])]:
         gold = book[task_id]
         look_back = suite.scorer(task_id).assess(gold.join(gold.parts[1:])).analyze_failure
-        told.append(f"{task_id} {look_back(EFFORT).repair}")
+        told.append(f"{task_id} {look_back(DEFAULT_EFFORT).repair}")
     print(*sorted(told), sep="\\n")
 """
 
