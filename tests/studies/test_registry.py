@@ -36,7 +36,7 @@ class Words(Options):
 def analyze(records, chosen):
     answers = records.tables(features=False).answers
     cases = [make_case(answer, share_of_one(answer.characters <= chosen.most)) for answer in answers]
-    columns, rows = ("answers", "short"), ((len(answers), Estimate.of(cases)),)
+    columns, rows = ("answers", "short"), ((len(answers), Estimate.from_cases(cases)),)
     yield Analysis([Table("brevity", "Short answers", "In percent.", columns, rows)])
 
 
