@@ -21,7 +21,7 @@ def test_a_page_states_the_goals_of_answers(eai: Command, data_store: Store, tmp
 def test_no_page_pretends_that_people_can_act_on_it(eai: Command, tmp_path: Path) -> None:
     options = ("--domain", "agents.switches:SWITCHES", "--ability", "acting", "--out", tmp_path / "form.html")
     assert eai("export", "prompts", *options).err.endswith(
-        "a file carries no actions out; people act by eai play --page\n"
+        "a page without a server cannot execute actions; use eai play --page\n"
     )
     assert not (tmp_path / "form.html").exists()
 

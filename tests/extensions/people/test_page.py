@@ -18,7 +18,7 @@ from browsing import needs_browser
 from eai.agents.play import Play
 from eai.base.errors import EaiError, InputError
 from eai.extensions.people.command import play
-from eai.extensions.people.page import MAX_BODY
+from eai.extensions.people.page import MAX_REQUEST_BYTES
 from eai.tasks.prompts.prompt import Image
 
 DOMAIN = "agents.switches:SWITCHES"
@@ -35,7 +35,7 @@ REFUSED: tuple[tuple[str, dict[str, str], int], ...] = (
     ("POST", {"Origin": ""}, 403),
     ("POST", {"Origin": "http://127.0.0.1:1"}, 403),
     ("POST", {"Origin": "https://127.0.0.1"}, 403),
-    ("POST", {"Content-Length": str(MAX_BODY + 1)}, 413),
+    ("POST", {"Content-Length": str(MAX_REQUEST_BYTES + 1)}, 413),
     ("POST", {"Content-Length": "9" * 5000}, 413),
     ("POST", {"Content-Length": "-1"}, 413),
     ("POST", {"Content-Length": "", "Transfer-Encoding": "chunked"}, 413),

@@ -166,7 +166,10 @@ def test_another_setting_is_another_episode(play: Playing, out: Path) -> None:
     ("more", "why"),
     [
         (("--with", "tokens=3"), "--with tokens: it is for models"),
-        (("--with", "feedback=pictures"), "--with feedback=pictures: a terminal shows none; add --page PORT"),
+        (
+            ("--with", "feedback=pictures"),
+            "--with feedback=pictures: a terminal shows no pictures; add --page PORT",
+        ),
         (("--with", "view"), "--with view: expected OPTION=VALUE"),
         (("--with", "veiw=full"), "agent.veiw: unknown; did you mean view?"),
         (("--out", "ann.json"), "expected a name that ends with _outputs.json"),

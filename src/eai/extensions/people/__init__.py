@@ -1,4 +1,4 @@
-"""Answers by people: a page with questions and fields to answer, and a page on which people act in a world.
+"""Answers by people: a page that asks questions, and a page on which people act in a world.
 
 Entry points: `play` (a command) and `answer_form` (`eai export prompts --out FILE.html`).
 Extra: none.

@@ -1,8 +1,8 @@
-"""The form on which a person answers questions exactly as models get them: one page, without a server.
+"""Make the page on which a person answers the questions that models get. The page needs no server.
 
-What is typed stays in the browser until the person saves it as a response file, which ``eai score`` reads
-like any model's. Beside each answer the file says how many seconds its question was in sight, and the digest
-of what was shown.
+Answers stay in the browser until the person saves a response file, which ``eai score`` reads like a model's.
+For each answer the file also contains the seconds for which its question was visible, and the digest of the
+question.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from eai.tasks.source import USUAL, Source
 from eai.tasks.task import GoalKind
 
 SCRIPTS = ("dom.js", "tables.js", "form.js")
-"""The parts of the program, in the order in which they need each other."""
+"""Files of the page's program, each after the files that it uses."""
 
 PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
-"""The placeholder in a pattern of an answer for the words that a person chooses."""
+"""Placeholders in the pattern of an answer for words that a person chooses."""
 
 
-def form_html(
+def build_form(
     benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source = USUAL
 ) -> str:
-    """The page.
+    """Return the HTML of the page.
 
     Args:
-        benchmark: the benchmark.
-        ability: what is asked for.
-        prompts: the questions by id of their task, in the order in which they are shown.
-        source: where the data set is.
+        benchmark: Benchmark of the tasks.
+        ability: Ability that the questions ask for.
+        prompts: Prompts by task id, in the order of the page.
+        source: Location of the data set.
 
     Raises:
-        InputError: the ability takes turns, in which a page carries no actions out.
+        InputError: The ability takes turns. A page without a server cannot execute actions.
     """
     if declaration_of(ability).takes_turns:
-        raise InputError(f"{ability}: a file carries no actions out; people act by eai play --page")
+        raise InputError(f"{ability}: a page without a server cannot execute actions; use eai play --page")
     questions: list[Json] = [
         {"task": task_id, "system": prompt.system, "user": prompt.user, "sha256": prompt.sha256}
         for task_id, prompt in prompts.items()
@@ -55,7 +55,7 @@ def form_html(
         "ability": ability.value,
         "suffix": SUFFIX,
         "questions": questions,
-        "goals": goal_pattern(benchmark, source) if ability is Ability.GOAL_INTERPRETATION else None,
+        "goals": make_goal_pattern(benchmark, source) if ability is Ability.GOAL_INTERPRETATION else None,
         "operators": _operators(benchmark, prompts, source)
         if ability is Ability.TRANSITION_MODELING
         else None,
@@ -63,10 +63,10 @@ def form_html(
     return build_page("eai.extensions.people", "form", SCRIPTS, encode_for_script(content))
 
 
-def goal_pattern(benchmark: Benchmark, source: Source) -> Json:
-    """An answer with one goal of each kind, in which `PREDICATE`, `FIRST` and `SECOND` stand for words.
+def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
+    """Return an answer with one goal of each kind, with placeholders instead of words.
 
-    Actions are in it only where tasks ask for any: not all benchmarks have a place for them.
+    An action goal is part of it only if some task has one, because not all notations can write action goals.
     """
     patterns = [WrittenGoal(PREDICATE, (FIRST,)), WrittenGoal(PREDICATE, (FIRST, SECOND))]
     if any(task.goals_of(GoalKind.ACTION) for task in benchmark.tasks(source).values()):
@@ -77,7 +77,7 @@ def goal_pattern(benchmark: Benchmark, source: Source) -> Json:
 
 
 def _operators(benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source) -> Json:
-    """Name and parameters of the operators that are asked for, by task; the question says as much."""
+    """Return name and parameters of the requested operators by task. The questions contain them too."""
     tasks = benchmark.operators(source)
     return {
         task_id: [

@@ -1,4 +1,4 @@
-"""``eai play``: a person plays tasks as models do, in the terminal or on a page."""
+"""``eai play``: let a person play the tasks of models, in the terminal or on a page."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def play(
     seed: SampleSeed = 0,
     settings: AgentSettings = None,
     page: Annotated[int | None, flag(metavar="PORT", min=0, max=65_535)] = None,
-    out: Annotated[Path, flag(help=f"Where episodes go: NAME{SUFFIX}.", panel=OUTPUT, metavar="FILE")] = Path(
-        f"person{SUFFIX}"
-    ),
+    out: Annotated[
+        Path, flag(help=f"File of the episodes: NAME{SUFFIX}.", panel=OUTPUT, metavar="FILE")
+    ] = Path(f"person{SUFFIX}"),
     data: DataFolder = None,
 ) -> None:
-    """Play tasks yourself, as models act; scores, reports and comparisons take episodes as theirs.
+    """Play tasks yourself, as models act. Episodes are scored, reported and compared like those of models.
 
-    Each command is kept at once. The same command resumes where you stopped, also within a task.
+    Each command is saved at once. The same call resumes where you stopped, also within a task.
 
     Without a terminal, commands are read line by line from standard input. With --page, the command ends
     when all tasks are over.
@@ -47,57 +47,57 @@ def play(
     Example: eai play --domain virtualhome --sample 5 --out ann_outputs.json
 
     Options:
-        page: Play on a page in a browser on this machine, not in the terminal; 0: at any free port.
+        page: Play in a browser on this machine instead of the terminal; 0: at any free port.
     """
     setting = setting_of_others(settings or ())
     if page is None and setting.feedback == PICTURES:
-        raise InputError("--with feedback=pictures: a terminal shows none; add --page PORT")
+        raise InputError("--with feedback=pictures: a terminal shows no pictures; add --page PORT")
     suite, chosen = playable(domain, tasks, sample, seed, data)
     answers = _Answers(out, suite)
-    begun, total = _begun(chosen, suite, setting, answers), len(chosen)
+    tasks_left, total = _unfinished_tasks(chosen, suite, setting, answers), len(chosen)
     if page is None:
-        over = _in_terminal(begun, total, answers.put)
+        finished = _play_in_terminal(tasks_left, total, answers.put)
     else:
         from eai.extensions.people.page import serve_page
 
-        serve_page(page, begun, total, answers.put, lambda address: note(f"open {address}"))
-        over = total
+        serve_page(page, tasks_left, total, answers.put, lambda address: note(f"open {address}"))
+        finished = total
     if not out.exists():
-        say(f"{over} of {counted(total, 'task')} over; no command was given, so {out} is not written")
+        say(f"{finished} of {counted(total, 'task')} over; no command was given, so {out} is not written")
         return
-    say(f"{over} of {counted(total, 'task')} over; written to {out}")
+    say(f"{finished} of {counted(total, 'task')} over; written to {out}")
     say(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
 
 
 class _Answers:
-    """The file of a person's episodes, as other answers; it is written after each command.
+    """The response file of a person's episodes, written after each command.
 
     Raises:
-        InputError: there is a file of that name that is none of this suite.
+        InputError: The file exists and is no response file of this suite.
     """
 
     def __init__(self, path: Path, suite: Suite) -> None:
         if not path.name.endswith(SUFFIX):
             raise InputError(f"--out {path}: expected a name that ends with {SUFFIX}")
         self._path, self._model = path, model_name(path)
-        before = read_responses(path, suite.task_ids).responses if path.exists() else ()
-        self._texts = {response.task_id: response.text for response in before}
+        responses = read_responses(path, suite.task_ids).responses if path.exists() else ()
+        self._texts = {response.task_id: response.text for response in responses}
         self._written = self._read()
 
     def text(self, task_id: str) -> str:
-        """The episode of a task so far; empty where none was begun."""
+        """Return the episode of a task so far, or an empty text if the task was not begun."""
         return self._texts.get(task_id, "")
 
     def put(self, play: Play) -> None:
-        """Keep an episode.
+        """Save an episode.
 
         Raises:
-            InputError: somebody else has written the file meanwhile.
+            InputError: Another program has written the file since the last command.
         """
         if self._read() != self._written:
             raise InputError(f"{self._path}: somebody else plays into this file; give another --out")
         self._texts[play.task.id] = play.text("stopped")
-        responses = [Response(*each) for each in self._texts.items()]
+        responses = [Response(task_id, text) for task_id, text in self._texts.items()]
         write_responses(self._path.parent, ResponseFile(self._model, responses))
         self._written = self._read()
 
@@ -105,55 +105,55 @@ class _Answers:
         return self._path.read_bytes() if self._path.exists() else None
 
 
-def _begun(
+def _unfinished_tasks(
     task_ids: Sequence[str], suite: Suite, setting: Setting, answers: _Answers
 ) -> Iterator[tuple[int, Play, Sequence[str]]]:
-    """The tasks that are not over yet: number, episode, and what was observed in it so far."""
+    """Yield number, episode and observations so far of each task that is not over."""
     from eai.agents.play import Arena
     from eai.extensions.people.person import begin
 
     arena = Arena(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):
         stage = arena.stage(suite.tasks[task_id])
-        play, told = begin(stage, setting.slip_seed, answers.text(task_id))
+        play, observations = begin(stage, setting.slip_seed, answers.text(task_id))
         if not play.over:
-            yield number, play, told
+            yield number, play, observations
 
 
-def _in_terminal(
-    begun: Iterator[tuple[int, Play, Sequence[str]]], total: int, keep: Callable[[Play], None]
+def _play_in_terminal(
+    tasks: Iterator[tuple[int, Play, Sequence[str]]], total: int, save: Callable[[Play], None]
 ) -> int:
-    """Play task by task, until the person stops; returns how many are over."""
+    """Play the tasks in order until the person stops. Returns the number of tasks that are over."""
     from eai.extensions.people.person import RULES
 
     say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
-    for number, play, told in begun:
+    for number, play, observations in tasks:
         say(f"Task {number} of {total}\n\n{play.opening()}\n")
-        for turn, text in zip(play.turns, told, strict=True):
+        for turn, text in zip(play.turns, observations, strict=True):
             say(f"> {turn.said}\n{text}\n")
-        _play(play, keep)
+        _play_task(play, save)
         if not play.over:
             return number - 1
     return total
 
 
-def _play(play: Play, keep: Callable[[Play], None]) -> None:
-    """Carry out what a person types, until the task is over or they stop."""
-    from eai.extensions.people.person import completions, enter
+def _play_task(play: Play, save: Callable[[Play], None]) -> None:
+    """Execute the typed lines until the task is over or the person stops."""
+    from eai.extensions.people.person import complete_words, enter
 
-    _complete(partial(completions, play))
+    _enable_completion(partial(complete_words, play))
     while not play.over:
-        line = _line()
+        line = _read_line()
         if line is None or line.strip() == _QUIT:
             return
         if line.strip():
-            told = enter(play, line)
-            keep(play)
-            say(f"{told}\n")
+            reply = enter(play, line)
+            save(play)
+            say(f"{reply}\n")
 
 
-def _line() -> str | None:
-    """The next line that is typed, which is shown where the input is no terminal; None at the end."""
+def _read_line() -> str | None:
+    """Return the next typed line, or None at the end. Lines are echoed if the input is no terminal."""
     try:
         line = input("> ")
     except EOFError:
@@ -163,11 +163,11 @@ def _line() -> str | None:
     return line
 
 
-def _complete(words: Callable[[str], Sequence[str]]) -> None:
-    """Let the tabulator complete words, where there is a terminal that can do so.
+def _enable_completion(words: Callable[[str], Sequence[str]]) -> None:
+    """Complete words with the tabulator key, if a terminal supports it.
 
     Args:
-        words: those that may follow what is on the line already.
+        words: Returns the possible next words after the beginning of a line.
     """
     if find_spec("readline") is None or not sys.stdin.isatty():
         return
@@ -175,8 +175,8 @@ def _complete(words: Callable[[str], Sequence[str]]) -> None:
 
     def complete(text: str, number: int) -> str | None:
         before = readline.get_line_buffer()[: readline.get_begidx()]
-        found = [word for word in words(before) if word.casefold().startswith(text.casefold())]
-        return found[number] if number < len(found) else None
+        matches = [word for word in words(before) if word.casefold().startswith(text.casefold())]
+        return matches[number] if number < len(matches) else None
 
     readline.set_completer(complete)
     readline.set_completer_delims(" ,()")

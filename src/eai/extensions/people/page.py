@@ -1,8 +1,7 @@
-"""The page on which a person plays, served to this machine alone.
+"""Serve the page on which a person plays, to browsers on this machine only.
 
-The page sends one line at a time and shows what it gets as text;
-`eai.extensions.people.person` says what a line means.
-A request under the name of another host is refused, and so is a command from the page of another site.
+The page sends one line at a time and shows the reply as text. `eai.extensions.people.person` interprets the
+lines. Requests under the name of another host, and commands from pages of other sites, are refused.
 """
 
 from __future__ import annotations
@@ -19,14 +18,13 @@ from typing import Any, TypeAlias
 from eai.agents.play import Play
 from eai.base.errors import EaiError, InputError
 from eai.base.json_value import Json
-from eai.extensions.people.person import RULES, completions, enter
+from eai.extensions.people.person import RULES, complete_words, enter
 from eai.results.page import build_page, encode_for_script
 
-MAX_BODY = 65_536
-"""The longest request, in bytes."""
+MAX_REQUEST_BYTES = 65_536
 
-_PATIENCE = 10
-"""How many seconds a request may take to arrive."""
+_REQUEST_TIMEOUT = 10
+"""Maximum seconds in which a request must arrive."""
 
 _HOST = "127.0.0.1"
 _HEADERS = {
@@ -35,46 +33,46 @@ _HEADERS = {
     "Cache-Control": "no-store",
 }
 
-Begun: TypeAlias = tuple[int, Play, Sequence[str]]
-"""A task that is not over: its number, its episode, and what was observed in it so far."""
+UnfinishedTask: TypeAlias = tuple[int, Play, Sequence[str]]
+"""Number, episode and observations so far of a task that is not over."""
 
-Keep: TypeAlias = Callable[[Play], None]
-"""Takes an episode after each line."""
+SaveEpisode: TypeAlias = Callable[[Play], None]
+"""Saves an episode; called after each line."""
 
 
-def _sitting(
-    first: Begun, tasks: Iterator[Begun], total: int, keep: Keep
+def _run_tasks(
+    first: UnfinishedTask, tasks: Iterator[UnfinishedTask], total: int, save: SaveEpisode
 ) -> Generator[dict[str, Json], str, None]:
-    """All that the page shows of the tasks that a person plays; takes each line that it sends.
+    """Yield the content of the page after each line that a person sends.
 
     Args:
-        first: the first task that is not over.
-        tasks: the others; any line after the end of a task leads to the next.
-        total: how many tasks there are, those that are over included.
-        keep: takes the episode.
+        first: The first task that is not over.
+        tasks: The other tasks. Any line after the end of a task begins the next one.
+        total: Number of all tasks, with those that are over.
+        save: Saves the episode.
 
     Raises:
-        EaiError: the task cannot be shown in pictures, or the episode cannot be kept.
+        EaiError: The task cannot be shown in pictures, or the episode cannot be saved.
     """
-    begun: Begun | None = first
-    while begun is not None:
-        (number, play, before), begun = begun, None
-        log = [_entry(play, turn, told) for turn, told in enumerate(before)]
-        shown = _shown(number, total, play, log)
-        while begun is None:
-            line = yield shown
+    task: UnfinishedTask | None = first
+    while task is not None:
+        (number, play, observations), task = task, None
+        log = [_log_entry(play, turn, text) for turn, text in enumerate(observations)]
+        content = _page_content(number, total, play, log)
+        while task is None:
+            line = yield content
             if line.strip() and not play.over:
-                taken = len(play.turns)
-                told = enter(play, line)
-                keep(play)
-                is_turn = len(play.turns) > taken
-                log.append(_entry(play, taken, told) if is_turn else [line, told, "aside"])
-                begun = next(tasks, None) if play.over else None
-                shown = {**_shown(number, total, play, log), "last": play.over and begun is None}
-        yield shown
+                turn = len(play.turns)
+                reply = enter(play, line)
+                save(play)
+                is_turn = len(play.turns) > turn
+                log.append(_log_entry(play, turn, reply) if is_turn else [line, reply, "aside"])
+                task = next(tasks, None) if play.over else None
+                content = {**_page_content(number, total, play, log), "last": play.over and task is None}
+        yield content
 
 
-def _shown(number: int, total: int, play: Play, log: Sequence[list[str]]) -> dict[str, Json]:
+def _page_content(number: int, total: int, play: Play, log: Sequence[list[str]]) -> dict[str, Json]:
     return {
         "title": play.stage.benchmark.title or play.stage.benchmark.name,
         "number": number,
@@ -84,62 +82,62 @@ def _shown(number: int, total: int, play: Play, log: Sequence[list[str]]) -> dic
         "pictures": [image.url for image in play.pictures()],
         "log": [*log],
         "at": f"{number}.{len(log)}",
-        "words": [completions(play, ""), completions(play, "an action")],
+        "words": [complete_words(play, ""), complete_words(play, "an action")],
         "over": play.over,
         "last": False,
     }
 
 
-def _entry(play: Play, turn: int, told: str) -> list[str]:
-    """Return a turn in the log: the command, the observation, and whether the action failed."""
-    return [play.turns[turn].said, told, "failed" if play.failed[turn] else "done"]
+def _log_entry(play: Play, turn: int, observation: str) -> list[str]:
+    """Return command, observation and result ("failed" or "done") of a turn."""
+    return [play.turns[turn].said, observation, "failed" if play.failed[turn] else "done"]
 
 
-class _Handler(BaseHTTPRequestHandler):
+class _RequestHandler(BaseHTTPRequestHandler):
     """Answers one request."""
 
     server: _Server
-    timeout = _PATIENCE
+    timeout = _REQUEST_TIMEOUT
 
     def do_GET(self) -> None:
         """Send the page."""
-        if self._is_for_us():
+        if self._has_own_host_name():
             with self.server.lock:
-                data = encode_for_script(self.server.shown)
+                data = encode_for_script(self.server.content)
             page = build_page("eai.extensions.people", "player", ("player.js",), data, sends=True)
             self._send("text/html", page)
 
     def do_POST(self) -> None:
-        """Carry a line out, and send what the page shows then; the last one ends the server."""
-        line = self._line() if self._is_for_us() else None
+        """Execute a line and send the new content of the page. The last task ends the server."""
+        line = self._read_line() if self._has_own_host_name() else None
         if line is None:
             return
         server = self.server
         with server.lock:
             try:
-                taken = server.error is None and self.path.removeprefix("/") == server.shown["at"]
-                if taken:
-                    server.shown = server.sitting.send(line)
-                self._send("application/json", json.dumps({**server.shown, "taken": taken}))
+                is_current = server.error is None and self.path.removeprefix("/") == server.content["at"]
+                if is_current:
+                    server.content = server.tasks.send(line)
+                self._send("application/json", json.dumps({**server.content, "taken": is_current}))
             except EaiError as error:
                 server.error = error
-                self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR, "it is not kept: the terminal says why")
-            if server.error is not None or server.shown["last"]:
+                self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR, "not saved: see the error in the terminal")
+            if server.error is not None or server.content["last"]:
                 server.shutdown()
 
-    def _is_for_us(self) -> bool:
-        """Whether a request is under a name of this machine; another one is refused."""
-        is_ours = (self.headers["Host"] or "").partition(":")[0] in (_HOST, "localhost")
-        if not is_ours:
+    def _has_own_host_name(self) -> bool:
+        """Whether a request uses a name of this machine. If not, an error is sent."""
+        is_own = (self.headers["Host"] or "").partition(":")[0] in (_HOST, "localhost")
+        if not is_own:
             self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
-        return is_ours
+        return is_own
 
-    def _line(self) -> str | None:
-        """The line that the page sends; None, and refused, if it comes from elsewhere or is too long."""
+    def _read_line(self) -> str | None:
+        """Return the sent line. If it is too long or from another site, send an error and return None."""
         length = self.headers["Content-Length"] or ""
         if self.headers["Origin"] != f"http://{self.headers['Host']}":
             self.send_error(HTTPStatus.FORBIDDEN)
-        elif not re.fullmatch("[0-9]{1,5}", length) or int(length) > MAX_BODY:
+        elif not re.fullmatch("[0-9]{1,5}", length) or int(length) > MAX_REQUEST_BYTES:
             self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
         else:
             return self.rfile.read(int(length)).decode(errors="replace")
@@ -153,50 +151,57 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(text.encode())
 
     def log_message(self, *about: object) -> None:
-        """Nothing: the terminal is for whoever began it."""
+        """Log nothing, because the terminal belongs to the person who plays."""
 
 
 class _Server(ThreadingHTTPServer):
-    """Serves a sitting; ``lock`` is for who uses it, and ``error`` why it ended before its end."""
+    """Serves the page of some tasks.
 
-    def __init__(self, port: int, sitting: Generator[dict[str, Json], str, None]) -> None:
-        self.sitting, self.shown, self.lock = sitting, next(sitting), Lock()
+    Attributes:
+        tasks: Generator that takes each line and yields the page's content (`_run_tasks`).
+        content: Current content of the page.
+        lock: Held while `tasks` or `content` is used.
+        error: Error that ended the server early, or None.
+    """
+
+    def __init__(self, port: int, tasks: Generator[dict[str, Json], str, None]) -> None:
+        self.tasks, self.content, self.lock = tasks, next(tasks), Lock()
         self.error: EaiError | None = None
-        super().__init__((_HOST, port), _Handler)
+        super().__init__((_HOST, port), _RequestHandler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that has gone away is no error."""
+        """Ignore a browser that closed its connection."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
 
 
 def serve_page(
-    port: int, tasks: Iterator[Begun], total: int, keep: Keep, ready: Callable[[str], None]
+    port: int, tasks: Iterator[UnfinishedTask], total: int, save: SaveEpisode, ready: Callable[[str], None]
 ) -> None:
     """Serve the page until all tasks are over.
 
     Args:
-        port: where; 0 for any that is free.
-        tasks: those that are not over.
-        total: how many tasks there are, those that are over included.
-        keep: takes an episode after each line.
-        ready: takes the address, once the page can be opened.
+        port: Port number; 0 for any free port.
+        tasks: The tasks that are not over.
+        total: Number of all tasks, with those that are over.
+        save: Saves an episode; called after each line.
+        ready: Takes the address of the page as soon as it can be opened.
 
     Raises:
-        InputError: the port cannot be used, or an episode cannot be begun or kept.
+        InputError: The port cannot be used, or an episode cannot be begun or saved.
     """
     first = next(tasks, None)
     if first is None:
         return
     try:
-        server = _Server(port, _sitting(first, tasks, total, keep))
+        server = _Server(port, _run_tasks(first, tasks, total, save))
     except OSError as error:
         raise InputError(f"--page {port}: cannot be used ({error.strerror})") from error
     ready(f"http://{_HOST}:{server.server_port}/")
     try:
         server.serve_forever(poll_interval=0.1)
     finally:
-        with server.lock:  # a line that is being carried out is kept
+        with server.lock:  # wait until the current line is saved
             server.server_close()
     if server.error is not None:
         raise server.error

@@ -1,7 +1,7 @@
-"""A person plays: lines that are typed become commands of an episode, or are answered beside the game.
+"""Turn lines that a person types into commands of an episode, or answer questions outside the game.
 
-The person gets the observations that models get, and every command counts as theirs do. Who asks what is
-possible knows more than they do, so that the harness of the episode says it.
+The person gets the observations that models get, and every command counts as it does for models. A person
+who asks for possible actions knows more than a model, so the harness of the episode records it.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""The names of people in records, as harnesses."""
+"""Harness names of people in records."""
 
 POSSIBLE, HELP = "?", "help"
-"""The lines that are no commands."""
+"""Lines that are no commands and cost nothing."""
 
 RULES = f"""\
 Every line is one action and counts, also with a mistake, also if impossible.
@@ -36,30 +36,35 @@ These cost nothing:
             says that you asked"""
 
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
-"""An action, and its objects with brackets around them or without."""
+"""An action and its objects, with or without brackets."""
 
 
 def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str]]:
-    """An episode of a person, which resumes where an answer stops, and what was observed in it so far.
+    """Return a new or resumed episode of a person, and its observations so far.
+
+    Args:
+        stage: The task with its rules.
+        seed: Seed of slips.
+        answer: Text of the episode to resume; empty for a new episode.
 
     Raises:
-        InputError: the answer is no episode of a person with these rules, seed and data.
+        InputError: The answer is no episode of a person with these rules, this seed and this data.
     """
     if not answer:
         return Play(stage, seed, 1, harness=HARNESS), ()
-    before = read_episode(answer)
-    if not isinstance(before, Episode):
-        raise InputError(f"{stage.task.id}: {before.reason}")
-    play = Play(stage, seed, 1, harness=before.harness)
-    told = [play.say(turn.said) for turn in before.turns]
-    same = (before.rules, before.seed, before.turns) == (stage.rules, seed, tuple(play.turns))
-    if not same or before.harness not in (HARNESS, PROMPTED):
+    saved = read_episode(answer)
+    if not isinstance(saved, Episode):
+        raise InputError(f"{stage.task.id}: {saved.reason}")
+    play = Play(stage, seed, 1, harness=saved.harness)
+    observations = [play.say(turn.said) for turn in saved.turns]
+    is_same = (saved.rules, saved.seed, saved.turns) == (stage.rules, seed, tuple(play.turns))
+    if not is_same or saved.harness not in (HARNESS, PROMPTED):
         raise InputError(f"{stage.task.id} was begun by somebody else, in another setting or with other data")
-    return play, told
+    return play, observations
 
 
-def completions(play: Play, before: str) -> list[str]:
-    """The words that may follow on a line: actions first, then objects that have been seen."""
+def complete_words(play: Play, before: str) -> list[str]:
+    """Return the possible next words on a line: actions at its beginning, then objects that were seen."""
     stage, wording = play.stage, play.stage.benchmark.observed_wording()
     if not before.strip():
         return _operators(stage)
@@ -67,32 +72,35 @@ def completions(play: Play, before: str) -> list[str]:
 
 
 def enter(play: Play, line: str) -> str:
-    """Carry a line out; returns the observation, or the answer to a question beside the game."""
+    """Execute a typed line and return the observation, or the answer to a question outside the game."""
     stage = play.stage
-    command = command_in(line, _operators(stage))
+    command = normalize_command(line, _operators(stage))
     if command.startswith(POSSIBLE):
         play.harness = PROMPTED
-        return "\n".join(_possible(play, command.removeprefix(POSSIBLE).split())) or "Nothing like that."
+        return (
+            "\n".join(_list_possible_actions(play, command.removeprefix(POSSIBLE).split()))
+            or "Nothing like that."
+        )
     if command.casefold() == HELP:
         return f"{manual(stage.benchmark, stage.rules)}\n\n{stage.opening}"
-    known = [*completions(play, ""), *completions(play, command)]
-    taken = len(play.turns)
-    told = play.say(command)
-    if len(play.turns) == taken or play.outcome.fault is not FaultKind.HALLUCINATION:
-        return told
-    by_case = {word.casefold(): word for word in known}
-    unknown = [word.casefold() for word in re.findall(r"[^\s(),]+", command) if word not in known]
-    near = [by_case[each] for word in unknown for each in get_close_matches(word, by_case, 1)]
-    return "\n".join([told, *(f"(did you mean {word}?)" for word in near)])
+    words = [*complete_words(play, ""), *complete_words(play, command)]
+    turns = len(play.turns)
+    observation = play.say(command)
+    if len(play.turns) == turns or play.outcome.fault is not FaultKind.HALLUCINATION:
+        return observation
+    by_case = {word.casefold(): word for word in words}
+    unknown = [word.casefold() for word in re.findall(r"[^\s(),]+", command) if word not in words]
+    similar = [by_case[match] for word in unknown for match in get_close_matches(word, by_case, 1)]
+    return "\n".join([observation, *(f"(did you mean {word}?)" for word in similar)])
 
 
-def command_in(line: str, operators: Sequence[str]) -> str:
-    """The command in a line: the operator as it is written, and brackets around its objects."""
-    found = _LINE.fullmatch(line)
-    if found is None:
+def normalize_command(line: str, operators: Sequence[str]) -> str:
+    """Return a typed line with the operator's own capitals, and with brackets around its objects."""
+    match = _LINE.fullmatch(line)
+    if match is None:
         return line.strip()
-    operator, brackets, words = found.groups()
-    operator = {each.casefold(): each for each in operators}.get(operator.casefold(), operator)
+    operator, brackets, words = match.groups()
+    operator = {name.casefold(): name for name in operators}.get(operator.casefold(), operator)
     return operator + (brackets or (f"({', '.join(words.replace(',', ' ').split())})" if words else ""))
 
 
@@ -100,12 +108,14 @@ def _operators(stage: Stage) -> list[str]:
     return [*stage.domain.arities, DONE, LOOK, *list_declining_commands(stage.task)]
 
 
-def _possible(play: Play, parts: Sequence[str]) -> Iterator[str]:
-    """The actions that are possible now, a line an operator; only those with all these parts in them."""
+def _list_possible_actions(play: Play, texts: Sequence[str]) -> Iterator[str]:
+    """Yield the possible actions that contain all texts, one line for each operator."""
     write = play.stage.commands.write
     for operator, actions in groupby(play.admissible(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]
-        chosen = [each for each in commands if all(part.casefold() in each.casefold() for part in parts)]
+        chosen = [
+            command for command in commands if all(text.casefold() in command.casefold() for text in texts)
+        ]
         if chosen:
-            objects = " ".join([each.partition("(")[2].removesuffix(")") for each in chosen])
+            objects = " ".join([command.partition("(")[2].removesuffix(")") for command in chosen])
             yield f"{operator}: {objects}".rstrip(": ")
