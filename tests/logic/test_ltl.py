@@ -183,6 +183,23 @@ def test_a_name_bound_by_a_quantifier_is_a_variable() -> None:
     assert read("exists x. (x = y)") == Exists(x, Equals(x, Constant("y")))
 
 
+@pytest.mark.parametrize(
+    ("text", "misuses"),
+    [
+        ("cup = cup", []),
+        ("cup = pot", [("unknown_object", "pot", "=", 7)]),
+        ("pot = pan", [("unknown_object", "pot", "=", 1), ("unknown_object", "pan", "=", 7)]),
+        ("forall x. (x = cup or x = pot)", [("unknown_object", "pot", "=", 27)]),
+    ],
+)
+def test_an_equation_of_an_unknown_object_is_a_misuse(
+    text: str, misuses: list[tuple[str, str, str, int]]
+) -> None:
+    signature = Signature({}, {}, frozenset({"cup"}))
+    _, reported = read_formula(text, signature, dialect="ltlf")
+    assert [(misuse.kind, misuse.name, misuse.primitive, misuse.column) for misuse in reported] == misuses
+
+
 def test_names_are_checked_after_the_whole_text_is_parsed() -> None:
     with pytest.raises(ParseError):
         read_formula("nonsense(a) and (", SIGNATURE)

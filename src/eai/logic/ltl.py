@@ -230,8 +230,7 @@ class _LtlReader:
                 case "bracket":
                     self._open_bracket(self._scope)
                 case "equation":
-                    left, right = _OBJECTS.findall(token["equation"])
-                    return f.Equals(to_term(left, self._scope), to_term(right, self._scope))
+                    return self._read_equation(token["equation"], token.start("equation"))
                 case _ if (word := token["word"]) in _CONSTANTS:
                     return _CONSTANTS[word]
                 case _ if word in PREFIXES:
@@ -253,6 +252,13 @@ class _LtlReader:
             signature.parsed[text] = formula
         return formula
 
+    def _read_equation(self, text: str, position: int) -> f.Formula:
+        names = [*_OBJECTS.finditer(text)]
+        left, right = terms = [to_term(name.group(), self._scope) for name in names]
+        if self._signature is not None:
+            self._check_objects("=", terms, self._signature, lambda i: position + names[i - 1].start())
+        return f.Equals(left, right)
+
     def _check(
         self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
     ) -> None:
@@ -264,13 +270,19 @@ class _LtlReader:
             signature: the names that it may use.
             position: returns the offset of the name (for 0) and of the arguments (from 1 on) in the text.
         """
-        arities, objects = signature.arity_table(name), signature.objects
+        arities = signature.arity_table(name)
         if name not in arities:
             detail = f"{name} is no predicate and no action"
             self._add_misuse("unknown_predicate", name, name, position(0), detail)
         elif (arity := arities[name]) is not None and arity != len(terms):
             detail = f"{describe_arity(name, arity, 'argument')}, not {len(terms)}"
             self._add_misuse("wrong_arity", name, name, position(0), detail)
+        self._check_objects(name, terms, signature, position)
+
+    def _check_objects(
+        self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
+    ) -> None:
+        objects = signature.objects
         if objects is None:
             return
         for i, term in enumerate(terms, start=1):

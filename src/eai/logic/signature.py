@@ -42,7 +42,7 @@ class Misuse:
     Attributes:
         kind: the kind of misuse.
         name: the misused name: the predicate or action, or for an unknown object the argument.
-        primitive: the predicate or action in which the name occurs.
+        primitive: the predicate or action in which the name occurs, or ``=``.
         line: line of the name, counted from 1.
         column: column of the name, counted from 1.
         detail: description of the misuse.
