@@ -47,7 +47,7 @@ def test_an_adaptive_run_ends_where_the_ability_is_known_and_goes_on_where_it_wa
     [
         (("--ability", "goal_interpretation"), "the tasks of behavior goal_interpretation have no known"),
         *(
-            (("--protocol", protocol), "difficulties are known under strict alone")
+            (("--protocol", protocol), "difficulties are only known under the protocol strict")
             for protocol in PROTOCOLS[1:]
         ),
         (

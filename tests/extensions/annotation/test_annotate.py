@@ -97,7 +97,7 @@ def test_choosing_goes_on_where_it_was_left(eai: Command, monkeypatch: pytest.Mo
         ),
         (
             ("problems", *SHELVES, "--out", "p", "--planner", "none"),
-            "problems are kept if they can be solved",
+            "choose a planner, as only solvable problems are kept",
         ),
     ],
 )

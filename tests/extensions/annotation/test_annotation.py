@@ -148,8 +148,8 @@ def test_goals_follow_from_all_that_meets_an_entry() -> None:
     goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
     assert [each.problem for each in check(made)] == [
-        "cup: has goals, and meets no candidate",
-        "jar: lacks lit(lamp_1), lacks LIGHT(), has on(jar, shelf) besides",
+        "cup: has goals, but its plan meets no candidate",
+        "jar: lacks lit(lamp_1), lacks LIGHT(), has the further goal on(jar, shelf)",
         "lamp: lacks lit(lamp_2), lacks LIGHT()",
     ]
 
@@ -185,7 +185,7 @@ def test_commands_make_candidates() -> None:
     ("command", "why"),
     [
         ("kep 1", "'kep' is no command: keep, or, drop, add, new, undo, done; did you mean keep?"),
-        ("keep", "expected the number of a line"),
+        ("keep", "expected numbers of listed patterns"),
         ("keep 7", "'7': expected a number from 1 to 6"),
         ("keep x", "'x': expected a number from 1 to 6"),
         ("add lit", "expected a pattern such as"),
@@ -194,7 +194,7 @@ def test_commands_make_candidates() -> None:
         ("add lit({brigt})", "'brigt' is no property; did you mean bright?"),
         ("add do LIHT", "'LIHT' is no action; did you mean LIGHT?"),
         ("add bright(lamp)", "'bright' is no changing predicate of 1"),
-        ("add do LIGHT or lit(lamp)", "an action is no alternative to a state of the world"),
+        ("add do LIGHT or lit(lamp)", "an entry cannot mix actions with states and relations"),
     ],
 )
 def test_a_wrong_command_is_told_and_changes_nothing(command: str, why: str) -> None:

@@ -44,9 +44,9 @@ def test_a_task_rated_once_adds_to_the_mean_only(tmp_path: Path) -> None:
         (HEADER, "line 2: expected ratings"),
         (HEADER + "t,a,x,6\n", "line 2, column score: expected 1 to 5, found '6'"),
         (HEADER + "t,a,x,4.5\n", "line 2, column score"),
-        (HEADER + "t,a,x,4\nt,,x,4\n", "line 3, column rater: is empty"),
+        (HEADER + "t,a,x,4\nt,,x,4\n", "line 3, column rater: expected a value"),
         (HEADER + "t,a,x\n", "line 2: expected 4 columns, found 3"),
-        (HEADER + "t,a,x,4\n\nt,a,x,5\n", "line 4, column rater: 'a' has rated 't' in 'x' before, in line 2"),
+        (HEADER + "t,a,x,4\n\nt,a,x,5\n", "line 4, column rater: 'a' already rated 't' in 'x' in line 2"),
     ],
 )
 def test_what_is_wrong_is_named_with_line_and_column(tmp_path: Path, text: str, message: str) -> None:

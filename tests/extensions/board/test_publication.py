@@ -86,7 +86,7 @@ def test_what_is_no_result_of_a_suite_is_not_published(tmp_path: Path) -> None:
     lines = records.read_text(encoding="utf-8").splitlines(keepends=True)
     records.write_text("".join(lines[:-1]), encoding="utf-8")
     result = report(tmp_path, FILE)
-    assert "no model that it names answered a whole suite" in str(result.exception)
+    assert "none of its models answered a whole suite" in str(result.exception)
     assert not (tmp_path / "published").exists()
 
 

@@ -1,12 +1,13 @@
-"""The difficulties of tasks, a model's ability, and the tasks that would tell most about it.
+"""The difficulties of tasks, a model's ability, and the most informative tasks to ask next.
 
-The difficulties are known from nine of the paper's models under ``strict``, by the Rasch model
-(`eai.extensions.adaptive.rasch`): in logits from the mean ability of these models, with the variance of a
-model's ability between names. ``tools/short_tests.py`` computes them for action sequencing and subgoal
-decomposition, whose answers are right or wrong without a planner. A task tells most of a model whose chance
-to solve it is even: its Fisher information is p (1 - p). Near copies of a task say less than that, for a
-model fails or solves them together. So the most informative comes next of the tasks whose name was asked
-least often.
+The difficulties come from nine of the paper's models under ``strict``, by the Rasch model
+(`eai.extensions.adaptive.rasch`). They are in logits from the mean ability of these models, with the
+variance of a model's ability between names. ``tools/short_tests.py`` computes them for action sequencing
+and subgoal decomposition, whose answers are right or wrong without a planner.
+
+A task is most informative for a model that solves it with probability 1/2: its Fisher information is
+p (1 - p). Near copies of a task share a name and are solved or failed together, so they add less. The next
+task is therefore the most informative one among the names asked least often.
 """
 
 from __future__ import annotations
@@ -28,13 +29,16 @@ _SMALL = 1e-9
 
 
 def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
-    """The difficulty of each task of a suite, in the order of the data set; none if they are not known."""
+    """Return the difficulty of each task of a suite, in the order of the data set; empty if unknown."""
     found: Mapping[str, float] = _tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
     return found
 
 
 def variance_between_names(domain: str, ability: Ability) -> float:
-    """How much a model's ability varies from name to name of a suite, in squared logits; 0 if unknown."""
+    """Return the variance of a model's ability between the names of a suite, or 0 if unknown.
+
+    The unit is squared logits.
+    """
     return float(_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
 
 
@@ -49,8 +53,8 @@ class _Ability(NamedTuple):
     """A model's ability, in logits.
 
     Attributes:
-        value: the ability of highest posterior density; before anything is known it is standard normal.
-        error: its standard error by the model, as if difficulties were known.
+        value: the ability of highest posterior density; the prior is standard normal.
+        error: its standard error under the model, with difficulties taken as exact.
     """
 
     value: float
@@ -63,15 +67,15 @@ def ability_of(
     names: Mapping[str, str] | None = None,
     variance: float = 0.0,
 ) -> _Ability:
-    """The ability of a model.
+    """Estimate the ability of a model.
 
     Args:
-        scores: what it was asked, each with its score from 0 to 1.
-        difficulties: at least those of these tasks.
-        names: what near copies share, by task: they tell less together than each alone. They raise the error,
-            by the design effect: each name adds the square of its share of the information, times the
-            variance between names.
-        variance: how much the ability of one model varies from name to name, in squared logits
+        scores: the tasks that were asked, with scores from 0 to 1.
+        difficulties: difficulties of at least these tasks.
+        names: name of each task; near copies share one and are less informative together. They raise the
+            squared error by the design effect: the variance between names, times the sum over names of the
+            squared share of the information.
+        variance: variance of one model's ability between names, in squared logits
             (`eai.extensions.adaptive.rasch.variance_between`); 0 if tasks are independent.
     """
     value = 0.0
@@ -89,7 +93,7 @@ def ability_of(
 def _concentration(
     ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> float:
-    """How unevenly the information is from names: 1 where all is from one, 1/n where it is from n alike."""
+    """Return the concentration of the information on names: 1 for a single name, 1/n for n equal names."""
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:
         p = _chance(ability, difficulties[task])
@@ -101,13 +105,13 @@ def _concentration(
 def next_tasks(
     number: int, asked: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> tuple[str, ...]:
-    """The tasks to be asked next; fewer if there are no more.
+    """Return the tasks to ask next; fewer than ``number`` if no more are left.
 
     Args:
-        number: how many.
-        asked: what was asked already, with scores.
-        difficulties: of all tasks that may be asked.
-        names: what near copies of them share.
+        number: number of tasks.
+        asked: tasks that were already asked, with scores.
+        difficulties: difficulties of all tasks that may be asked.
+        names: name of each task, which near copies share.
     """
     ability = ability_of(asked, difficulties).value
     times = Counter(names[task] for task in asked)

@@ -1,4 +1,4 @@
-"""Reasons for caution with the answers to a task."""
+"""Flags: reasons for caution with the answers to a task."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Flag: TypeAlias = Literal[
 """A reason for caution with the answers to a task.
 
 - saturated: all models solve it, or all but one.
-- unsolved: no model solves it, and nobody knows whether it can be solved.
-- unsolved: no plan: the built-in planner finds that nothing can solve it.
-- unsolved: plan exists: an answer made of the built-in planner's plan is right.
-- negative: models that are better elsewhere are worse here.
-- ambiguous names: its goals ask for the same of several objects that answers call by one name.
+- unsolved: no model solves it, and it is unknown whether a solution exists.
+- unsolved: no plan: the built-in planner proves that no plan exists.
+- unsolved: plan exists: the gold answer or an answer made from the built-in planner's plan is right.
+- negative: models that are better on other tasks are worse on this one.
+- ambiguous names: its goals make the same demand on several objects that share a name in answers.
 """
 
 TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
-"""Finds the flags of a task, given its suite, its id, and whether no model solves it."""
+"""Yields the flags of a task, given its suite, its id, and whether no model solves it."""

@@ -1,4 +1,4 @@
-"""Flags of tasks from the data set: whether there is a plan, whether names are clear."""
+"""Flags of tasks from the data set: whether a plan exists, and whether names are ambiguous."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from eai.world.action import Action
 
 
 def item_flags(source: Source) -> TellsFlags:
-    """A function that looks tasks up in the data set; of unsolved ones it asks whether there is a plan.
+    """Return a function that reads the flags of a task from the data set.
 
-    That there is one means that an answer is right by the rules that the models were scored by: the gold
-    answer, or else one that is made of a plan that the built-in planner finds.
+    It searches a plan for unsolved tasks. A plan exists if an answer is right under the protocol of the
+    models' answers: the gold answer, or an answer made from a plan of the built-in planner.
 
     Args:
-        source: where the data set is.
+        source: access to the data set.
     """
 
     @cache
@@ -41,12 +41,12 @@ def item_flags(source: Source) -> TellsFlags:
 
     @cache
     def search(domain: str, task_id: str) -> SearchResult[Action]:
-        """Look for a plan of a task, which several suites ask for."""
+        """Search a plan of a task; cached, since several suites need it."""
         return find_plan(tasks_of(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
     def opened(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
-        """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
+        """Return a suite, its gold answers, and answers made from the built-in planner's plans."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_answer_book(benchmark, ability, source)
         planned = open_planned_book(
@@ -55,7 +55,7 @@ def item_flags(source: Source) -> TellsFlags:
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
     def of_unsolved(key: SuiteKey, task_id: str) -> Flag:
-        """The flag of a task that no model solves."""
+        """Return the flag of a task that no model solves."""
         suite, books = opened(key)
         for book in books:
             answer = book[task_id].text
@@ -77,7 +77,7 @@ def item_flags(source: Source) -> TellsFlags:
 
 
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
-    """Whether two goals about states differ only in which of several objects of one name they are about."""
+    """Whether two state goals differ only in objects that share a name in answers."""
     names = (thing.name for thing in task.scene.objects)
     called = dict(zip(names, benchmark.notation.goals.names(task), strict=True))
     goals = dict.fromkeys(goal.formula for goal in task.goals_of(GoalKind.STATE))

@@ -1,10 +1,10 @@
-"""The Rasch model: how able models are and how difficult tasks are, from who solves what.
+"""The Rasch model: abilities of models and difficulties of tasks, estimated from their scores.
 
-A model of ability t solves a task of difficulty b with the chance 1 / (1 + exp(b - t)). Abilities and
-difficulties are those of highest posterior density, where abilities have a standard normal prior and
-difficulties one of standard deviation 2, so that tasks that all models solve, or none, have a difficulty too.
-Scores between 0 and 1 count as that many successes. With few models a second parameter a task, its
-discrimination, predicts no better; how a task agrees with the others is its item-rest correlation.
+A model of ability t solves a task of difficulty b with probability 1 / (1 + exp(b - t)). Estimates have the
+highest posterior density. Abilities have a standard normal prior, and difficulties a normal prior with
+standard deviation 2, so tasks that all models solve, or none, also get a difficulty. A score between 0 and
+1 counts as a fractional success. With few models, a second parameter per task (its discrimination) does not
+improve predictions. The item-rest correlation measures the agreement of a task with the others.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Matrix = NDArray[np.float64]
 
 DIFFICULTY_SPREAD = 2.0
-"""The standard deviation of difficulties, before anything is known."""
+"""Standard deviation of the prior of difficulties, in logits."""
 
 _STEPS = 200
 _SMALL = 1e-10
@@ -28,12 +28,12 @@ _SMALL = 1e-10
 
 @dataclass(frozen=True, slots=True)
 class Rasch:
-    """A fitted model.
+    """A fitted Rasch model.
 
     Attributes:
-        abilities: of each model.
-        difficulties: of each task.
-        difficulty_errors: their standard errors, as if models were independent.
+        abilities: ability of each model, in logits.
+        difficulties: difficulty of each task, in logits.
+        difficulty_errors: standard errors of the difficulties, for independent models.
     """
 
     abilities: Matrix
@@ -41,22 +41,22 @@ class Rasch:
     difficulty_errors: Matrix
 
     def chances(self) -> Matrix:
-        """The chance of each model (row) in each task (column)."""
+        """Return the probability that each model (row) solves each task (column)."""
         return chance(self.abilities[:, None], self.difficulties[None, :])
 
 
 def chance(ability: Matrix, difficulty: Matrix) -> Matrix:
-    """The chance of success."""
+    """Return the probability of success."""
     import numpy as np
 
     return 1 / (1 + np.exp(difficulty - ability))
 
 
 def fit_rasch(scores: Matrix) -> Rasch:
-    """Fit the model by Newton's method, abilities and difficulties in turn.
+    """Fit the Rasch model by Newton's method, with abilities and difficulties in turn.
 
     Args:
-        scores: a row a model, a column a task, from 0 to 1; not a number where there is no answer.
+        scores: a row per model and a column per task, from 0 to 1; NaN for missing answers.
     """
     import numpy as np
 
@@ -84,10 +84,12 @@ def _information(p: Matrix) -> Matrix:
 
 
 def item_rest(scores: Matrix) -> Matrix:
-    """Of each task the correlation over models of its score with that in all others; not a number if none.
+    """Return for each task the correlation, over models, of its score with the sum of all other scores.
+
+    The correlation is NaN if one of them does not vary.
 
     Args:
-        scores: without gaps.
+        scores: a row per model and a column per task, without gaps.
     """
     import numpy as np
 
@@ -102,7 +104,7 @@ def item_rest(scores: Matrix) -> Matrix:
 
 
 def reliability(scores: Matrix) -> float | None:
-    """Cronbach's alpha of tasks over models; None where nothing varies."""
+    """Return Cronbach's alpha of tasks over models; None if scores do not vary."""
     number = scores.shape[1]
     whole = float(scores.sum(axis=1).var(ddof=1))
     if number < 2 or not whole:
@@ -112,16 +114,17 @@ def reliability(scores: Matrix) -> float | None:
 
 
 def variance_between(scores: Matrix, fitted: Rasch, names: Sequence[str]) -> float:
-    """How much a model's ability varies from name to name, in squared logits, beyond what chance does.
+    """Return the variance of a model's ability between names beyond chance, in squared logits.
 
-    By moments: two tasks of a name that a model finds more difficult than it should deviate together, to
-    first order by the product of their information and of what they share. 0 where no name has two tasks, or
-    where tasks of a name agree no more than others.
+    This is an estimate by moments. If a name is unexpectedly difficult for a model, two of its tasks
+    deviate together. To first order, the product of their deviations is the product of their information
+    and the variance. The result is 0 if no name has two tasks, or if tasks of a name agree no more than
+    others.
 
     Args:
-        scores: those that the Rasch model was fitted to.
-        fitted: that Rasch model.
-        names: of each task, what it shares with its near copies.
+        scores: the scores that the Rasch model was fitted to.
+        fitted: the fitted Rasch model.
+        names: name of each task, which near copies share.
     """
     import numpy as np
 

@@ -49,7 +49,9 @@ def open_runs(
         InputError: a named suite has no difficulties, or no suite has.
     """
     if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
-        raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
+        raise InputError(
+            f"--adaptive: difficulties are only known under the protocol {DEFAULT_PROTOCOL.value}"
+        )
     difficulties = {
         (suite.domain, suite.ability): estimate
         for suite in suites
@@ -65,11 +67,11 @@ def open_runs(
 
 
 def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
-    """Return the difficulties of a suite's tasks: the published ones, or by whole runs in a folder.
+    """Return the difficulties of a suite's tasks: published ones, or estimates from whole runs in a folder.
 
     Returns:
         the difficulty by task, in logits from the mean ability of some models, empty if unknown; the variance
-        of a model's ability between names, in squared logits; a phrase that tells which models these are.
+        of a model's ability between names, in squared logits; a phrase that names these models.
 
     Raises:
         InputError: the folder has too few runs of the suite.
@@ -77,7 +79,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     if folder is None:
         place = suite.domain, suite.ability
         return item_difficulties(*place), variance_between_names(*place), "nine models of 2024"
-    from eai.extensions.adaptive.rasch import fit_rasch, variance_between  # takes numpy
+    from eai.extensions.adaptive.rasch import fit_rasch, variance_between  # needs numpy
     from eai.extensions.adaptive.study import FEWEST_MODELS, scores_of
 
     tables, of_suite = TidyTables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)

@@ -1,4 +1,4 @@
-"""Items: how difficult tasks are, which tell models apart, and which are odd."""
+"""Analyze tasks as test items: their difficulty, how well they separate models, and odd results."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ _FOLDS = 10
 
 @dataclass(frozen=True)
 class Scores:
-    """Who solved what, in one suite: the answers of all models to tasks that all of them have answers to.
+    """The scores of all models in one suite, for the tasks that all of them have answers to.
 
     Attributes:
-        models: the rows of the matrix.
-        tasks: its columns.
-        names: what near copies of each task share.
+        models: the models, rows of the matrix.
+        tasks: the tasks, columns of the matrix.
+        names: name of each task, which near copies share.
         matrix: the scores, from 0 to 1.
     """
 
@@ -63,22 +63,22 @@ class Scores:
 
     @property
     def is_test(self) -> bool:
-        """Whether there are enough models, and tasks that all of them have answers to."""
+        """Whether there are enough models and any tasks."""
         return len(self.models) >= FEWEST_MODELS and bool(self.tasks)
 
     @cached_property
     def fitted(self) -> Rasch:
-        """The Rasch model of them."""
+        """The Rasch model fitted to the scores."""
         return fit_rasch(self.matrix)
 
     @cached_property
     def agreement(self) -> Matrix:
-        """How each task agrees with the others (`item_rest`)."""
+        """Correlation of each task with the others (`item_rest`)."""
         return item_rest(self.matrix)
 
 
 def scores_of(answers: Sequence[AnswerLine]) -> Scores:
-    """The scores of the answers of one suite; an answer in which nothing can be read scores nothing."""
+    """Return the scores of the answers to one suite; an unreadable answer scores 0."""
     import numpy as np
 
     found: dict[str, dict[str, float]] = {}
@@ -96,11 +96,11 @@ _Suites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerLine], Scores]]
 
 
 def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]:
-    """The tables of the analysis: of suites with answers of at least `FEWEST_MODELS` models.
+    """Return the tables of the analysis, for suites with answers of at least `FEWEST_MODELS` models.
 
     Args:
-        answers: the answers of all models; those of null models are left out.
-        flags: what the data set says of tasks.
+        answers: the answers of all models; null models are left out.
+        flags: yields the flags of a task.
     """
     of_models = group_by_suite([each for each in answers if not is_null_model(each.model)])
     found = {suite: (given, scores_of(given)) for suite, given in of_models.items()}
@@ -110,10 +110,10 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]
 
 
 def held_out(scores: Scores) -> tuple[float | None, float | None]:
-    """How well answers that were left out are predicted, by the Rasch model and by the models' means.
+    """Return how well held-out answers are predicted: by the Rasch model, and by the models' means.
 
-    The area under the curve over all answers, each predicted from nine tenths of the others; None unless
-    scores are yes and no.
+    Both are areas under the ROC curve. Each answer is predicted from nine tenths of all answers. None unless
+    all scores are 0 or 1.
     """
     import numpy as np
 
@@ -131,7 +131,7 @@ def held_out(scores: Scores) -> tuple[float | None, float | None]:
 
 
 def _area(success: Matrix, predicted: Matrix) -> float | None:
-    """The chance that a success is predicted higher than a failure."""
+    """Return the probability that a success is predicted higher than a failure."""
     from scipy.stats import rankdata
 
     yes = success.ravel() == 1
@@ -143,10 +143,10 @@ def _area(success: Matrix, predicted: Matrix) -> float | None:
 
 
 def ability_estimate(scores: Scores, place: int) -> Estimate:
-    """The ability of a model, from the mean of all models.
+    """Return the ability of a model relative to the mean of all models, with its interval.
 
-    Its variance is a jackknife over names, to first order and with difficulties taken as known, or, if that
-    is larger, the one that independent tasks would have.
+    The variance is a first-order jackknife over names with difficulties taken as exact. If the variance for
+    independent tasks is larger, it is used instead.
     """
     import numpy as np
 
@@ -179,13 +179,13 @@ def _flags(column: Matrix, agreement: float) -> Iterator[Flag]:
 
 
 def _first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
-    """Of each task the check that fails most models first."""
+    """Return for each task the check that most models fail first."""
     found = group_pairs((a.task, a.error_check) for a in answers if a.error_check is not None)
     return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in found.items()}
 
 
 def _rounded(number: float) -> float | None:
-    """To six digits, which is all that can be relied on to be the same everywhere."""
+    """Round to six digits: further digits differ between machines."""
     return None if math.isnan(number) else round(number, 6)
 
 
@@ -203,10 +203,10 @@ def _plain(number: float) -> float:
 def _tests(suites: _Suites) -> Iterator[Row]:
     """Suites as tests.
 
-    saturated: tasks that all models solve, or all but one; unsolved: those that none does; negative: those in
-    which models that are better elsewhere are worse; alpha: Cronbach's, over models. The last two are the
-    chance that of an answer that is right and one that is wrong, both left out, the right one is predicted
-    higher: by ability and difficulty, and by the model's mean alone.
+    saturated: tasks that all models solve, or all but one; unsolved: tasks that no model solves; negative:
+    tasks on which better models do worse; alpha: Cronbach's alpha over models. The last two columns are the
+    probability that a held-out right answer is predicted higher than a held-out wrong answer: by ability and
+    difficulty, and by the model's mean alone.
     """
     for suite, (_, scores) in suites.items():
         models, solved, alpha = len(scores.models), scores.matrix.sum(axis=0), reliability(scores.matrix)
@@ -223,9 +223,9 @@ def _tests(suites: _Suites) -> Iterator[Row]:
 def _abilities(suites: _Suites) -> Iterator[Row]:
     """Models.
 
-    logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with the
-    chance 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks, with
-    difficulties taken as known. The score is that of all tasks.
+    logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with
+    probability 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks,
+    with difficulties taken as exact. The score is the mean over all tasks.
     """
     for suite, (answers, scores) in suites.items():
         abilities = scores.fitted.abilities
@@ -243,11 +243,11 @@ _ITEM = (
 
 @make_table("flagged", _ITEM)
 def _flagged(items: Table) -> Iterable[Row]:
-    """Tasks to look at.
+    """Tasks to inspect.
 
-    Tasks that no model solves, that worse models solve and better ones do not, or whose goals ask the same of
-    objects that answers call by one name. item_rest: the correlation over models with the score in all other
-    tasks; check: what most models fail at first.
+    Tasks that no model solves, tasks that worse models solve and better models do not, and tasks whose
+    goals make the same demand on objects that share a name in answers. item_rest: the correlation over
+    models with the score in all other tasks; check: the first check that most models fail.
     """
     return [row for row in items.rows if row[-1] and row[-1] != "saturated"]
 
@@ -256,8 +256,8 @@ def _flagged(items: Table) -> Iterable[Row]:
 def _items(suites: _Suites, flags: TellsFlags) -> Iterator[Row]:
     """All tasks.
 
-    Every task: how many models solve it (or the sum of their F1), its difficulty with its standard error, its
-    agreement with the others, and what is to be known of it.
+    For each task: how many models solve it (or the sum of their F1), its difficulty with standard error, its
+    agreement with the other tasks, and its flags.
     """
     for suite, (answers, scores) in suites.items():
         fitted, checks = scores.fitted, _first_checks(answers)
@@ -296,13 +296,13 @@ _BINS_PER_UNIT = 2
 
 
 def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """How many tasks there are of each difficulty, and below, on the same scale, the models' abilities.
+    """Draw a histogram of task difficulties and, below it on the same scale, the abilities of the models.
 
-    A test says most of models whose abilities are where its difficulties are.
+    A test separates models best if their abilities are close to its difficulties.
 
     Args:
         items: the rows of the table of tasks of a suite.
-        models: those of the table of models.
+        models: the rows of the table of models.
     """
     difficulties = [float(row["difficulty"]) for row in items if isinstance(row["difficulty"], float)]
     if not difficulties:
@@ -334,7 +334,7 @@ def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell
 
 ITEMS = Study(
     "items",
-    "Tasks by the answers of many models: difficulty, agreement with other tasks, and what is odd.",
+    "Tasks by the answers of many models: difficulty, agreement with other tasks, and odd results.",
     analyze=_analyze,
     together=True,
 )

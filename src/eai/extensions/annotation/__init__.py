@@ -1,4 +1,4 @@
-"""Goals from people's demonstrations, for any benchmark, and an analysis of how raters judge annotations.
+"""Derive goals from people's demonstrations, for any benchmark, and analyze how raters judge annotations.
 
 Entry points: `data annotate` (commands) and `annotations` (a study).
 Extra: `plots`, for figures of ratings.

@@ -1,4 +1,4 @@
-"""From demonstrations to goals and planning problems."""
+"""Derive goals and planning problems from demonstrations."""
 
 from __future__ import annotations
 
@@ -34,29 +34,33 @@ from eai.tasks.task_lines import written
 
 app = typer.Typer(no_args_is_help=True)
 
-OfTitle = Annotated[str | None, flag("--title", help="Demonstrations of this title alone.", metavar="TITLE")]
+OfTitle = Annotated[str | None, flag("--title", help="Only demonstrations of this title.", metavar="TITLE")]
 DecisionFile = Annotated[
-    Path, flag("--decisions", help="The decisions, a TOML file that choose writes.", metavar="FILE")
+    Path, flag("--decisions", help="The TOML file of decisions, written by choose.", metavar="FILE")
 ]
 Demonstrations = Annotated[
     Path | None,
     flag(
         "--demonstrations",
-        help="An archive with more demonstrations than the benchmark has tasks, where it can read one.",
+        help="An archive of further demonstrations, if the benchmark can read one.",
     ),
 ]
 Without = Annotated[
     list[str] | None,
-    flag("--without", help="Do not count this; with choose, kept in the file.", metavar="PREDICATE"),
+    flag(
+        "--without",
+        help="Do not count this predicate. The command choose saves the option in the file.",
+        metavar="PREDICATE",
+    ),
 ]
 _SHOWN = 20
-"""How many lines of a title are shown where nobody asked for all."""
+"""Maximum number of patterns of a title that are shown without `--all`."""
 
 
 def _open(
     domain: str, title: str | None, place: Path | None, data: Path | None, without: Sequence[str] = ()
 ) -> tuple[Benchmark, Mapping[str, list[Task]]]:
-    """A benchmark and its demonstrations by title."""
+    """Return a benchmark and its demonstrations by title."""
     benchmark = find_benchmark(domain)
     with opened_source(data, errata=ErrataChoice.NONE) as source:
         if place is None:
@@ -94,15 +98,16 @@ def show_differences(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Say what each demonstration changes: all of what changed objects are, and relations that are new.
+    """Print the changes of each demonstration: all facts of changed objects, and new relations.
 
-    With --count, by class, and with one end by its properties, how many of a title share it.
+    With --count, print how many demonstrations of a title share each pattern. Patterns name objects by class;
+    in relations, one object may be given by its properties.
 
     Example: eai data annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
 
     Options:
-        count: Count what the demonstrations of a title share instead.
-        everything: With --count, show also what is rare.
+        count: Count the patterns that the demonstrations of a title share instead.
+        everything: With --count, also print rare patterns.
     """
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
     found = {
@@ -147,15 +152,15 @@ def choose(
     demonstrations: Demonstrations = None,
     data: DataFolder = None,
 ) -> None:
-    """Decide what a title means: what the demonstrations share is listed, and commands keep or drop it.
+    """Decide what a title means: keep or drop the patterns that its demonstrations share.
 
-    Commands are read from standard input, one a line, so that they can come from a file, too. Every decision
-    is in the file at once; the same command resumes where it was interrupted.
+    Commands are read from standard input, one per line, so they can also come from a file. Every decision is
+    saved at once; the same command resumes after an interruption.
 
     Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
 
     Options:
-        title: Whose goal is to be decided.
+        title: The title of the demonstrations.
     """
     not_counted, known = annotation.read_decisions(decisions)
     if without:
@@ -171,10 +176,10 @@ def choose(
 
 
 def _conversation(path: Path, known: Mapping[str, Chosen], title: str, listing: Listing) -> str:
-    """Take commands until there are no more; what is decided is in the file after each of them.
+    """Apply commands until the input ends; save the decisions after each command.
 
     Raises:
-        InterruptError: the user ended it.
+        InterruptError: the user interrupted the command.
     """
     chosen, before = known.get(title, Chosen()), list[Chosen]()
     try:
@@ -192,7 +197,7 @@ def _conversation(path: Path, known: Mapping[str, Chosen], title: str, listing: 
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
-        # it may have come before the last was written
+        # the interrupt may have come before the last decision was written
         annotation.write_decisions(path, listing.without, {**known, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
@@ -204,7 +209,7 @@ def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing)
         return chosen
     if command == "undo":
         if not before:
-            raise InputError("nothing to take back")
+            raise InputError("undo: there is no earlier command")
         return before.pop()
     after = annotation.decide(command, chosen, listing)
     before.append(chosen)
@@ -212,7 +217,7 @@ def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing)
 
 
 def _show(listing: Listing, chosen: Chosen) -> None:
-    """Show the candidates that are decided, and the patterns that are not."""
+    """Print the decided candidates, and the undecided patterns."""
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
         met = sum(annotation.is_met(candidate, each) for each in listing.differences)
@@ -224,7 +229,7 @@ def _show(listing: Listing, chosen: Chosen) -> None:
         pattern = listing.numbered[number - 1]
         say(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
     if len(rows) > _SHOWN:
-        say(f"      and {len(rows) - _SHOWN} rarer ones")
+        say(f"      and {len(rows) - _SHOWN} rarer patterns")
 
 
 @app.command()
@@ -239,7 +244,7 @@ def goals(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Say which goals follow from the decisions for each task, and write the tasks with them as a task file.
+    """Print the goals of each task that follow from the decisions, or write a task file with these goals.
 
     A demonstration that meets no candidate is left out of the data set. With --check, exit status 2 if the
     goals of a task do not follow.
@@ -248,8 +253,8 @@ def goals(
 
     Options:
         out: Write the tasks with these goals: FILE.jsonl.
-        assigned: Say instead which candidate each demonstration meets.
-        checked: Name instead every task whose goals do not follow.
+        assigned: Instead, print the candidates that demonstrations meet.
+        checked: Instead, print every task whose goals do not follow.
     """
     benchmark, titles = _open(domain, title, demonstrations, data)
     found = _annotations(benchmark, titles, decisions)
@@ -276,7 +281,7 @@ def goals(
 
 
 def _assignments(found: Sequence[Annotation]) -> Iterator[str]:
-    """How many demonstrations of a title meet each candidate."""
+    """Yield the number of demonstrations of a title that meet each candidate."""
     numbers = Counter((each.task.title, candidate) for each, candidate, _ in found)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
@@ -294,18 +299,18 @@ def problems(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Write a planning problem a task: some ground conditions of its goal that a planner reaches.
+    """Write one planning problem per task: some ground conditions of its goal that a planner can reach.
 
-    One way to meet the goal is drawn, and of its conditions some; what cannot be solved is drawn again. Exit
-    status 1 if a task is left without a problem that can be solved.
+    One way to meet the goal is drawn, and some of its conditions. Conditions that the planner cannot reach
+    are drawn again. Exit status 1 if a task has no solvable problem.
 
     Example: eai data annotate problems --domain behavior --out problems --limit 5
 
     Options:
-        out: Where domain and problems go.
-        conditions: The most conditions of a goal.
-        seed: Of what is drawn.
-        limit: Tasks, at most.
+        out: Folder for the domain and the problems.
+        conditions: Maximum number of conditions in a goal.
+        seed: Seed of the draws.
+        limit: Maximum number of tasks.
     """
     benchmark = find_benchmark(domain)
     with opened_source(data) as source:
@@ -313,7 +318,7 @@ def problems(
         operators = _published_operators(benchmark, source)
     judge = make_planner(planner, benchmark.data.planner_seconds)
     if judge is None:
-        raise InputError("--planner none: problems are kept if they can be solved")
+        raise InputError("--planner none: choose a planner, as only solvable problems are kept")
     made: list[Problem] = []
     chosen = [tasks[task_id] for task_id in list(tasks)[:limit]]
     with scoring_progress("planning", len(chosen), quiet=False) as report:
@@ -331,13 +336,13 @@ def problems(
     value: Json = {each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made}
     tell(line, value=value, as_json=as_json)
     for each in failed:
-        note(f"{each.task_id}: no draw can be solved ({each.outcome.value}, {each.draws} draws)")
+        note(f"{each.task_id}: no solvable problem ({each.outcome.value}, {each.draws} draws)")
     if failed:
         raise typer.Exit(1)
 
 
 def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
-    """The planning domain that comes with the data set, where its problems are of one."""
+    """Return the data set's planning domain, if its problems use one."""
     if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain

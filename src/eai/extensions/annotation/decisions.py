@@ -1,4 +1,4 @@
-"""Decisions: what people chose as the meaning of each title, in a TOML file that they may also edit by hand.
+"""Decisions about the meaning of titles, in a TOML file that people may also edit by hand.
 
     without = ["NEXT_TO"]
 
@@ -11,10 +11,10 @@
       ],
     ]
 
-A candidate is a list of entries, an entry a list of patterns of which one must be met. Patterns are what
-demonstrations share of what they change: an abstract goal asks for objects by their class or by all that they
-are good for. ``ON(washing_machine)`` is a state, ``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation,
-``do TOUCH`` an action.
+A candidate is a list of entries. An entry is a list of patterns, of which one must be met. Patterns are
+changes that demonstrations share. They name an object by its class or by all its properties:
+``ON(washing_machine)`` is a state, ``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH``
+an action.
 """
 
 from __future__ import annotations
@@ -49,12 +49,11 @@ _ATOM = re.compile(rf"({_NAME})\({_KIND}(?:,{_KIND})?,?\)")
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """Objects of a class, or those that have exactly some properties.
+    """Objects of a class, or objects with exactly the given properties.
 
     Attributes:
-        name: the class; empty if it is properties that count.
-        properties: what the objects are good for, in the order in which they are written; two kinds with the
-            same ones are one.
+        name: the class; empty if properties are given.
+        properties: the properties of the objects, in written order. Equality ignores the order.
     """
 
     name: str = ""
@@ -79,8 +78,8 @@ class Pattern:
     """A state of one kind of object, a relation of two, or an action.
 
     Attributes:
-        name: of the predicate or action.
-        kinds: of what it is said; of an action nothing.
+        name: name of the predicate or action.
+        kinds: kinds of the predicate's objects; empty for an action.
     """
 
     name: str
@@ -88,7 +87,7 @@ class Pattern:
 
     @property
     def is_action(self) -> bool:
-        """Whether something is to be done."""
+        """Whether the pattern is an action."""
         return not self.kinds
 
     def __str__(self) -> str:
@@ -96,14 +95,14 @@ class Pattern:
 
 
 Entry: TypeAlias = tuple[Pattern, ...]
-"""A part of an abstract goal: one of these patterns must be met."""
+"""An entry of an abstract goal: one of its patterns must be met."""
 
 
 def read_pattern(text: str) -> Pattern:
-    """The pattern that a text is.
+    """Parse a pattern.
 
     Raises:
-        InputError: it is none.
+        InputError: the text is not a pattern.
     """
     if text.startswith(_DO) and text.removeprefix(_DO).strip():
         return Pattern(text.removeprefix(_DO).strip())
@@ -126,9 +125,9 @@ class Difference:
     """The changes that a demonstration makes, and its actions.
 
     Attributes:
-        task: what was demonstrated.
-        facts: all that can be said of each object of which something changed, as a fact about it alone, and
-            the relations that are new; in the order of the vocabulary, then of the scene.
+        task: the task of the demonstration.
+        facts: all facts about a single changed object, and all new relations, in the order of the vocabulary
+            and then of the scene.
         actions: the operators of the plan, in order.
     """
 
@@ -138,11 +137,11 @@ class Difference:
 
     @property
     def scene(self) -> Scene:
-        """The objects."""
+        """The objects of the task."""
         return self.task.scene
 
     def meeting(self, entry: Entry) -> Iterator[Fact]:
-        """The facts that an entry about the world asks for, in order."""
+        """Yield the facts that meet an entry, in order."""
         return (fact for fact in self.facts if any(self._is(fact, pattern) for pattern in entry))
 
     def _is(self, fact: Fact, pattern: Pattern) -> bool:
@@ -155,23 +154,23 @@ class Difference:
         )
 
     def class_of(self, thing: int) -> _Kind:
-        """The class of an object."""
+        """Return the class of an object as a kind."""
         return _Kind(self.scene.objects[thing].category)
 
     def properties_of(self, thing: int) -> _Kind:
-        """The properties of an object: the visible static predicates that hold of it."""
+        """Return the properties of an object as a kind: the visible static predicates that hold of it."""
         initial = self.task.initial
         names = properties(self.scene.vocabulary)
         return _Kind(properties=tuple(name for name in names if initial.has(name, thing)))
 
 
 def difference(task: Task, domain: Domain) -> Difference:
-    """The changes of a task's demonstration: of its plan, to the state that the data set says it ends in.
+    """Return the changes between a task's initial and final state.
 
-    Where the data set does not say, the plan is carried out.
+    The final state comes from the data set, or else from executing the plan.
 
     Raises:
-        InputError: it is no demonstration: there is no plan, or it cannot be carried out.
+        InputError: the task has no plan, or its plan cannot be executed.
     """
     if not task.script:
         raise InputError(f"{task.id}: no demonstration; expected a plan")
@@ -202,7 +201,7 @@ def _final(task: Task, domain: Domain) -> State:
 
 
 def _changed(before: State, after: State) -> int:
-    """The mask of objects of which something alone is otherwise."""
+    """Return the mask of objects with a changed state. Changes of relations do not count."""
     found = 0
     for name in _names(before.scene.vocabulary.predicates, 1, static=False):
         found |= before.mask(name) ^ after.mask(name)
@@ -210,7 +209,7 @@ def _changed(before: State, after: State) -> int:
 
 
 def properties(vocabulary: Vocabulary) -> tuple[str, ...]:
-    """The predicates that say what an object is good for, in order."""
+    """Return the names of the predicates that describe properties of objects, in order."""
     return _names(vocabulary.predicates, 1, static=True)
 
 
@@ -220,14 +219,14 @@ def _names(predicates: tuple[Predicate, ...], arity: int, *, static: bool) -> tu
 
 
 def frequencies(differences: Iterable[Difference], without: Iterable[str]) -> Counter[Pattern]:
-    """How often each pattern occurs in all differences together.
+    """Count the occurrences of each pattern in all differences together.
 
-    States and relations by class come first, then relations with one of both ends by its properties; the
-    agent stays itself.
+    States and relations by class come first, then relations in which one object is given by its properties.
+    The agent is always given by its class.
 
     Args:
-        differences: those of one title.
-        without: predicates that are not counted, because they hold of too much.
+        differences: the differences of one title.
+        without: predicates that are not counted, because they hold of too many objects.
     """
     left_out = frozenset(without)
     exact: Counter[Pattern] = Counter()
@@ -252,16 +251,16 @@ def _generalised(each: Difference, name: str, things: tuple[int, ...]) -> Iterat
 
 
 Candidate: TypeAlias = tuple[Entry, ...]
-"""One meaning of a title: all that it asks for; actions in the order in which they are to be taken."""
+"""One possible meaning of a title: its entries. Actions are in the order in which they must be taken."""
 
 
 def first_met(candidates: Sequence[Candidate], found: Difference) -> int | None:
-    """The number of the first candidate that a demonstration meets, from 0; None if it meets none."""
+    """Return the index of the first candidate that a demonstration meets; None if it meets none."""
     return next((number for number, each in enumerate(candidates) if is_met(each, found)), None)
 
 
 def is_met(candidate: Candidate, found: Difference) -> bool:
-    """Whether a demonstration does all that is asked for, actions in the order of the entries."""
+    """Whether a demonstration meets every entry of a candidate, with actions in the order of the entries."""
     rest = iter(found.actions)
     return all(
         any(action in {pattern.name for pattern in entry} for action in rest)
@@ -271,7 +270,7 @@ def is_met(candidate: Candidate, found: Difference) -> bool:
 
 
 def concrete_goals(found: Difference, candidate: Candidate) -> tuple[Goal, ...]:
-    """The part of a candidate's goals that a demonstration of it reached, as goals of its own task.
+    """Return the goals of a candidate that a demonstration reached, in terms of the objects of its task.
 
     States come first, then relations, then actions.
     """
@@ -297,8 +296,8 @@ class Chosen:
     """The decisions about one title.
 
     Attributes:
-        candidates: in the order in which they are tried.
-        dropped: what means nothing.
+        candidates: possible meanings, in the order in which they are tried.
+        dropped: patterns that mean nothing for the title.
     """
 
     candidates: tuple[Candidate, ...] = ()
@@ -312,24 +311,24 @@ class Chosen:
 
 
 class _Table(Options):
-    """A title as a file has it."""
+    """The table of a title in a decision file."""
 
     candidates: tuple[tuple[tuple[str, ...], ...], ...] = ()
     dropped: tuple[str, ...] = ()
 
 
 class _File(Options):
-    """A file of decisions; ``without`` names predicates that are not counted, as they hold of too much."""
+    """The content of a decision file; ``without`` names predicates that are not counted."""
 
     without: tuple[str, ...] = ()
     title: Mapping[str, _Table] = {}
 
 
 def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
-    """The predicates that are not counted, and the decisions by title; none if there is no such file.
+    """Read the uncounted predicates and the decisions by title; both are empty if the file does not exist.
 
     Raises:
-        InputError: it is not one of decisions; the message names the place.
+        InputError: it is not a decision file; the message names the place.
     """
     if not path.exists():
         return (), {}
@@ -344,23 +343,23 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
 def _entry(texts: Sequence[str]) -> Entry:
     patterns = tuple(map(read_pattern, texts))
     if not patterns:
-        raise InputError("an entry is empty")
+        raise InputError("an entry is empty; expected at least one pattern")
     if len({pattern.is_action for pattern in patterns}) > 1:
-        raise InputError(f"{' or '.join(texts)}: an action is no alternative to a state of the world")
+        raise InputError(f"{' or '.join(texts)}: an entry cannot mix actions with states and relations")
     return patterns
 
 
 def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, Chosen]) -> None:
-    """Write decisions so that the file is whole at every moment: the old one or the new one.
+    """Write decisions to a file atomically: an interruption leaves the old or the new content.
 
     Raises:
-        InputError: it cannot be written.
+        InputError: the file cannot be written.
     """
     write_whole({path: decisions_text(without, titles)})
 
 
 def decisions_text(without: Sequence[str], titles: Mapping[str, Chosen]) -> str:
-    """Decisions as a file has them, an entry a line."""
+    """Return decisions as the content of a file, one entry per line."""
     lines = [f"without = {_strings(without)}"]
     for name, chosen in titles.items():
         lines += [
@@ -376,18 +375,18 @@ def decisions_text(without: Sequence[str], titles: Mapping[str, Chosen]) -> str:
 
 
 def _strings(values: Sequence[Pattern] | Sequence[str]) -> str:
-    """A list of texts on one line; the strings of JSON are strings of TOML."""
+    """Return a list of texts on one line. JSON strings are also TOML strings."""
     return json.dumps([str(value) for value in values])
 
 
 HELP = """\
-keep N ...      each of these must be so
-or N N ...      one of these must be so
-drop N ...      these mean nothing
-add PATTERN     one that is not listed, or: add do TOUCH or do PUSH
-new             what follows is of another candidate
-undo            take the last command back
-done            leave; every decision is saved at once"""
+keep N ...      all of these patterns must be met
+or N N ...      one of these patterns must be met
+drop N ...      these patterns mean nothing for the title
+add PATTERN     keep a pattern that is not listed, or: add do TOUCH or do PUSH
+new             begin another candidate
+undo            undo the last command
+done            leave; every decision is already saved"""
 
 COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
@@ -397,8 +396,8 @@ class Listing:
     """The patterns that the demonstrations of a title share.
 
     Attributes:
-        differences: what each of them changes.
-        domain: their world.
+        differences: the changes of each demonstration.
+        domain: the domain of the demonstrations.
         without: predicates that are not counted.
     """
 
@@ -408,27 +407,27 @@ class Listing:
 
     @cached_property
     def counts(self) -> Mapping[Pattern, int]:
-        """In how many demonstrations each pattern occurs, the most frequent first."""
+        """Number of demonstrations in which each pattern occurs, most frequent first."""
         found = Counter(each for one in self.differences for each in frequencies([one], self.without))
         order = frequencies(self.differences, self.without)
         return {pattern: found[pattern] for pattern in sorted(order, key=lambda each: -found[each])}
 
     @cached_property
     def numbered(self) -> Sequence[Pattern]:
-        """The patterns by their numbers, which stay the same whatever is decided; the first has number 1."""
+        """The patterns in the order of their numbers, which start at 1 and do not depend on decisions."""
         return tuple(self.counts)
 
     def open(self, chosen: Chosen) -> list[int]:
-        """The numbers of patterns of which nothing is decided yet."""
+        """Return the numbers of the undecided patterns."""
         decided = chosen.decided
         return [number for number, pattern in enumerate(self.numbered, 1) if pattern not in decided]
 
 
 def decide(command: str, chosen: Chosen, listing: Listing) -> Chosen:
-    """The decisions after one more command, other than ``undo`` and ``done``.
+    """Return the decisions after one more command, except ``undo`` and ``done``.
 
     Raises:
-        InputError: it is no command.
+        InputError: the command is unknown or malformed.
     """
     word, _, rest = command.strip().partition(" ")
     match word:
@@ -451,22 +450,21 @@ def decide(command: str, chosen: Chosen, listing: Listing) -> Chosen:
 
 
 def _named(text: str, listing: Listing) -> list[Pattern]:
-    """The patterns of these numbers."""
     found = []
     for word in text.replace(",", " ").split():
         if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered):
             raise InputError(f"{word!r}: expected a number from 1 to {len(listing.numbered)}")
         found.append(listing.numbered[int(word) - 1])
     if not found:
-        raise InputError("expected the number of a line, or several")
+        raise InputError("expected numbers of listed patterns, such as 1 3")
     return found
 
 
 def refuse_unknown_name(pattern: Pattern, domain: Domain) -> None:
-    """Refuse a pattern of an action, or of a predicate, that there is not.
+    """Raise for a pattern with an undeclared action or predicate.
 
     Raises:
-        InputError: the domain does not declare it, or not as something that changes.
+        InputError: the domain does not declare the name, or declares it as unchangeable.
     """
     arity = len(pattern.kinds)
     if pattern.is_action:
@@ -479,7 +477,7 @@ def refuse_unknown_name(pattern: Pattern, domain: Domain) -> None:
 
 
 def _refuse_strangers(pattern: Pattern, listing: Listing) -> None:
-    """Raise if a pattern names what is not there."""
+    """Raise if a pattern names an unknown action, predicate, class or property."""
     refuse_unknown_name(pattern, listing.domain)
     classes = {thing.category for each in listing.differences for thing in each.scene.objects}
     good_for = properties(listing.domain.vocabulary)
@@ -496,37 +494,39 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 
 
 def _with_entries(chosen: Chosen, entries: Sequence[Entry]) -> Chosen:
-    """The decisions with entries in the last candidate."""
+    """Return the decisions with the entries appended to the last candidate."""
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *entries)))
 
 
 Annotation: TypeAlias = tuple[Difference, int | None, tuple[Goal, ...]]
-"""A demonstration under decisions: what it changes, the number of the candidate that it meets, from 0,
-and the goals that follow for its task; None and no goals if it meets none."""
+"""A demonstration under decisions: its changes, the index of the candidate it meets, and its task's goals.
+
+If it meets none, the index is None and there are no goals.
+"""
 
 
 def by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, list[Task]]:
-    """The tasks with a plan by their titles, or those of one.
+    """Return the tasks with a plan by title; only the given title, if any.
 
     Raises:
-        InputError: there is no such title, or none has a plan.
+        InputError: the title is unknown, or no task has a plan.
     """
     found = group_pairs((task.title, task) for task in tasks.values() if task.script)
     if title is not None and title not in found:
         raise InputError(f"no demonstration is called {title!r}{did_you_mean(title, tuple(found))}")
     if not found:
-        raise InputError("no task has a plan, which is what a demonstration is")
+        raise InputError("no task has a plan, so there is no demonstration")
     return found if title is None else {title: found[title]}
 
 
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, Chosen]
 ) -> Iterator[Annotation]:
-    """Each demonstration under decisions, title by title.
+    """Yield the annotation of each demonstration, title by title.
 
     Raises:
-        InputError: a plan cannot be carried out, or what was decided is about what is not declared.
+        InputError: a plan cannot be executed, or a decision uses an undeclared name.
     """
     for name, tasks in titles.items():
         candidates = decisions.get(name, Chosen()).candidates
@@ -540,13 +540,15 @@ def annotate(
 
 
 def check(annotations: Iterable[Annotation]) -> Iterator[Finding]:
-    """Where the goals of tasks are not those that follow from the decisions."""
+    """Yield a finding for each task whose goals differ from those that follow from the decisions."""
     for found, candidate, goals in annotations:
         task = found.task
         ours, theirs = set(goals), set(task.goals)
         if candidate is None and theirs:
-            yield Finding(task.title, f"{task.id}: has goals, and meets no candidate")
+            yield Finding(task.title, f"{task.id}: has goals, but its plan meets no candidate")
         elif ours != theirs:
             lacks = [f"lacks {print_ltl(goal.formula)}" for goal in goals if goal not in theirs]
-            more = [f"has {print_ltl(goal.formula)} besides" for goal in task.goals if goal not in ours]
+            more = [
+                f"has the further goal {print_ltl(goal.formula)}" for goal in task.goals if goal not in ours
+            ]
             yield Finding(task.title, f"{task.id}: {', '.join([*lacks, *more])}")

@@ -22,23 +22,23 @@ from eai.world.domain import Domain
 from eai.world.relation import bits
 
 DRAWS = 20
-"""How often conditions are drawn for a task before it is given up."""
+"""Maximum number of draws of conditions for a task."""
 
 _LISTED = 10_000
-"""Of more ways to meet a goal the first so many are drawn from."""
+"""Maximum number of ways to meet a goal that conditions are drawn from: the first ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A planning problem made of a task.
+    """A planning problem made from a task.
 
     Attributes:
-        task_id: the task.
-        domain: the planning domain with its operators.
-        text: the problem.
-        outcome: what a planner made of it.
-        draws: how many were drawn before it was kept, or given up.
-        source: what it was exported from; None where the data set poses its problems.
+        task_id: the id of the task.
+        domain: the planning domain with its operators, in PDDL.
+        text: the problem, in PDDL.
+        outcome: the planner's outcome.
+        draws: number of draws until the problem was solved or given up.
+        source: the task content that was exported; None if the data set provides its problems.
     """
 
     task_id: str
@@ -58,18 +58,18 @@ def make_problem(
     conditions: int,
     seed: int,
 ) -> Problem | None:
-    """A problem about at most so many ground conditions of one way to meet the goal; None if it has none.
+    """Draw at most ``conditions`` ground conditions of one way to meet a task's goal; None if it has none.
 
-    What a planner cannot solve is drawn again; where nothing can be solved the last draw is returned with
+    Conditions that the planner cannot reach are drawn again. If all draws fail, the last one is returned with
     its outcome.
 
     Args:
-        task: whose goal and initial state.
-        benchmark: of the task.
-        planner: what solves it.
-        operators: the published planning domain with all its operators, if problems are of one.
-        conditions: the most conditions.
-        seed: of the draws; the same seed gives the same problem.
+        task: the task with its goal and initial state.
+        benchmark: the benchmark of the task.
+        planner: the planner that solves the problem.
+        operators: the published planning domain with all its operators, if problems use one.
+        conditions: maximum number of conditions.
+        seed: seed of the draws; the same seed gives the same problem.
     """
     made = None
     for attempt in range(DRAWS):
@@ -91,7 +91,7 @@ def make_problem(
 
 
 def draw(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
-    """Some conditions of a way to meet the goals of a task about its end, drawn at random."""
+    """Draw conditions of a random way to meet a task's goals for the final state."""
     objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
     found: dict[Formula, None] = {}
@@ -102,12 +102,12 @@ def draw(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...
 
 
 def domain_of(operators: Sequence[str], header: PddlDomain) -> PddlDomain:
-    """A published planning domain with the texts of its operators read."""
+    """Return a published planning domain with its operators parsed."""
     return replace(header, actions=tuple(map(read_action, operators)))
 
 
 def with_one_domain(problems: Sequence[Problem], benchmark: Benchmark) -> list[Problem]:
-    """The same problems, those that were exported of one domain, with the categories of all their objects."""
+    """Return the problems; exported ones share one domain with the categories of all their objects."""
     sources = [each.source for each in problems if each.source is not None]
     if not sources:
         return list(problems)
@@ -119,7 +119,7 @@ def with_one_domain(problems: Sequence[Problem], benchmark: Benchmark) -> list[P
 
 
 def _concerned(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
-    """The objects that a task is about, those that its goals name, and what these are in or on: a mask."""
+    """Return the mask of the relevant objects, the goals' objects, and all objects that they are in or on."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in spatial_predicates(domain)[1]]
     pending = [*task.relevant, *[scene.index[name] for goal in goals for name in object_names(goal)]]

@@ -1,8 +1,8 @@
-"""Annotations: how good they are, by people who rated them (paper, "Annotation Quality").
+"""Analyze the quality of annotations, as rated by people (paper, "Annotation Quality").
 
-A rater gives a task's annotation 1 to 5 points in some attributes. Ratings come in a CSV file with the
-columns task, rater, attribute and score. How far raters agree is the spread of their ratings of one thing,
-and Krippendorff's alpha.
+A rater gives a task's annotation 1 to 5 points for each attribute. Ratings come in a CSV file with the
+columns task, rater, attribute and score. The agreement of raters is measured by the spread of their ratings
+of one task, and by Krippendorff's alpha.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 Units: TypeAlias = Sequence[Sequence[float]]
-"""For each thing that was rated, the ratings that it got, each by another rater."""
+"""For each rated task, its ratings, each by another rater."""
 
 
 COLUMNS = ("task", "rater", "attribute", "score")
@@ -50,9 +50,9 @@ PAPER = (
 
 
 def weighted_mse(units: Units) -> float | None:
-    """How far ratings of one thing lie from their mean, squared: the mean over things, weighted by ratings.
+    """Return the mean squared distance of ratings from their task's mean, weighted by the number of ratings.
 
-    Things that were rated once say nothing of it and are left out; None if there are no others.
+    Tasks with one rating are left out; None if no task has more.
     """
     repeated = [unit for unit in units if len(unit) > 1]
     number = sum(map(len, repeated))
@@ -60,20 +60,20 @@ def weighted_mse(units: Units) -> float | None:
 
 
 def krippendorff_alpha(units: Units) -> float | None:
-    """Krippendorff's alpha for ratings on an interval scale, any of which may be missing.
+    """Return Krippendorff's alpha for ratings on an interval scale. Ratings may be missing.
 
-    1 is perfect agreement, 0 what chance gives if raters draw from all ratings, below 0 worse than that.
+    1 is perfect agreement, 0 is chance (raters draw from all ratings), and below 0 is worse than chance.
     (K. Krippendorff, Content Analysis, chapter "Reliability": observed by expected squared differences.)
 
     Returns:
-        None if no thing was rated twice, or all those ratings are the same.
+        None if no task was rated twice, or all those ratings are equal.
     """
     pairable = [unit for unit in units if len(unit) > 1]
     ratings = [rating for unit in pairable for rating in unit]
     if not ratings or len(set(ratings)) == 1:
         return None
     number = len(ratings)
-    # The squares of a unit's ordered pairs add up to 2 size^2 variances; each rating is in size - 1 pairs.
+    # A unit's squared pair differences sum to 2 size^2 variance; each rating is in size - 1 pairs.
     observed = sum(2 * len(unit) ** 2 * pvariance(unit) / (len(unit) - 1) for unit in pairable) / number
     expected = 2 * number * pvariance(ratings) / (number - 1)
     return 1 - observed / expected
@@ -81,8 +81,6 @@ def krippendorff_alpha(units: Units) -> float | None:
 
 @dataclass(frozen=True, slots=True)
 class _Rating:
-    """The score that one rater gave one task's annotation in one attribute."""
-
     task: str
     rater: str
     attribute: str
@@ -90,10 +88,10 @@ class _Rating:
 
 
 def read_ratings(path: Path) -> tuple[_Rating, ...]:
-    """The ratings in a file, in order.
+    """Read the ratings of a file, in order.
 
     Raises:
-        InputError: the file cannot be read, or is not of this form; names line and column.
+        InputError: the file cannot be read or is malformed; names line and column.
     """
     try:
         text = read_content(path).decode("utf-8-sig")
@@ -112,10 +110,10 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
 def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
     """Ratings of annotations by attribute.
 
-    Ratings are 1 to 5. `weighted_mse`: per task rated more than once the mean squared distance of its ratings
-    from their mean, averaged over those tasks with the number of ratings as weights; `spread` is its root, in
-    points. `alpha`: Krippendorff's, interval scale; 1 is perfect agreement, 0 that of chance. Both are of the
-    `repeated` tasks alone, and empty without any.
+    Ratings are 1 to 5. `weighted_mse`: for tasks rated more than once, the mean squared distance of ratings
+    from their task's mean, weighted by the number of ratings. `spread`: its root, in points. `alpha`:
+    Krippendorff's alpha for an interval scale; 1 is perfect agreement, 0 is chance. Both use only the
+    `repeated` tasks, and are empty without any.
     """
     for attribute, given in group_pairs((rating.attribute, rating) for rating in ratings).items():
         units = tuple(group_pairs((rating.task, rating.score) for rating in given).values())
@@ -128,7 +126,7 @@ def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
 
 @make_table("annotation_scores", ("attribute", "score", "ratings"))
 def histogram(ratings: Sequence[_Rating]) -> Iterator[Row]:
-    """How often each score was given.
+    """Number of times that each score was given.
 
     Ratings by attribute and score.
     """
@@ -153,15 +151,15 @@ def _ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
         fields = {name: text.strip() for name, text in zip(names, row, strict=True)}
         for column in COLUMNS:
             if not fields[column]:
-                raise InputError(f"{path}: line {line}, column {column}: is empty")
+                raise InputError(f"{path}: line {line}, column {column}: expected a value, found none")
         if fields["score"] not in map(str, SCORES):
             found = fields["score"]
             raise InputError(f"{path}: line {line}, column score: expected 1 to 5, found {found!r}")
         place = (fields["task"], fields["rater"], fields["attribute"])
         if place in seen:
             raise InputError(
-                f"{path}: line {line}, column rater: {place[1]!r} has rated {place[0]!r} in {place[2]!r} "
-                f"before, in line {seen[place]}"
+                f"{path}: line {line}, column rater: {place[1]!r} already rated {place[0]!r} in {place[2]!r} "
+                f"in line {seen[place]}"
             )
         seen[place] = line
         yield _Rating(*place, score=int(fields["score"]))
@@ -173,7 +171,7 @@ _TOLD = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_mse", "a
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    """The file is no record, but a CSV file with the columns task, rater, attribute, score (1 to 5)."""
+    """Analyze one CSV file of ratings instead of records."""
     if len(records.paths) > 1:
         raise InputError("expected one CSV file of ratings")
     ratings = read_ratings(records.paths[0])
@@ -192,7 +190,7 @@ _COLUMNS = 3
 
 
 def draw(tables: Sequence[Table]) -> Figure:
-    """Draw the histograms of the tables of the analysis."""
+    """Draw the score histogram of each attribute."""
     attributes, scores = (table.row_dicts() for table in tables)
     columns = min(_COLUMNS, len(attributes))
     rows = -(-len(attributes) // columns)
@@ -218,6 +216,6 @@ def draw(tables: Sequence[Table]) -> Figure:
 
 ANNOTATIONS = Study(
     "annotations",
-    "Ratings of annotations by people, in a CSV file: means, how far raters differ, Krippendorff's alpha.",
+    "People's ratings of annotations, in a CSV file: means, spread of raters, Krippendorff's alpha.",
     analyze=_analyze,
 )

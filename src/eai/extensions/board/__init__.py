@@ -1,4 +1,4 @@
-"""Results for others: the page of submissions, archives for a challenge, files for catalogues of data sets.
+"""Publish results and tasks: a board of submissions, challenge archives, and files for data set catalogues.
 
 Entry points: `board`, `export submission`, `export results` and `export croissant` (commands).
 Extra: `croissant`, for `eai export croissant`.

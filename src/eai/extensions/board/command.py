@@ -1,4 +1,4 @@
-"""Commands that make results and tasks for other people: boards, challenges, catalogues."""
+"""Commands that publish results and tasks: boards, challenge archives, catalogue files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from eai.cli.options import RECORDS, AsJson, DataFolder, flag, opened_source
 from eai.extensions.board.submission import build_submission, check_submission
 
 BOARD = "index.html"
-"""The name of the page of a board."""
+"""File name of the page of a board."""
 
 
 def submission(
@@ -31,14 +31,14 @@ def submission(
 ) -> None:
     """Put a model's answers to all suites into the zip of the challenge, and check it.
 
-    Every missing, repeated, unknown or empty row is named; exit status 2 if there is one.
+    Every missing, repeated, unknown or empty row is reported; exit status 2 if there is one.
 
     Example: eai export submission runs --out submission.zip
 
     Options:
         run: The folder of a run, as eai run writes it; or a zip, which is only checked.
         out: The zip to write.
-        model: The model's folder in the run, where there are several.
+        model: The model's folder in the run, if there are several.
         folder: A folder for the files in the zip.
         prompts: The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's.
     """
@@ -61,7 +61,7 @@ def board(
 ) -> None:
     """Score submissions and seasons, and write a page that ranks them.
 
-    Numbers in a submission do not count (docs/extensions/board).
+    Numbers in a submission are ignored (docs/extensions/board).
 
     Example: eai board submissions --out site
 
@@ -87,12 +87,12 @@ def results(
 ) -> None:
     """Write results of runs for Every Eval Ever and Hugging Face.
 
-    Only whole suites of models that are named are written.
+    Only results of the named models for whole suites are written.
 
     Example: eai export results runs --about publish.toml
 
     Options:
-        about: TOML that names the models, and says who publishes their results.
+        about: TOML file that names the models and the publisher of their results.
         out: The folder to write to.
     """
     from eai.extensions.board.publication import published_files
@@ -102,7 +102,7 @@ def results(
     summaries = sorted(map(summary_of, read_runs(records)), key=lambda summary: summary.key.order)
     files = published_files(about, summaries)
     if not files:
-        raise InputError(f"{about}: no model that it names answered a whole suite")
+        raise InputError(f"{about}: none of its models answered a whole suite")
     with convert_write_errors(out):
         write_whole({out / name: content for name, content in files.items()})
     made: Json = {"folder": str(out), "files": [*files]}

@@ -1,4 +1,4 @@
-"""The data set as Croissant 1.0: JSON lines, and the metadata with which loaders and catalogues read them.
+"""Export the data set as Croissant 1.0: JSON lines, and metadata that loaders and catalogues read.
 
 Written with `mlcroissant`, the format's own library (extra ``croissant``).
 """
@@ -22,7 +22,7 @@ from eai.tasks.source import Source
 from eai.tasks.task_lines import goal_texts
 
 LICENCE = "https://creativecommons.org/licenses/by/4.0/"
-"""Of the data set, by its authors."""
+"""License of the data set, as given by its authors."""
 
 PAPER = (
     "Li, M., Zhao, S., Wang, Q., Wang, K., Zhou, Y., et al. Embodied Agent Interface: Benchmarking LLMs for "
@@ -30,7 +30,7 @@ PAPER = (
 )
 
 PUBLISHED = datetime(2024, 10, 9, tzinfo=timezone.utc)
-"""When the paper appeared."""
+"""Publication date of the paper."""
 
 TASK_FIELDS = {
     "id": "The id of the task, as files of answers name it.",
@@ -97,7 +97,7 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
 
 
 def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
-    """The tasks of a benchmark, a row each."""
+    """Yield a row for each task of a benchmark."""
     for task in benchmark.tasks(source).values():
         facts = [fact for fact in task.initial.facts() if {*task.relevant}.issuperset(fact.arguments)]
         yield {
@@ -112,13 +112,13 @@ def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 
 
 def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
-    """The gold operators of a benchmark, a row each, by name."""
+    """Yield a row for each gold operator of a benchmark, sorted by name."""
     task = next(iter(benchmark.operators(source).values()))
     yield from (asdict(text) for _, text in sorted(task.domain.operators.items()))
 
 
 def identifier(task_id: str) -> str:
-    """The id of a task in its row: ``27_2`` gets its scene, for readers take it for the number 272."""
+    """Return a task's id for its row. Digits such as ``27_2``, which loaders read as 272, get a prefix."""
     return SCENE_PREFIX + task_id if task_id.replace("_", "").isdigit() else task_id
 
 

@@ -1,9 +1,9 @@
-"""A board: a page of results that are computed here from the answers that people submit.
+"""Build a board: a page of results that are computed here from submitted answers.
 
-A submission is a folder or a zip with response files, a ``submission.toml`` and, as a run leaves it, a
-``run.toml``. Nothing in it is trusted: sizes have limits, links and unknown tasks are refused, every name is
-escaped, and numbers are those of scoring here. A season is a folder of generated tasks whose manifest, with
-seed and digests, is published before the tasks are, and whose secret is revealed afterwards.
+A submission is a folder or a zip with response files, a ``submission.toml`` and, if written by a run, a
+``run.toml``. Nothing in it is trusted: sizes are limited, links and unknown tasks are refused, names are
+escaped, and all numbers come from scoring here. A season is a folder of generated tasks. Its manifest, with
+seed and digests, is published before the tasks, and its secret is revealed afterwards.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ from eai.tasks.options import Options
 from eai.tasks.source import Source
 
 DESCRIPTION, SPECIFICATION, SEASON = "submission.toml", "run.toml", "season.toml"
-"""The names of the files that say what a submission, its run and a season are."""
+"""File names of the descriptions of a submission, of its run, and of a season."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _MOST_FILES, _MOST_CHARACTERS, _MOST_OF_TEXT = 200, 100_000, 64_000
-"""How many files a submission may have, characters an answer, and bytes a file that describes something."""
+"""Maximum number of files in a submission, characters in an answer, and bytes in a description file."""
 
 _MAX_TOKENS, _MAX_DOLLARS = 10**15, 10**9
 """Largest numbers of tokens and of dollars that a submission may state."""
@@ -55,7 +55,7 @@ _NO_NUMBER = "–"
 
 
 class _Description(Options):
-    """The content of ``submission.toml``; costs are of all answers together, in US dollars."""
+    """The content of ``submission.toml``. Costs are for all answers together, in US dollars."""
 
     model: str = Field(min_length=1, max_length=100)
     date: date
@@ -69,7 +69,7 @@ class _Description(Options):
 
 
 class _SeasonFile(Options):
-    """The content of ``season.toml``: the set of the manifest, and its secret once the season is over."""
+    """The content of ``season.toml``: the split of the manifest and, after the season, its secret."""
 
     title: str = Field(min_length=1, max_length=100)
     split: str = "test"
@@ -85,15 +85,15 @@ class _Submission:
 
 
 def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
-    """The page of the submissions and seasons at some paths, and how many submissions there are.
+    """Return the page of the submissions and seasons at some paths, and the number of submissions.
 
     Args:
         paths: folders or zips of single submissions, seasons, or folders of these.
         source: the data set, and the planner that judges operators.
-        told: is told the name of each submission before it is scored.
+        told: receives the name of each submission before it is scored.
 
     Raises:
-        InputError: a submission or a season is not as it should be; the message says which, and why.
+        InputError: a submission or a season is invalid; the message names it and the reason.
         DataError: the data set cannot be obtained.
     """
     places = [each for path in paths for each in _places(path)]
@@ -118,7 +118,7 @@ def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], N
 
 
 def _places(path: Path) -> list[Path]:
-    """The submissions and seasons at a path, by name; hidden files and plain texts are none."""
+    """Return the submissions and seasons at a path, by name; hidden files and other files are ignored."""
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     if path.suffix.lower() == ZIP or any((path / name).is_file() for name in (DESCRIPTION, MANIFEST)):
@@ -138,9 +138,9 @@ def _name_of(place: Path) -> str:
 
 @contextmanager
 def _checked(place: Path) -> Iterator[Path]:
-    """The folder of a submission, unpacked, once its files are known to be few, small and no links."""
+    """Unpack a submission, check that it has few and small files and no links, and yield its folder."""
     if place.is_symlink():
-        raise InputError(f"{place}: expected no link")
+        raise InputError(f"{place}: is a link; a submission must be a folder or a zip")
     with unpack_answers(place, (DESCRIPTION, SPECIFICATION)) as folder:
         described = files_below(folder, DESCRIPTION)
         if len(described) != 1:
@@ -148,7 +148,7 @@ def _checked(place: Path) -> Iterator[Path]:
         files = list(folder.rglob("*"))
         for file in files:
             if file.is_symlink():
-                raise InputError(f"{file}: expected no link")
+                raise InputError(f"{file}: is a link; a submission may only have files and folders")
         if len(files) > _MOST_FILES or sum(file.lstat().st_size for file in files) > MAX_UNPACKED:
             raise InputError(
                 f"{place}: expected at most {_MOST_FILES} files and {MAX_UNPACKED:,} bytes in it"
@@ -159,7 +159,7 @@ def _checked(place: Path) -> Iterator[Path]:
 def _submission(
     name: str, folder: Path, seasons: Collection[str], suite_of: Callable[[str, Ability], Suite]
 ) -> _Submission:
-    """The submission in a folder, scored; a withdrawn one is not."""
+    """Score the submission in a folder, unless it is withdrawn."""
     description = _Description.of_file(_small(folder / DESCRIPTION))
     specification, text = _small(folder / SPECIFICATION), ""
     if specification.is_file():
@@ -179,7 +179,7 @@ def _submission(
 
 
 def _summary(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
-    """The results of a response file, under the name of its submission."""
+    """Return the results of a response file under the name of its submission."""
     answers = replace(_answers(file, suite), model=name)
     records = score_run(
         suite, answers, find_tasks_without_row(suite, answers), ScoringOptions(explanations=False)
@@ -188,7 +188,7 @@ def _summary(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
 
 
 def _answers(file: Path, suite: Suite) -> ResponseFile:
-    """The answers of a file, all to tasks of a suite and none endless."""
+    """Return the answers of a file; raise if a task is unknown or an answer is too long."""
     if file.name.endswith(PARQUET):
         raise InputError(f"{file}: expected one of {', '.join(set(ENDINGS) - {PARQUET})}")
     answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
@@ -199,7 +199,7 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
         made = made_by(response.text)
         if made is not None and made.rules is not None:
             raise InputError(
-                f"{file}: expected episodes by the rules of the standard setting, which alone are ranked; "
+                f"{file}: expected episodes by the standard rules, as no others are ranked; "
                 f"found other rules in the answer to {response.task_id}: {made.rules}"
             )
         if len(response.text) > _MOST_CHARACTERS:
@@ -210,10 +210,10 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
 
 
 def _season(place: Path) -> tuple[Benchmark | None, str]:
-    """The tasks of a season, once they are there, and the paragraph on it: what was announced, how far it is.
+    """Return the tasks of a season, if published, and the paragraph about it.
 
     Raises:
-        InputError: the tasks are not those announced, or were not made with its secret.
+        InputError: the tasks are not the announced ones, or do not follow from its secret.
     """
     chosen = _SeasonFile.of_file(_small(place / SEASON))
     entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
@@ -237,7 +237,7 @@ def _season(place: Path) -> tuple[Benchmark | None, str]:
 
 
 def _small(file: Path) -> Path:
-    """The file, if it is not too large; raises InputError if it is."""
+    """Return the file; raise InputError if it is too large."""
     if file.is_file() and file.stat().st_size > _MOST_OF_TEXT:
         raise InputError(f"{file}: expected at most {_MOST_OF_TEXT:,} bytes")
     return file
@@ -265,11 +265,11 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str
 
 _BEFORE = ("#", "Model")
 _AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs")
-"""The headings beside the numbers."""
+"""Table headings before and after the metrics."""
 
 
 def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
-    """A ranking; the number that ranks comes first."""
+    """Return a ranking as HTML; the metric that ranks comes first."""
     columns = sorted(table.columns, key=lambda column: column != table.by)
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
     head = "".join(f"<th>{escape(heading)}</th>" for heading in (*_BEFORE, *headings, *_AFTER))
@@ -317,14 +317,14 @@ def _marks(notes: Iterable[int]) -> str:
 
 
 def _facts(said: _Description) -> Sequence[str]:
-    """Harness, effort, date, tokens and dollars, as a submission says them."""
+    """Return harness, effort, date, tokens and dollars as stated in a submission."""
     tokens = "" if said.tokens is None else f"{said.tokens:,}"
     dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
     return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
 
 
 def _errata(submission: _Submission, table: Ranking) -> str:
-    """The version of the errata, and how many tasks of the table's suites they left out or corrected."""
+    """Return the version of the errata, and how many of the table's tasks they left out or corrected."""
     abilities = {column.ability for column in table.columns}
     found = [
         summary.errata
@@ -345,7 +345,7 @@ def _logs(submission: _Submission) -> str:
 
 
 def _of_submissions(submissions: Iterable[_Submission]) -> Iterator[str]:
-    """The submissions one by one: who sent them, their run specifications, and why some are withdrawn."""
+    """Yield a section for each submission: its author, its run specification, and why it was withdrawn."""
     for each in submissions:
         by = f", by {escape(each.description.by)}" if each.description.by else ""
         yield f'<section id="{escape(each.name)}"><h3>{escape(each.description.model)}</h3>'

@@ -1,8 +1,8 @@
-"""Results in the forms of places that collect them.
+"""Export results in the formats of two collections.
 
 `Every Eval Ever <https://github.com/evaleval/every_eval_ever>`_ takes one JSON file for each model. A model's
 repository on the Hugging Face Hub takes ``.eval_results/*.yaml``, whose scores appear at the data set that
-they name. The ``eval.yaml`` of that one lists its tasks; ``eai export prompts --format hf`` writes it.
+they name. The data set's ``eval.yaml`` lists its tasks; ``eai export prompts --format hf`` writes it.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from eai.studies.report.run_summary import RunSummary
 from eai.tasks.options import Options
 
 SCHEMA = "0.3.0"
-"""The version of Every Eval Ever's schema."""
+"""Version of Every Eval Ever's schema."""
 
 _PAPER = "https://embodied-agent-interface.github.io"
 
 
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")]
-"""The name of a model or data set elsewhere: OWNER/NAME."""
+"""Name of a model or data set in a collection: OWNER/NAME."""
 
 
 class _Publication(Options):
-    """The content of the file: who evaluated, when, and what others call the models and the data set."""
+    """The content of the publication file: evaluator, date, and public names of models and data set."""
 
     by: str = Field(min_length=1)
     date: date
@@ -50,15 +50,15 @@ class _Publication(Options):
 
 
 def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
-    """The files to publish: relative path -> content. Runs that are not ranked are left out.
+    """Return the files to publish: relative path -> content. Unranked runs are left out.
 
     Args:
-        file: TOML with ``by``, ``date`` and ``models``, which says whose results are published; if wanted
-            also ``relationship``, ``url``, ``logs`` and ``dataset``.
-        runs: of any models, suites and protocols, sorted by their keys.
+        file: TOML with ``by``, ``date`` and ``models``, the models to publish; optionally also
+            ``relationship``, ``url``, ``logs`` and ``dataset``.
+        runs: runs of any models, suites and protocols, sorted by their keys.
 
     Raises:
-        InputError: the file cannot be read, or has another form.
+        InputError: the file cannot be read, or is malformed.
     """
     said = _Publication.of_file(file)
     plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
@@ -79,17 +79,17 @@ def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
 
 
 def _slug(text: str) -> str:
-    """A text as a part of the name of a file."""
+    """Return a text as part of a file name."""
     return re.sub(r"[^A-Za-z0-9.]+", "-", text)[:100]
 
 
 def _unique(record: Mapping[str, Any]) -> uuid.UUID:
-    """A name that a file of the same content has again, of the version that is asked for."""
+    """Return a UUID, version 4, that depends on the content alone."""
     return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
 
 
 def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, Any]:
-    """A model's results as Every Eval Ever has them."""
+    """Return a model's results in the form of Every Eval Ever."""
     key = runs[0].key
     model = said.models[key.model]
     seconds = int(datetime.combine(said.date, datetime.min.time(), timezone.utc).timestamp())
@@ -115,7 +115,7 @@ def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, An
 
 
 def _results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
-    """A suite's main metrics, each in percent with its interval."""
+    """Yield the main metrics of a suite, each in percent with its interval."""
     key = run.key
     for metric in declaration_of(key.ability).overview_headings:
         rate = run.rates.get(metric)
@@ -140,7 +140,7 @@ def _results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
 
 
 def _source_data(said: _Publication, run: RunSummary) -> dict[str, Json]:
-    """Where the tasks are, and in what form they were scored."""
+    """Return the source of the tasks, and the protocol and data that were scored."""
     key = run.key
     details: dict[str, Json] = {
         "protocol": key.protocol.value,
@@ -167,7 +167,7 @@ def _uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
 
 
 def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str]:
-    """The first main metric of each suite, as YAML; texts are quoted as in JSON, which is YAML too."""
+    """Yield the first main metric of each suite as YAML. Texts are quoted as in JSON, which is also YAML."""
     for run in runs:
         key = run.key
         metric = next(iter(declaration_of(key.ability).overview_headings))

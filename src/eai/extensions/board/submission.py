@@ -1,4 +1,4 @@
-"""Challenge files: the answers to all eight suites in one zip, built from a run and checked row by row."""
+"""Challenge files: one zip with the answers to all eight suites, built from a run and checked row by row."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eai.tasks.prompts.prompt import read_prompt_file
 from eai.tasks.source import Finding, Source
 
 _PROMPTS = "_prompts.json"
-"""The ending of the names of a starter kit's prompt files."""
+"""Suffix of the prompt files in a starter kit."""
 
 _SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]
 
@@ -29,13 +29,13 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def submission_files(store: Store | None = None, prompts: Path | None = None) -> dict[str, tuple[str, ...]]:
-    """Every file of a submission with the identifiers that it must hold.
+    """Return the files of a submission, each with the identifiers that it must contain.
 
     Args:
         store: where the data set is; the user's default store if None.
         prompts: a folder with the prompts of a phase, as its starter kit has them,
-            ``<domain>_<ability>_prompts.json``: the identifiers are theirs. Without it they are those of the
-            data set, which the first phase asked about.
+            ``<domain>_<ability>_prompts.json``, whose identifiers are used. Without it, the identifiers are
+            the data set's, which the first phase used.
 
     Raises:
         InputError: a file of prompts cannot be read, or the folder has none.
@@ -59,24 +59,24 @@ def build_submission(
     folder: str | None = None,
     prompts: Path | None = None,
 ) -> None:
-    """Put the answers of one model to all suites into a zip: of the same answers the same bytes.
+    """Put the answers of one model to all suites into a zip. Equal answers give equal bytes.
 
     Args:
         run: the folder of a run, with answers in ``<domain>/<ability>/<model>/``.
         out: the zip.
         store: where the data set is; the user's default store if None.
-        model: the model's name in the run; may be left out where there is only one.
-        folder: a folder for the files in the zip; they lie flat if None.
+        model: the model's name in the run; optional if there is only one.
+        folder: a folder for the files in the zip; they are at its root if None.
         prompts: the prompts of a phase, as for `submission_files`.
 
     Raises:
-        InputError: the run has no answers, or those of several models, a name is that of no folder, or the
-            zip cannot be written.
+        InputError: the run has no answers or answers of several models, a name is not the plain name of a
+            folder, or the zip cannot be written.
         DataError: the data set cannot be obtained.
     """
     for name in (model, folder):
         if name is not None and (PurePosixPath(name).name != name or not name.strip(".")):
-            raise InputError(f"{name!r}: expected the plain name of a folder")
+            raise InputError(f"{name!r}: expected the name of a folder, not a path")
     files = find_response_files(run)
     model = model or _only_model(run, files)
     expected = submission_files(store, prompts)
@@ -97,10 +97,10 @@ def build_submission(
 
 
 def check_submission(path: Path, store: Store | None = None, prompts: Path | None = None) -> list[Finding]:
-    """Everything that is wrong with a submission, file by file in a fixed order; empty if nothing is.
+    """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
-    Identifiers of the first scene may have its prefix or not. Files may lie in a folder. What is expected is
-    what `submission_files` says of the prompts.
+    Identifiers of the first scene may have its prefix or not. Files may be in a folder. `submission_files`
+    gives the expected content for the prompts.
 
     Raises:
         InputError: the zip cannot be read.
@@ -131,7 +131,7 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
 
 
 def _problems(archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]) -> Iterator[str]:
-    """Yield the findings in one file; no more of it is read than it says that it holds."""
+    """Yield the errors of one file; at most its declared size is read."""
     try:
         content = archive.read(member)
     except UNREADABLE as error:
@@ -173,22 +173,21 @@ def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str
 
 
 def _file(domain: str, ability: Ability) -> str:
-    """Return the name of the file with the answers to a suite."""
     return f"{domain}_{ability.value}{SUFFIX}"
 
 
 def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
-    """The identifiers of a suite's prompts, scene prefixes included, each naming its task by the right id."""
+    """Return the identifiers of a suite's prompts, with scene prefixes; misspelled task ids are corrected."""
     published = find_benchmark(domain).data.prompts
     if published is None:
-        raise InputError(f"{domain} has no published prompts, which a submission answers")
+        raise InputError(f"{domain} has no published prompts, so a submission cannot answer them")
     rows = json.loads(published(ability, Source(store)).prompts)
     identifiers: list[str] = [row["identifier"] for row in rows]
     return tuple(i if i.startswith(SCENE_PREFIX) else task_id_of(i) for i in identifiers)
 
 
 def _only_model(run: Path, files: Sequence[Path]) -> str:
-    """The one model whose answers are in a run; those of single epochs do not count."""
+    """Return the only model with answers in a run; files of single epochs do not count."""
     names = sorted({file.parent.name for file in files if file.name == f"{file.parent.name}{SUFFIX}"})
     if len(names) != 1:
         raise InputError(f"{run}: expected the answers of one model, found {', '.join(names) or 'none'}")
@@ -196,7 +195,7 @@ def _only_model(run: Path, files: Sequence[Path]) -> str:
 
 
 def _content(file: Path, identifiers: Sequence[str]) -> bytes:
-    """The answers of a response file as the challenge wants them, in the order of the data set."""
+    """Return the answers of a response file in the challenge's form, in the order of the data set."""
     ids = {task_id_of(identifier): identifier for identifier in identifiers}
     texts = {response.task_id: response.text for response in read_responses(file, ids, task_id_of).responses}
     rows = [
