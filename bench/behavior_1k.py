@@ -36,7 +36,7 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import walk
 from eai.pddl.export import export
-from eai.pddl.val import VALID, installed_val, val_verdict
+from eai.pddl.val import VALID, find_val, run_val
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.condition import FormulaEvaluator
@@ -376,17 +376,17 @@ def kind_of(verdict: Verdict) -> tuple[str, int | None]:
 
 def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int:
     """Have VAL judge gold plans on exported problems, and the same plans without their last step."""
-    program = installed_val()
+    program = find_val()
     verdicts: Counter[str] = Counter()
     for task in map(tasks.__getitem__, chosen):
         if task.script:
             exported = export(domain, task.initial, [goal.formula for goal in task.goals])
             steps = [exported.step(action) for action in task.script]
-            whole = val_verdict(program, exported.domain, exported.problem, steps)
+            whole = run_val(program, exported.domain, exported.problem, steps)
             verdicts[f"gold plan: {whole}"] += 1
             without = ""
             if whole == VALID:
-                without = val_verdict(program, exported.domain, exported.problem, steps[:-1])
+                without = run_val(program, exported.domain, exported.problem, steps[:-1])
                 verdicts[f"without its last step: {without}"] += 1
             if whole != VALID or without == VALID:
                 print(task.id, whole, without, exported.unsupported)

@@ -29,12 +29,12 @@ from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import Generated, Spec, TaskKind, Tier
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import verdict_of_val
-from eai.pddl.val import installed_val
+from eai.pddl.val import find_val
 from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.tasks.task_files import open_task_files
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 from eai.world.domain import Domain
 
 
@@ -80,7 +80,7 @@ def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, 
     like, domain = generator.spec.like, generator.benchmark.domain
     for outcome in generate(generator, make_seeds("tasks", seed), number, set()):
         if isinstance(outcome, Generated):
-            lines.append(written(outcome.task, like, domain, outcome.about))
+            lines.append(write_task_line(outcome.task, like, domain, outcome.about))
         else:
             reasons[outcome.value] += 1
     seconds = time.process_time() - start
@@ -128,7 +128,7 @@ def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
 def validated(file: Path, like: str, number: int) -> dict[str, object]:
     """The verdicts of VAL on some certificates, and on the same without their last step."""
     try:
-        val = installed_val()
+        val = find_val()
     except DataError as error:
         return {"VAL": str(error)}
     domain = find_benchmark(like).domain

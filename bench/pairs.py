@@ -27,7 +27,7 @@ from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
 from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import Task
-from eai.tasks.task_files import lines_in
+from eai.tasks.task_files import read_task_file_lines
 from eai.tasks.task_lines import read_line
 
 LIMITS = Limits(3000)
@@ -44,7 +44,10 @@ def main() -> None:
     arguments = parser.parse_args()
     benchmark = find_benchmark(str(arguments.folder))
     tasks = list(benchmark.tasks(Source()).values())
-    about = {line.id: line.about for line in (read_line(each.content) for each in lines_in(arguments.folder))}
+    about = {
+        line.id: line.about
+        for line in (read_line(each.content) for each in read_task_file_lines(arguments.folder))
+    }
     shortcuts: dict[str, Callable[[Task], object]] = {
         "all or none": lambda task: 0,
         "length": lambda task: len(_shown(task, benchmark)) // 50,
@@ -72,7 +75,9 @@ def main() -> None:
 def _shown(task: Task, benchmark: Benchmark) -> str:
     """The part of a prompt that is about a task."""
     wording = benchmark.wording(Ability.ACTION_SEQUENCING)
-    return "".join((wording.objects(task), wording.initial(task), wording.goals(task)))
+    return "".join(
+        (wording.describe_objects(task), wording.describe_initial(task), wording.describe_goals(task))
+    )
 
 
 def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:

@@ -130,7 +130,7 @@ class Judge:
         return _counted(self._judge(execute(rules.simulator, self.task.initial, actions), rules), rules)
 
     def _not_run(self, error: ErrorReport | None) -> PlanVerdict:
-        goals = self.goals[STRICT].tallies(self.goals[STRICT].none_reached)
+        goals = self.goals[STRICT].tally_by_kind(self.goals[STRICT].none_reached)
         return PlanVerdict(executable=False, success=False, error=error, additional_steps=0, goals=goals)
 
     def _judge(self, trajectory: Trajectory, rules: Rules) -> PlanVerdict:
@@ -151,8 +151,8 @@ class Judge:
 
     def _tallies(self, trajectory: Trajectory, protocol: Protocol) -> GoalTallies:
         test = self.goals[protocol]
-        return test.tallies(
-            test.reached(trajectory.final, [action.operator for action in trajectory.executed])
+        return test.tally_by_kind(
+            test.find_reached(trajectory.final, [action.operator for action in trajectory.executed])
         )
 
 

@@ -28,7 +28,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.tasks.task_files import write_task_file
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 
 TURNS = 12
 """How many actions an episode has; certificates of tier S take 3 to 6."""
@@ -68,7 +68,7 @@ def make_tasks(like: str, folder: Path, sizes: dict[Split, int]) -> None:
         made = generate(generator, make_seeds(split.value, 0), size, set())
         tasks = [each for each in made if isinstance(each, Generated)]
         earlier += [each.task for each in tasks]
-        lines = [written(each.task, like, base.domain, each.about) for each in tasks]
+        lines = [write_task_line(each.task, like, base.domain, each.about) for each in tasks]
         write_task_file(folder / f"{split.value}.jsonl", lines)
 
 

@@ -23,7 +23,7 @@ from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
 from eai.logic.rewriting import rename_variables
 from eai.results.codec import dataclass_to_json
-from eai.tasks.goal_text import formula_text
+from eai.tasks.goal_text import write_goal
 from eai.tasks.task import Task
 from eai.world import Action, Episode, SlipSampler
 from eai.world.execution import execute
@@ -214,7 +214,7 @@ def test_an_explanation_can_be_written_as_json() -> None:
     ],
 )
 def test_the_names_in_a_goal_are_read_from_its_text(formula: Atom | Occurs | Or, text: str) -> None:
-    assert formula_text(formula) == text
+    assert write_goal(formula) == text
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_the_names_in_a_goal_are_read_from_its_text(formula: Atom | Occurs | Or,
 )
 def test_a_quantified_goal_is_a_text_that_can_be_read(condition: str, text: str) -> None:
     formula = read_condition(condition)
-    assert formula_text(formula) == text
+    assert write_goal(formula) == text
     assert parse(text) == rename_variables(formula)
 
 

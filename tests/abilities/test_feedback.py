@@ -58,7 +58,7 @@ def questions(
     scorer = SUITE.scorer(task_id)
     assert isinstance(scorer, ActionSequencing)
     trial = Trial(scorer, chosen)
-    asks = asker or QuestionWriter({task_id: PLAIN}.__getitem__, Wording.of(DOMAIN))
+    asks = asker or QuestionWriter({task_id: PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
     found = [asks.write_question(trial)]
     for text in answers:
         trial.try_answer(text)
@@ -88,7 +88,7 @@ def test_a_task_is_tried_again_after_its_scorer_raised(feedback: FeedbackLevel) 
     assert isinstance(scorer, ActionSequencing)
     world: AttemptStart = "continue" if feedback == "state" else "restart"
     trial = Trial(scorer, AttemptOptions(1, feedback=feedback, world=world))
-    asker = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    asker = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
     trial.try_answer(BOOM)
     assert ("could not be judged" in asker.write_question(trial).user) == (feedback in ("kind", "explained"))
     assert "OverflowError" not in asker.write_question(trial).user
@@ -174,7 +174,7 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
 
 def test_actions_already_taken_are_not_requested_again() -> None:
     chosen = AttemptOptions(1, "continue", "state")
-    asks = QuestionWriter({"greet": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    asks = QuestionWriter({"greet": PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
     library = Library("eai")
@@ -195,7 +195,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
     stated = replace(SUITE.tasks["both"], goals=tuple(map(goal, lit)))
     trial = Trial(scorer, AttemptOptions(1, world, "explained", form), stated=stated)
-    asks = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    asks = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
     trial.try_answer(plan(LAMP))
     question = asks.write_question(trial)
     added = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)

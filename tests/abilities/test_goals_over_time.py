@@ -19,9 +19,9 @@ from eai.agents.reference import staged
 from eai.agents.rules import Rules
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.tasks.planning import planning_goal
+from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.task_lines import _TaskLine, task_of, written
+from eai.tasks.task_lines import _TaskLine, task_from_line, write_task_line
 from eai.world.action import Action
 
 ORDERED = "not inside(ball, box) until lit(lamp_1)"
@@ -52,7 +52,7 @@ def task(lamps: Benchmark, *goals: str) -> Task:
         facts={},
         goals=list(goals),
     )
-    return task_of(line, lamps.domain)
+    return task_from_line(line, lamps.domain)
 
 
 def plan(lamps: Benchmark, asked: Task, text: str) -> str:
@@ -112,9 +112,9 @@ def test_a_goal_over_time_is_recognized(lamps: Benchmark) -> None:
     kinds = [goal.kind for goal in asked.goals]
     assert kinds == [*[GoalKind.STATE], GoalKind.RELATION, GoalKind.STATE, GoalKind.STATE, GoalKind.ACTION]
     assert [goal.is_over_time for goal in asked.goals] == [False, True, True, True, False]
-    assert [goal.kind for goal in asked.at_the_end.goals] == [GoalKind.STATE, GoalKind.ACTION]
-    assert len(planning_goal(asked).conditions) == 1
-    again = written(asked, "lamps:lamps", lamps.domain)
+    assert [goal.kind for goal in asked.without_goals_over_time.goals] == [GoalKind.STATE, GoalKind.ACTION]
+    assert len(to_planning_goal(asked).conditions) == 1
+    again = write_task_line(asked, "lamps:lamps", lamps.domain)
     assert all(text in again for text in (ORDERED, NEVER, TAKEN))
 
 

@@ -21,7 +21,7 @@ from eai.base.store import Store
 from eai.planning.repair import search as repair_search
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.tasks.goal_test import GoalTest
-from eai.tasks.planning import planning_goal
+from eai.tasks.planning import to_planning_goal
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -65,7 +65,7 @@ def succeeds(scorer: ActionSequencing, plan: list[Action | None]) -> bool:
     steps = [step for step in plan if step is not None]
     course = execute(scorer.domain, scorer.task.initial, steps)
     taken = [action.operator for action in course.executed]
-    reached = GoalTest(scorer.task).reached(course.final, taken, course)
+    reached = GoalTest(scorer.task).find_reached(course.final, taken, course)
     return len(steps) == len(plan) and course.failure is None and all(reached)
 
 
@@ -181,7 +181,7 @@ def plant_fault(task: Task, plan: Sequence[Action], kind: str, random: Random) -
 def is_idle(scorer: ActionSequencing, action: Action) -> bool:
     """Whether no repair needs an action, since it changes nothing and is no goal."""
     operator = scorer.domain.compiled[action.operator].operator
-    asked = {name for names in planning_goal(scorer.task).actions for name in names}
+    asked = {name for names in to_planning_goal(scorer.task).actions for name in names}
     return not (operator.effects or operator.tries or operator.name in asked)
 
 

@@ -450,7 +450,7 @@ def test_an_option_that_there_is_not_is_refused_with_those_that_there_are() -> N
         InputError, match=rf"make.step: unknown; did you mean max_steps\? \(make has {known}\)"
     ):
         make(SWITCHES, step=3)
-    assert all(map(Rules.about, Rules.model_fields))
+    assert all(map(Rules.describe_option, Rules.model_fields))
 
 
 def test_a_task_without_goals_is_never_chosen_and_refused_by_name() -> None:

@@ -162,7 +162,9 @@ def test_who_is_done_at_once_is_paid_nothing(
     name: str, reward: Shaping, every: int, data_store: Store
 ) -> None:
     environment = make(name, reward=reward, gamma=0.9, until="done", source=Source(data_store))
-    tasks = [task_id for task_id in environment.task_ids if environment._tasks[task_id].left_out is None]
+    tasks = [
+        task_id for task_id in environment.task_ids if environment._tasks[task_id].plan_exclusion is None
+    ]
     assert len(tasks) == SOLVED[name]
     assert {tuple(play(environment, task_id, ["DONE"])[0]) for task_id in tasks[::every]} == {(0.0,)}
 

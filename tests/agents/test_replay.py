@@ -21,7 +21,7 @@ def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Res
     """Episodes of agents that know nothing, in worlds where some actions do not work."""
     suite = open_suite(benchmark, ACTING)
     arena = Arena(benchmark, Setting(slip=0.2, slip_seed=7))
-    task_ids = [i for i in suite.task_ids if suite.tasks[i].left_out is None][::sample]
+    task_ids = [i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None][::sample]
     for epoch in range(number):
         play = arena.play(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
         agent = (random_agent, blind_agent)[epoch % 2](play, epoch)

@@ -163,7 +163,7 @@ def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
     idle = verdict_of(suite, episode(SWITCHES, task_id, ["DONE"]))
     at_start = GoalTest(suite.tasks[task_id])
     initial = suite.tasks[task_id].initial
-    assert idle.partial == at_start.partial(initial, (), at_start.reached(initial, ()))
+    assert idle.partial == at_start.find_partial_success(initial, (), at_start.find_reached(initial, ()))
     never = verdict_of(suite, episode(SWITCHES, task_id, []))
     assert never.partial == at_start.none_met
 

@@ -38,7 +38,7 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
     wording, rng = benchmark.observed_wording(), random.Random(0)
     observer, episode = Observer(task, wording, observe), Episode(benchmark.domain, task.initial)
     observation = observer.first
-    stored = {each.predicate for each in wording.listings if each.sources == (each.predicate,)}
+    stored = {each.predicate for each in wording.goal_listings if each.sources == (each.predicate,)}
     for _ in range(40):
         operator = rng.choice(benchmark.domain.operators)
         possible = list(applicable_actions(benchmark.domain, operator, episode.state, task.relevant))
@@ -48,13 +48,13 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
         assert isinstance(outcome, State)
         difference = compare_states(observation.state, outcome)
         before, observation = observation, observer.observe(observation, outcome, difference)
-        facts = [fact for each in wording.listings for fact in each.facts(outcome, observation.visible)]
+        facts = [fact for each in wording.goal_listings for fact in each.facts(outcome, observation.visible)]
         lines = spelled_out(observation.text).splitlines()
-        assert sorted(lines) == sorted([wording.fact(task, fact) for fact in facts])
+        assert sorted(lines) == sorted([wording.write_fact(task, fact) for fact in facts])
         changes = observer.find_changes(before, observation, difference)
         told = [f"{sign} {observer.render_fact(fact)}" for sign, fact in changes]
         expected = {
-            f"{sign} {wording.fact(task, fact)}"
+            f"{sign} {wording.write_fact(task, fact)}"
             for sign, facts, seen in (
                 ("+", difference.added, observation.visible),
                 ("-", difference.removed, before.visible),

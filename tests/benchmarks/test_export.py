@@ -83,7 +83,7 @@ def test_the_export_of_virtualhome_leaves_nothing_out(virtualhome_tasks: Virtual
 
 def find_planner() -> FastDownward:
     try:
-        return FastDownward.installed(cpu_seconds=60)
+        return FastDownward.find_installed(cpu_seconds=60)
     except DataError as error:
         pytest.skip(str(error))
 

@@ -215,4 +215,4 @@ def test_any_answer_can_be_written_into_every_prompt(
         belief = make_belief(answer, task, benchmark)
         for ability, section in benchmark.data.goal_sections.items():
             section.write(belief)
-            benchmark.wording(ability).goals(belief.task)
+            benchmark.wording(ability).describe_goals(belief.task)

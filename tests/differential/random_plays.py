@@ -68,7 +68,7 @@ class Check:
 def drawn(arena: Arena, suite: Suite, number: int) -> tuple[Play, Told]:
     """A random play and what it was told."""
     rng = random.Random(f"play {number}")
-    tasks = [task for task in suite.tasks.values() if task.left_out is None]
+    tasks = [task for task in suite.tasks.values() if task.plan_exclusion is None]
     play = arena.play(rng.choice(tasks))
     name = rng.choice(["random", "blind"] if number % 10 else ["novel"])
     agent, told, most = NULLS[name](play, number), list[str](), rng.randrange(1, 60)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pddl.check import Declarations, Offence, PddlFinding, check_action, check_domain, check_problem
+from eai.pddl.check import Declarations, PddlFinding, Violation, check_action, check_domain, check_problem
 from eai.pddl.reader import read_action, read_domain, read_problem
 
 DOMAIN = read_domain(
@@ -16,7 +16,7 @@ def offences(
     precondition: str, effect: str = "(lit hall)", parameters: str = "(?p - person ?r - room)"
 ) -> set[str]:
     text = f"(:action a :parameters {parameters} :precondition {precondition} :effect {effect})"
-    findings = check_action(read_action(text), Declarations.of(DOMAIN))
+    findings = check_action(read_action(text), Declarations.of_domain(DOMAIN))
     return {f"{finding.offence.value} {finding.name}" for finding in findings}
 
 
@@ -64,15 +64,15 @@ def test_objects_of_a_problem_may_be_admitted() -> None:
         "(define (problem q) (:domain d) (:objects cellar - room) (:init) (:goal (lit cellar)))"
     )
     action = read_action("(:action a :parameters () :effect (lit cellar))")
-    assert check_action(action, Declarations.of(DOMAIN)) != ()
-    assert check_action(action, Declarations.of(DOMAIN, problem.objects)) == ()
+    assert check_action(action, Declarations.of_domain(DOMAIN)) != ()
+    assert check_action(action, Declarations.of_domain(DOMAIN, problem.objects)) == ()
 
 
 def test_a_finding_stands_there_once_and_says_where() -> None:
     action = read_action("(:action go :precondition (and (dark) (dark)) :effect (dark))")
-    assert check_action(action, Declarations.of(DOMAIN)) == (
-        PddlFinding(Offence.UNKNOWN_PREDICATE, "dark", "precondition of go"),
-        PddlFinding(Offence.UNKNOWN_PREDICATE, "dark", "effect of go"),
+    assert check_action(action, Declarations.of_domain(DOMAIN)) == (
+        PddlFinding(Violation.UNKNOWN_PREDICATE, "dark", "precondition of go"),
+        PddlFinding(Violation.UNKNOWN_PREDICATE, "dark", "effect of go"),
     )
 
 
@@ -83,10 +83,10 @@ def test_a_problem_is_checked_against_its_domain() -> None:
     )
     found = {(f.offence, f.name, f.place) for f in check_problem(read_problem(text), DOMAIN)}
     assert found == {
-        (Offence.DUPLICATE, "x", "objects"),
-        (Offence.UNKNOWN_TYPE, "ghost", "objects"),
-        (Offence.UNDECLARED_CONSTANT, "y", "initial state"),
-        (Offence.UNKNOWN_PREDICATE, "dark", "initial state"),
+        (Violation.DUPLICATE, "x", "objects"),
+        (Violation.UNKNOWN_TYPE, "ghost", "objects"),
+        (Violation.UNDECLARED_CONSTANT, "y", "initial state"),
+        (Violation.UNKNOWN_PREDICATE, "dark", "initial state"),
     }
 
 
@@ -94,14 +94,14 @@ def test_declarations_of_a_domain() -> None:
     text = "(define (domain d) (:predicates (p ?x - ghost) (p)) (:action a) (:action a))"
     found = {(f.offence, f.name, f.place) for f in check_domain(read_domain(text))}
     assert found == {
-        (Offence.DUPLICATE, "p", "predicates"),
-        (Offence.DUPLICATE, "a", "operators"),
-        (Offence.UNKNOWN_TYPE, "ghost", "predicate p"),
+        (Violation.DUPLICATE, "p", "predicates"),
+        (Violation.DUPLICATE, "a", "operators"),
+        (Violation.UNKNOWN_TYPE, "ghost", "predicate p"),
     }
 
 
 def test_only_argument_types_do_not_stop_a_planner() -> None:
-    assert {offence for offence in Offence if not offence.stops_planner} == {Offence.WRONG_ARGUMENT_TYPE}
+    assert {offence for offence in Violation if not offence.stops_planner} == {Violation.WRONG_ARGUMENT_TYPE}
 
 
 def test_axioms_are_checked_too() -> None:
@@ -109,8 +109,8 @@ def test_axioms_are_checked_too() -> None:
         "(define (domain d) (:predicates (p ?x) (q ?x)) (:derived (q ?x - den) (and (p ?y) (r) (p ?x ?x))))"
     )
     assert [(finding.offence, finding.name) for finding in check_domain(domain)] == [
-        (Offence.UNKNOWN_TYPE, "den"),
-        (Offence.UNBOUND_VARIABLE, "y"),
-        (Offence.UNKNOWN_PREDICATE, "r"),
-        (Offence.WRONG_ARITY, "p"),
+        (Violation.UNKNOWN_TYPE, "den"),
+        (Violation.UNBOUND_VARIABLE, "y"),
+        (Violation.UNKNOWN_PREDICATE, "r"),
+        (Violation.WRONG_ARITY, "p"),
     ]

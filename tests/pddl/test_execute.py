@@ -21,7 +21,7 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.execute import DerivedPredicates, Executor, PlanStep, _Evaluation
+from eai.pddl.execute import DerivedPredicates, Executor, PlanStep, _StateEvaluation
 from eai.pddl.model import PddlAxiom, type_of
 from eai.pddl.reader import read_action, read_domain, read_problem
 from pddl.random_pddl import OBJECTS, atoms, formulas
@@ -152,7 +152,7 @@ def plainly(formula: Formula, state: frozenset[Atom], binding: Mapping[str, str]
 @given(formulas((), 4), STATES)
 @settings(max_examples=examples(200))
 def test_conditions_mean_what_they_say(formula: Formula, state: frozenset[Atom]) -> None:
-    assert _Evaluation(state, DerivedPredicates(()), MEMBERS).holds(formula, {}) == plainly(
+    assert _StateEvaluation(state, DerivedPredicates(()), MEMBERS).holds(formula, {}) == plainly(
         formula, state, {}
     )
 
@@ -193,7 +193,7 @@ def test_a_derived_predicate_stands_for_its_condition(
                 return part
 
     derived = DerivedPredicates([PddlAxiom("derived", (X, Y), condition)])
-    assert _Evaluation(state, derived, MEMBERS).holds(renamed(formula), {}) == plainly(
+    assert _StateEvaluation(state, derived, MEMBERS).holds(renamed(formula), {}) == plainly(
         unfolded(formula), state, {}
     )
 
@@ -218,7 +218,7 @@ def test_a_derived_predicate_that_depends_on_itself_is_a_least_fixpoint(
     while more := {(a, d) for a, b in closure for c, d in pairs if b == c} - closure:
         closure |= more
     state = frozenset(Atom("q", tuple(map(Constant, pair))) for pair in pairs)
-    evaluation = _Evaluation(state, derived, MEMBERS)
+    evaluation = _StateEvaluation(state, derived, MEMBERS)
     for a in MEMBERS["object"]:
         for b in MEMBERS["object"]:
             assert evaluation.holds(reach(Constant(a), Constant(b)), {}) == ((a, b) in closure)
@@ -226,7 +226,7 @@ def test_a_derived_predicate_that_depends_on_itself_is_a_least_fixpoint(
 
 
 def test_what_has_no_meaning_in_a_state_is_an_error() -> None:
-    evaluation = _Evaluation(frozenset(), DerivedPredicates(()), MEMBERS)
+    evaluation = _StateEvaluation(frozenset(), DerivedPredicates(()), MEMBERS)
     with pytest.raises(ValueError, match="Eventually"):
         evaluation.holds(Eventually(Atom("r")), {})
     with pytest.raises(ValueError, match="unbound"):

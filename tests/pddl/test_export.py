@@ -19,7 +19,7 @@ from eai.logic.formula import (
 )
 from eai.pddl.check import check_domain, check_problem
 from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.export import Exported, ProblemSource, export, export_problems
+from eai.pddl.export import ExportedProblem, ProblemSource, export, export_problems
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
@@ -299,5 +299,5 @@ def test_a_problem_may_be_about_some_objects_only() -> None:
     }
 
 
-def _facts(exported: Exported, predicate: str) -> Iterator[str]:
+def _facts(exported: ExportedProblem, predicate: str) -> Iterator[str]:
     return (fact.arguments[0].name for fact in exported.problem.initial if fact.predicate == predicate)

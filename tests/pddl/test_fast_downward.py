@@ -21,7 +21,7 @@ from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.check import Declarations, check_action
 from eai.pddl.execute import PlanStep
-from eai.pddl.fast_downward import FastDownward, machine_memory_mib, seat
+from eai.pddl.fast_downward import FastDownward, machine_memory_mib, planner_slot
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
@@ -41,7 +41,7 @@ def planner() -> FastDownward:
 
 def installed(cpu_seconds: int = 100) -> FastDownward:
     try:
-        return FastDownward.installed(cpu_seconds)
+        return FastDownward.find_installed(cpu_seconds)
     except DataError as error:
         pytest.skip(str(error))
 
@@ -134,7 +134,7 @@ def test_many_calls_at_once_do_not_clash(planner: FastDownward, scratch: Path) -
 def test_a_missing_planner_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fast_downward.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match=r"pip install 'eai-bench\[planner\]'"):
-        FastDownward.installed()
+        FastDownward.find_installed()
 
 
 CHILD = """
@@ -143,7 +143,7 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 domain, problem = {texts!r}
 print("started", flush=True)
-planner = FastDownward.installed(cpu_seconds=60)
+planner = FastDownward.find_installed(cpu_seconds=60)
 planner.solve(PlanningTask(read_domain(domain), read_problem(problem)))
 """
 
@@ -187,7 +187,7 @@ def full_task(task: TransitionTask) -> PlanningTask:
     """Return the problem of a task with all operators of its domain that PDDL permits."""
     header = task.domain.header
     operators = [read_action(text.pddl) for text in task.domain.operators.values()]
-    allowed = tuple([each for each in operators if not check_action(each, Declarations.of(header))])
+    allowed = tuple([each for each in operators if not check_action(each, Declarations.of_domain(header))])
     return PlanningTask(replace(header, actions=allowed), task.problem)
 
 
@@ -218,7 +218,7 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
     def work(number: int) -> int:
         nonlocal running, most
-        with seat(3, tmp_path):
+        with planner_slot(3, tmp_path):
             with lock:
                 running += 1
                 most = max(most, running)
@@ -234,12 +234,12 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
 def test_a_seat_is_given_back_by_whoever_fails(tmp_path: Path) -> None:
     def fail() -> None:
-        with seat(1, tmp_path):
+        with planner_slot(1, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         fail()
-    with seat(1, tmp_path):
+    with planner_slot(1, tmp_path):
         pass
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.benchmarks.registry import find_benchmark
-from eai.pddl.files import domain_in, is_domain_file, problem_in, read_problem_file, read_text
+from eai.pddl.files import is_domain_file, read_domain_text, read_problem_file, read_problem_text, read_text
 from eai.tasks.source import Source
-from eai.tasks.task_files import task_files_in
+from eai.tasks.task_files import find_task_files
 
 TWO = """\
 (define (domain two)
@@ -187,10 +187,10 @@ def test_a_constant_that_is_declared_again_with_another_type_is_refused_with_bot
 
 
 def test_a_constant_of_another_type_is_refused_if_the_file_of_the_domain_is_unknown() -> None:
-    domain = domain_in(CONSTANT, Path("d.pddl"))
+    domain = read_domain_text(CONSTANT, Path("d.pddl"))
     text = "(define (problem q) (:domain c) (:objects a) (:init) (:goal (p a)))"
     with pytest.raises(InputError, match=r"expected a - t, as among the constants of the domain, not a$"):
-        problem_in(text, Path("p.pddl"), domain)
+        read_problem_text(text, Path("p.pddl"), domain)
 
 
 def test_a_constant_that_is_declared_twice_in_a_domain_is_refused() -> None:
@@ -247,7 +247,7 @@ def test_a_file_of_a_domain_is_known_by_its_definition() -> None:
 def test_a_folder_of_pddl_that_is_checked_as_task_files_says_how_to_name_it() -> None:
     write(d=TWO)
     with pytest.raises(InputError, match=r"expected task files, .*; its files of PDDL are pddl:\.$"):
-        task_files_in(Path())
+        find_task_files(Path())
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
@@ -259,4 +259,4 @@ def test_a_named_pipe_is_refused_at_once() -> None:
 
 def test_a_problem_without_its_domain_file_is_read_as_before() -> None:
     write(p=PROBLEM)
-    assert read_problem_file(Path("p.pddl"), domain_in(TWO, Path("d.pddl"))).problem.name == "q"
+    assert read_problem_file(Path("p.pddl"), read_domain_text(TWO, Path("d.pddl"))).problem.name == "q"

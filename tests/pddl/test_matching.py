@@ -8,8 +8,8 @@ from eai.pddl.matching import (
     SideMatch,
     condition_clause,
     effect_clause,
+    match_missing_operator,
     match_operators,
-    missing_operator,
     predicates_in,
     write_clause,
 )
@@ -146,7 +146,7 @@ def test_another_number_of_parameters_can_still_match_in_part() -> None:
 
 
 def test_a_missing_operator_misses_all_its_clauses() -> None:
-    found = missing_operator(operator("(and (p ?a) (not (p ?b)))", "(when (q) (r))"))
+    found = match_missing_operator(operator("(and (p ?a) (not (p ?b)))", "(when (q) (r))"))
     assert found.precondition == SideMatch(missing=(P, "(not (p ?b))"))
     assert found.effect == SideMatch(missing=("(when (q) (r))",))
     assert (found.precondition_literals, found.effect_literals) == ((0, 0, 2), (0, 0, 2))
@@ -156,7 +156,7 @@ def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
     for tasks in (open_virtualhome(Source(data_store)), open_behavior(Source(data_store))):
         for name, text in next(iter(tasks.values())).domain.operators.items():
             action = read_action(text.pddl)
-            found, full = match_operators(action, action), missing_operator(action)
+            found, full = match_operators(action, action), match_missing_operator(action)
             assert found.precondition == SideMatch(full.precondition.missing), name
             assert found.effect == SideMatch(full.effect.missing), name
             assert found.effect_literals == (full.effect_literals[2], 0, 0), name

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.pddl.files import domain_in, problem_in
+from eai.pddl.files import read_domain_text, read_problem_text
 
 DOMAIN = """\
 (define (domain d)
@@ -53,7 +53,7 @@ PROBLEM = """\
 def test_a_mistake_in_a_domain_has_its_place(old: str, new: str, place: str) -> None:
     assert old in DOMAIN
     with pytest.raises(InputError) as caught:
-        domain_in(DOMAIN.replace(old, new, 1), Path("d.pddl"))
+        read_domain_text(DOMAIN.replace(old, new, 1), Path("d.pddl"))
     assert str(caught.value).startswith(f"d.pddl: {place}")
 
 
@@ -75,5 +75,7 @@ def test_a_mistake_in_a_domain_has_its_place(old: str, new: str, place: str) -> 
 def test_a_mistake_in_a_problem_has_its_place(old: str, new: str, place: str) -> None:
     assert old in PROBLEM
     with pytest.raises(InputError) as caught:
-        problem_in(PROBLEM.replace(old, new, 1), Path("p.pddl"), domain_in(DOMAIN, Path("d.pddl")))
+        read_problem_text(
+            PROBLEM.replace(old, new, 1), Path("p.pddl"), read_domain_text(DOMAIN, Path("d.pddl"))
+        )
     assert str(caught.value).startswith(f"p.pddl: {place}")

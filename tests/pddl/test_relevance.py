@@ -6,7 +6,7 @@ import pytest
 
 from eai.pddl.execute import Executor
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import relevant, search
+from eai.pddl.search import restrict_to_relevant, search
 from eai.planning.search import Limits, SearchEnd
 
 NAMES = "abcdefghijkl"
@@ -91,7 +91,7 @@ def test_what_does_not_matter_costs_nothing(
     result = search(domain, problem, Limits())
     assert result.end is verdict, why
     if verdict is SOLVED:
-        assert Executor(domain, problem).flaw(result.plan) is None
+        assert Executor(domain, problem).find_flaw(result.plan) is None
 
 
 def test_of_operators_that_do_the_same_in_what_matters_the_first_is_left() -> None:
@@ -104,7 +104,7 @@ def test_of_operators_that_do_the_same_in_what_matters_the_first_is_left() -> No
          :effect (and (not (held ?x)) (not (full)) (beside ?x ?y))))"""
     )
     problem = "(define (problem p) (:domain d) (:objects a b) (:init) (:goal {}))"
-    held = relevant(domain, read_problem(problem.format("(and (held a) (not (full)))")))
+    held = restrict_to_relevant(domain, read_problem(problem.format("(and (held a) (not (full)))")))
     assert [action.name for action in held.actions] == ["take", "put"]
-    both = relevant(domain, read_problem(problem.format("(and (on a b) (beside b a))")))
+    both = restrict_to_relevant(domain, read_problem(problem.format("(and (on a b) (beside b a))")))
     assert both == domain

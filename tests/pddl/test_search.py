@@ -15,7 +15,7 @@ from eai.logic.formula import TRUE
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem
 from eai.pddl.model import PddlDomain, PddlProblem, objects_by_type, type_of
-from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
+from eai.pddl.planning import PlannerOutcome, PlanningTask, check_plan
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner, _Pairs, search
 from eai.planning.search import Effort, Limits, SearchEnd
@@ -57,7 +57,7 @@ def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProbl
     result = search(domain, problem, EVERYTHING)
     assert result.end is (SearchEnd.SOLVED if is_solvable(domain, problem) else SearchEnd.UNREACHABLE)
     if result.end is SearchEnd.SOLVED:
-        assert Executor(domain, problem).flaw(result.plan) is None
+        assert Executor(domain, problem).find_flaw(result.plan) is None
 
 
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
@@ -68,7 +68,7 @@ def test_however_little_may_be_looked_at_no_verdict_is_wrong(
     result = search(domain, problem, replace(EVERYTHING, looks=looks))
     assert result.end in {SearchEnd.STATES, search(domain, problem, EVERYTHING).end}
     if result.end is SearchEnd.SOLVED:
-        assert Executor(domain, problem).flaw(result.plan) is None
+        assert Executor(domain, problem).find_flaw(result.plan) is None
 
 
 MACHINE = """(define (domain m) (:predicates (shut) (running) (off) (idle))
@@ -147,7 +147,7 @@ def test_solves_all_gold_problems(data_store: Store) -> None:
         made = with_gold_operators(task)
         result = search(made.domain, made.problem, Limits())
         assert result.end is SearchEnd.SOLVED, task.id
-        assert Executor(made.domain, made.problem).flaw(result.plan) is None
+        assert Executor(made.domain, made.problem).find_flaw(result.plan) is None
 
 
 DERIVED = """(define (domain d) (:predicates (on ?x ?y) (wet ?x) (clear ?x) (above ?x ?y))
@@ -164,7 +164,7 @@ def test_derived_predicates_are_unfolded() -> None:
     domain = read_domain(DERIVED.format(more=""))
     result = search(domain, STACKED, Limits())
     assert result.end is SearchEnd.SOLVED
-    assert Executor(domain, STACKED).flaw(result.plan) is None
+    assert Executor(domain, STACKED).find_flaw(result.plan) is None
     assert len(result.plan) == 3
 
 
@@ -235,7 +235,7 @@ def test_a_plan_that_takes_too_long_to_execute_is_not_judged() -> None:
         (:action act :precondition {everywhere} :effect (done)))"""
     )
     problem = read_problem(f"(define (problem p) (:domain wide) (:init {near}) (:goal (done)))")
-    result = checked_plan(PlanningTask(domain, problem), [PlanStep("act", ())], "a planner")
+    result = check_plan(PlanningTask(domain, problem), [PlanStep("act", ())], "a planner")
     assert result.outcome is PlannerOutcome.TIME
     assert result.detail == "a planner: its plan takes too long to execute"
 
@@ -251,8 +251,8 @@ def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: P
     waiting, seen = [ground.initial], {ground.initial}
     while waiting and len(seen) < 200:
         state = waiting.pop()
-        assert pairs.allow(ground.of(state))
-        found = {after for _, after in ground.successors(state, ground.of(state))} - seen
+        assert pairs.allow(ground.literals_of(state))
+        found = {after for _, after in ground.successors(state, ground.literals_of(state))} - seen
         seen |= found
         waiting += sorted(found)
 
@@ -345,7 +345,7 @@ def test_one_state_is_enough_where_parts_of_the_goal_can_be_reached_one_after_th
     problem = read_problem(f"(define (problem p) {head} (:init {initial}) (:goal {goal}))")
     result = search(KITCHEN, problem, ONE)
     assert (result.end, result.states) == (SearchEnd.SOLVED, 1)
-    assert Executor(KITCHEN, problem).flaw(result.plan) is None
+    assert Executor(KITCHEN, problem).find_flaw(result.plan) is None
     assert len(result.plan) <= length
 
 

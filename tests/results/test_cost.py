@@ -69,7 +69,7 @@ def test_a_price_applies_only_to_answers_without_one() -> None:
 def test_a_price_list_needs_a_date_and_a_source(tmp_path: Path) -> None:
     file = tmp_path / "prices.toml"
     file.write_text(PRICES)
-    found = PriceList.of_file(file)
+    found = PriceList.read_file(file)
     assert (str(found.date), found.source) == ("2026-11-01", "a page")
     assert found.models["of/one"].compute_dollars(Usage(500_000, 100_000)) == pytest.approx(2.05)
 
@@ -91,7 +91,7 @@ def test_an_invalid_price_list_is_refused_with_its_place(
     file = tmp_path / "prices.toml"
     file.write_text(PRICES.replace(old, new))
     with pytest.raises(InputError, match=r"prices\.toml") as refused:
-        PriceList.of_file(file)
+        PriceList.read_file(file)
     assert told in str(refused.value)
 
 

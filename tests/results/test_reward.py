@@ -70,7 +70,7 @@ def reward_for(world: str, shaping: Shaping) -> Reward:
 
 def tasks_of(world: str) -> Sequence[str]:
     suite = suite_of(world)
-    return [task_id for task_id in suite.task_ids if suite.tasks[task_id].left_out is None]
+    return [task_id for task_id in suite.task_ids if suite.tasks[task_id].plan_exclusion is None]
 
 
 def written(world: str, task: Task, plan: Sequence[Action]) -> str:
@@ -100,7 +100,7 @@ def after(world: str, state: State, plan: Sequence[Action]) -> State:
 
 
 def reached(task: Task, state: State, plan: Sequence[Action] = ()) -> tuple[bool, ...]:
-    return GoalTest(task).reached(state, [action.operator for action in plan])
+    return GoalTest(task).find_reached(state, [action.operator for action in plan])
 
 
 def held(task: Task) -> tuple[bool, ...]:
@@ -110,8 +110,8 @@ def held(task: Task) -> tuple[bool, ...]:
 def gains(task: Task, state: State, plan: Sequence[Action]) -> bool:
     """Whether a plan increases the share of conditions that are met."""
     test = GoalTest(task)
-    start = test.partial(task.initial, (), held(task))
-    end = test.partial(state, [action.operator for action in plan], reached(task, state, plan))
+    start = test.find_partial_success(task.initial, (), held(task))
+    end = test.find_partial_success(state, [action.operator for action in plan], reached(task, state, plan))
     return end.numerator * start.denominator > start.numerator * end.denominator
 
 

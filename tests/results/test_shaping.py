@@ -18,7 +18,7 @@ from eai.abilities.verdict import (
     compute_condition_gain,
     compute_gain,
 )
-from eai.pddl.check import Offence, PddlFinding
+from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.matching import SideMatch
 from eai.results.reward import METRICS, Shaping, credit_of, metrics_of, pay_for
 from eai.tasks.share import Share
@@ -250,11 +250,11 @@ def written(
     )
 
 
-def compared(*offences: Offence) -> OperatorReport:
+def compared(*offences: Violation) -> OperatorReport:
     return _operator(OperatorStatus.COMPARED, *offences)
 
 
-def _operator(status: OperatorStatus, *offences: Offence) -> OperatorReport:
+def _operator(status: OperatorStatus, *offences: Violation) -> OperatorReport:
     findings = tuple([PddlFinding(offence, "x", "its effect") for offence in offences])
     return OperatorReport("open", status, SideMatch(), SideMatch(), findings)
 
@@ -294,12 +294,14 @@ MISSING, UNREADABLE, HALLUCINATED = (
         pytest.param(written(compared(), MISSING), ALL, id="what is missing is counted by its clauses"),
         pytest.param(written(compared(), UNREADABLE), (0, 1, 1, 1 / 2), id="one that cannot be read"),
         pytest.param(written(HALLUCINATED, HALLUCINATED), (0, 1, 1, 1 / 3), id="two that were not asked for"),
-        pytest.param(written(compared(Offence.DUPLICATE)), (0, 1, 1, 1 / 2), id="an offence"),
+        pytest.param(written(compared(Violation.DUPLICATE)), (0, 1, 1, 1 / 2), id="an offence"),
         pytest.param(
-            written(compared(Offence.UNKNOWN_TYPE, Offence.WRONG_ARITY)), (0, 1, 1, 1 / 3), id="two offences"
+            written(compared(Violation.UNKNOWN_TYPE, Violation.WRONG_ARITY)),
+            (0, 1, 1, 1 / 3),
+            id="two offences",
         ),
         pytest.param(
-            written(_operator(OperatorStatus.HALLUCINATED, Offence.WRONG_ARITY)),
+            written(_operator(OperatorStatus.HALLUCINATED, Violation.WRONG_ARITY)),
             (0, 1, 1, 1 / 2),
             id="what was not asked for is one fault, whatever is wrong with it",
         ),
@@ -330,13 +332,13 @@ P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMB
         *[
             (written(compared(offence)), {kind: 1})
             for offence, kind in {
-                **dict.fromkeys(Offence, P),
-                Offence.UNKNOWN_PREDICATE: H,
-                Offence.UNKNOWN_TYPE: H,
-                Offence.UNBOUND_VARIABLE: H,
-                Offence.UNDECLARED_CONSTANT: H,
-                Offence.WRONG_ARITY: N,
-                Offence.WRONG_ARGUMENT_TYPE: A,
+                **dict.fromkeys(Violation, P),
+                Violation.UNKNOWN_PREDICATE: H,
+                Violation.UNKNOWN_TYPE: H,
+                Violation.UNBOUND_VARIABLE: H,
+                Violation.UNDECLARED_CONSTANT: H,
+                Violation.WRONG_ARITY: N,
+                Violation.WRONG_ARGUMENT_TYPE: A,
             }.items()
         ],
     ],

@@ -60,14 +60,14 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
     picture.
     """
     make, suite = TASKS[f"{domain}_action_sequencing"], open_suite(domain, PLANS)
-    task_id = next(i for i in suite.task_ids if suite.tasks[i].left_out is None)
+    task_id = next(i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None)
     questions = {}
     for context in ("none", "some", "many"):
         (sample,) = make(tasks=[task_id], prompts="eai", context=context).dataset
         assert isinstance(sample.input, list)
         questions[context] = sample.input[-1].text.rpartition("Your task")[2]
     task, words = suite.tasks[task_id], scene_words(suite.benchmark).wording
-    assert words.initial(task) in questions["some"]
+    assert words.describe_initial(task) in questions["some"]
     assert len(questions["none"]) < len(questions["some"]) <= len(questions["many"])
     listed = questions["some"].partition("[kind]: properties\n")[2].partition("[kind]: properties\n")[2]
     others = [line.partition(" [")[0] for line in listed.partition("\n\n")[0].splitlines()]
@@ -75,7 +75,7 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
     assert not set(others) & set(names)
     assert (others == ["-"]) == (domain == "behavior")
     untrue = questions["some"].partition("do not hold at the start:\n")[2].partition("\n\n")[0]
-    held = set(words.initial(task).splitlines())
+    held = set(words.describe_initial(task).splitlines())
     assert untrue
     assert not held & {line.removeprefix("not ") for line in untrue.splitlines()}
 

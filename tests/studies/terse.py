@@ -17,7 +17,7 @@ from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.studies.variation import Ask, Endpoint, Stage, Variation
 from eai.tasks.options import Options
-from eai.tasks.prompts.prompt import TOLD, Belief
+from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief
 
 
 class Limit(Variation):
@@ -41,7 +41,7 @@ class Limit(Variation):
         return Stage(library, wanted, ask, self._limited)
 
     def _limited(self, stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-        told = f"{TOLD}\nAnswer in {self.characters} characters."
+        told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: Belief(task, initial=told) for task_id, task in suite.tasks.items()}
         return BeliefSet(beliefs, Experiment(), "there is no such task")
 

@@ -24,11 +24,11 @@ LEXICON = FormulaLexicon(
 
 def test_a_literal_is_said_in_the_words_of_the_domain() -> None:
     shining = Atom("shining", (Constant("lamp"),))
-    assert LEXICON.literal(Not(shining)) == GroundAtom("lit", (5,), truth=False)
+    assert LEXICON.to_literal(Not(shining)) == GroundAtom("lit", (5,), truth=False)
     for text in ("seen", "box_of"):
-        assert LEXICON.literal(Atom(text, (Constant("lamp"),))) is None
-    assert LEXICON.literal(Atom("lit", (Variable("x"),))) is None
-    assert LEXICON.literal(Not(Not(shining))) is None
+        assert LEXICON.to_literal(Atom(text, (Constant("lamp"),))) is None
+    assert LEXICON.to_literal(Atom("lit", (Variable("x"),))) is None
+    assert LEXICON.to_literal(Not(Not(shining))) is None
 
 
 def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
@@ -42,13 +42,15 @@ def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
 def test_a_formula_means_something_in_the_domain() -> None:
     x = Variable("x")
     said = Exists(x, Atom("shining", (x,)) & Equals(x, Constant("lamp.1")) & Atom("box_of", (x,)))
-    meant = LEXICON.meaning(said)
+    meant = LEXICON.to_domain_names(said)
     assert toy.DOMAIN.holds(meant, TASK.initial) is False
-    assert LEXICON.meaning(Occurs("press", (Constant("lamp.1"),))) == Occurs("PRESS", (Constant("lamp"),))
+    assert LEXICON.to_domain_names(Occurs("press", (Constant("lamp.1"),))) == Occurs(
+        "PRESS", (Constant("lamp"),)
+    )
     assert LEXICON.is_unobserved(Not(Atom("seen", (x,))))
 
 
 def test_an_action_is_about_objects() -> None:
-    assert LEXICON.action(Occurs("press", (Constant("red"),))) == Action("PRESS", (3,))
+    assert LEXICON.to_action(Occurs("press", (Constant("red"),))) == Action("PRESS", (3,))
     with pytest.raises(InputError, match="no object"):
-        LEXICON.action(Occurs("press", (Constant("box"),)))
+        LEXICON.to_action(Occurs("press", (Constant("box"),)))

@@ -9,7 +9,7 @@ from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
-from eai.tasks.operator_task import TransitionTask, declared_tasks
+from eai.tasks.operator_task import TransitionTask, make_transition_tasks
 from eai.tasks.task import Category, Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.derived import Defined, is_a
@@ -80,7 +80,7 @@ TASKS = {
 
 @pytest.fixture(scope="module")
 def tasks() -> dict[str, TransitionTask]:
-    return declared_tasks(ROOMS, TASKS)
+    return make_transition_tasks(ROOMS, TASKS)
 
 
 def test_a_task_asks_for_the_operators_of_a_plan(tasks: dict[str, TransitionTask]) -> None:
@@ -102,7 +102,7 @@ def test_predicates_and_tasks_have_categories(tasks: dict[str, TransitionTask]) 
         "is-lamp": Category.OBJECT_AFFORDANCE,
     }
     assert tasks["there"].categories == (Category.SPATIAL_RELATIONS,)
-    own = declared_tasks(ROOMS, {"lit": LIT}, {"bright": Category.OBJECT_ORIENTATION})
+    own = make_transition_tasks(ROOMS, {"lit": LIT}, {"bright": Category.OBJECT_ORIENTATION})
     assert own["lit"].categories == (Category.OBJECT_ORIENTATION,)
 
 
@@ -146,4 +146,4 @@ def test_actions_end_before_a_step_that_was_not_exported(
 
 
 def test_no_tasks_with_conditions_are_no_tasks() -> None:
-    assert declared_tasks(ROOMS, {"act": TASKS["act"]}) == {}
+    assert make_transition_tasks(ROOMS, {"act": TASKS["act"]}) == {}

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.tasks.options import Options, misfit
+from eai.tasks.options import Options, describe_misfit
 
 
 class Shape(BaseModel):
@@ -36,7 +36,7 @@ class Shape(BaseModel):
 def test_what_is_wrong_is_said_with_place_and_expectation(value: object, said: str) -> None:
     with pytest.raises(ValidationError) as caught:
         Shape.model_validate(value)
-    assert misfit(caught.value, Shape.model_fields) == said
+    assert describe_misfit(caught.value, Shape.model_fields) == said
 
 
 class Lamp(Options):
@@ -62,5 +62,5 @@ class DeskLamp(Lamp):
 
 
 def test_an_inherited_option_keeps_its_meaning_and_a_redeclared_option_has_its_own() -> None:
-    assert DeskLamp.about("colour") == "The colour of its light."
-    assert DeskLamp.about("height") == "The height above the desk."
+    assert DeskLamp.describe_option("colour") == "The colour of its light."
+    assert DeskLamp.describe_option("height") == "The height above the desk."

@@ -7,7 +7,7 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import SearchEnd
-from eai.tasks.planning import find_plan, planning_goal
+from eai.tasks.planning import find_plan, to_planning_goal
 from sweeps import every
 
 UNREACHABLE = {"688_1"}
@@ -16,7 +16,7 @@ UNREACHABLE = {"688_1"}
 
 def test_the_goal_of_a_plan_is_that_of_the_task() -> None:
     task = make_task(goals=("state OPEN fridge.10", "action LOOKAT|WATCH", "action TYPE"))
-    assert planning_goal(task) == PlanningGoal(
+    assert to_planning_goal(task) == PlanningGoal(
         (Atom("OPEN", (Constant("fridge.10"),)),), (("LOOKAT", "WATCH"), ("TYPE",))
     )
 

@@ -15,10 +15,10 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward
-from eai.pddl.files import domain_in, read_problem_file, read_text
+from eai.pddl.files import read_domain_text, read_problem_file, read_text
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerOutcome, PlanningTask
-from eai.pddl.val import VALID, installed_val, val_verdict
+from eai.pddl.val import VALID, find_val, run_val
 from eai.planning.planner import Planner
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.planning import find_plan
@@ -39,7 +39,7 @@ PROBLEMS = [
 
 
 def domain_of(file: Path) -> PddlDomain:
-    return domain_in(read_text(file), file)
+    return read_domain_text(read_text(file), file)
 
 
 def opened(name: str) -> tuple[Domain, dict[str, Task]]:
@@ -72,7 +72,7 @@ def test_the_built_in_planner_solves_imported_tasks(name: str, problem: str) -> 
 @pytest.mark.parametrize(("name", "problem"), PROBLEMS)
 def test_fast_downward_solves_the_files_and_what_they_are_exported_as_again(name: str, problem: str) -> None:
     try:
-        planner = FastDownward.installed(cpu_seconds=60)
+        planner = FastDownward.find_installed(cpu_seconds=60)
     except DataError as error:
         pytest.skip(str(error))
     domain, tasks = opened(name)
@@ -145,7 +145,7 @@ def mutated(plan: tuple[Action, ...], task: Task, rng: random.Random) -> tuple[A
 @pytest.mark.parametrize(("name", "problem"), PROBLEMS)
 def test_val_agrees_on_plans_and_mutants_of_them(name: str, problem: str) -> None:
     try:
-        program = installed_val()
+        program = find_val()
     except DataError as error:
         pytest.skip(str(error))
     domain, tasks = opened(name)
@@ -157,7 +157,7 @@ def test_val_agrees_on_plans_and_mutants_of_them(name: str, problem: str) -> Non
     for plan in (found, *(mutated(found, task, rng) for _ in range(MUTANTS))):
         names = [tuple(task.scene.objects[i].name for i in action.arguments) for action in plan]
         steps = [PlanStep(action.operator, each) for action, each in zip(plan, names, strict=True)]
-        verdict = val_verdict(program, source, as_written, steps)
+        verdict = run_val(program, source, as_written, steps)
         assert verdict in (VALID, "not valid")
         assert (verdict == VALID) is reaches_the_goal(domain, task, plan), plan
 

@@ -22,7 +22,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
-from eai.tasks.task_lines import json_schema, written
+from eai.tasks.task_lines import json_schema, write_task_line
 from processes import eai as in_own_process
 
 LAMPS = ROOT / "examples" / "lamps"
@@ -177,7 +177,7 @@ def test_pddl_problems_import(eai: Command) -> None:
 def test_public_tasks_survive(name: str, data_store: Store) -> None:
     base, source = find_benchmark(name), Source(data_store)
     originals = list(base.tasks(source).values())[:: 60 if name == "virtualhome" else 5]
-    file = put(f"{name}.jsonl", *(written(task, name, base.domain) for task in originals))
+    file = put(f"{name}.jsonl", *(write_task_line(task, name, base.domain) for task in originals))
     tasks = find_benchmark(str(file)).tasks(source)
     for original in originals:
         read = tasks[original.id]
@@ -185,14 +185,16 @@ def test_public_tasks_survive(name: str, data_store: Store) -> None:
         assert read.scene.objects == original.scene.objects
         assert (read.relevant, read.instruction) == (original.relevant, original.instruction)
         assert read.script in (original.script, ())
-        assert written(read, name, base.domain) == written(original, name, base.domain)
+        assert write_task_line(read, name, base.domain) == write_task_line(original, name, base.domain)
 
 
 def closed(name: str, store: Store) -> Benchmark:
     """Some public tasks of a household as a task file."""
     base, source = find_benchmark(name), Source(store)
     tasks = [task for task in base.tasks(source).values() if task.script and task.goals][:3]
-    return find_benchmark(str(put(f"few_{name}.jsonl", *(written(t, name, base.domain) for t in tasks))))
+    return find_benchmark(
+        str(put(f"few_{name}.jsonl", *(write_task_line(t, name, base.domain) for t in tasks)))
+    )
 
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)

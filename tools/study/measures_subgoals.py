@@ -209,7 +209,7 @@ def solutions_of_quantifiers(evidence: Evidence) -> Finding:
     """Count the ways to meet each goal of BEHAVIOR that has a quantifier."""
     several = number = 0
     for task in find_benchmark(B).tasks(evidence.published).values():
-        for goal in task.at_the_end.goals:
+        for goal in task.without_goals_over_time.goals:
             if _QUANTIFIED.search(str(goal.formula)):
                 number += 1
                 several += count_options(goal.formula, task.scene.names_of_category) > 1

@@ -16,7 +16,7 @@ from eai.abilities.explanation import Explanation, GoalReport, StepReport
 from eai.abilities.reports import HIDDEN_HAZARD
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport
-from eai.tasks.goal_text import formula_text
+from eai.tasks.goal_text import write_goal
 from eai.tasks.prompts.own import initial_text
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.prompts.template import Templates
@@ -162,7 +162,7 @@ class QuestionWriter:
     def _describe_world(self, trial: Trial) -> str:
         """Return the state of the world, and the actions that a plan must still take."""
         belief = self._perceive_scene(trial)[0]
-        actions = [formula_text(goal.formula) for goal in belief.task.goals_of(GoalKind.ACTION)]
+        actions = [write_goal(goal.formula) for goal in belief.task.goals_of(GoalKind.ACTION)]
         state = initial_text(self.wording, belief)
         if not actions:
             return self._fill("now", state=state)
@@ -175,7 +175,7 @@ class QuestionWriter:
         return self.perceive(trial.remaining, len(trial.attempts) + 1)
 
     def _text(self, name: str) -> str:
-        return self.templates.text(f"{_FOLDER}/{name}.txt")
+        return self.templates.read(f"{_FOLDER}/{name}.txt")
 
     def _fill(self, name: str, **values: str) -> str:
         return self.templates.fill(f"{_FOLDER}/{name}.txt", values)

@@ -14,7 +14,7 @@ from eai.planning.planner import get_planner
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort
-from eai.tasks.planning import planning_goal
+from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -223,7 +223,7 @@ class PlanRepairer:
 
 @lru_cache(maxsize=16)
 def _get_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
-    return Repairer(get_planner(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
+    return Repairer(get_planner(plans.domain), plans.task.initial, to_planning_goal(plans.task), usable)
 
 
 def _distance_class(step: int, shown: int | None, end: int) -> int:

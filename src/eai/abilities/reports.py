@@ -11,7 +11,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute
 from eai.logic.semantics import explain, find_violation
 from eai.logic.traversal import walk
-from eai.tasks.goal_text import formula_text
+from eai.tasks.goal_text import write_goal
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task
 from eai.world.action import Action, Fault
@@ -191,7 +191,7 @@ def report_goals(
     return tuple(
         GoalReport(
             kind,
-            formula_text(goal.formula),
+            write_goal(goal.formula),
             held,
             ""
             if held or trajectory is None or not goal.is_over_time
@@ -213,7 +213,7 @@ def _find_names(formula: f.Formula) -> tuple[str, ...]:
 
 def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
     violation = find_violation(formula, to_trace(trajectory))
-    what = formula_text(rename_variables(violation.part))
+    what = write_goal(rename_variables(violation.part))
     if violation.position is None:
         follows = isinstance(formula, f.Then) and violation.part != formula.parts[0]
         return f"never after what comes first: {what}" if follows else f"never: {what}"

@@ -79,7 +79,7 @@ class Trial:
     def remaining(self) -> Task:
         """The task of the next attempt: the present state, and the remaining goals that questions state."""
         stated = self._question_goals
-        task = self.task if stated is None else self.task.with_goals(stated.goals)
+        task = self.task if stated is None else self.task.replace_goals(stated.goals)
         if self.options.world == "restart":
             return task
         return replace(
@@ -135,7 +135,7 @@ class Trial:
     def is_goal_reached(self, episode: Episode) -> bool:
         """Whether all goals hold in an episode now."""
         trajectory = episode.trajectory
-        return all(self.scorer.goals.reached(episode.state, _operator_names(trajectory.executed), trajectory))
+        return all(self.scorer.goals.find_reached(episode.state, _operator_names(trajectory.executed), trajectory))
 
     def _find_goal_step(self, start: int) -> int | None:
         """Return the number of steps after ``start`` until all goals held; None if they never did."""
@@ -144,8 +144,8 @@ class Trial:
         executed = [step.executed for step in self.episode.trajectory_from(start).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
-            trajectory = whole.prefix(done) if goals.watches else None
-            if all(goals.reached(whole.states[done], taken[:done], trajectory)):
+            trajectory = whole.prefix(done) if goals.has_goals_over_time else None
+            if all(goals.find_reached(whole.states[done], taken[:done], trajectory)):
                 return number
             done += 1
         return None
@@ -172,13 +172,13 @@ class _QuestionGoals:
     @classmethod
     def from_tasks(cls, task: Task, stated: Task) -> _QuestionGoals:
         testable = [goal for goal in stated.goals if _can_be_tested(goal, task)]
-        true_world = task.with_goals(tuple(testable))
+        true_world = task.replace_goals(tuple(testable))
         return cls(stated.goals, true_world, GoalTest(true_world))
 
     def report(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each goal. A goal that names something unknown is never met."""
         trajectory = episode.trajectory
-        reached = self.test.reached(episode.state, _operator_names(trajectory.executed), trajectory)
+        reached = self.test.find_reached(episode.state, _operator_names(trajectory.executed), trajectory)
         met = dict(zip(self.known_task.goals, reached, strict=True))
         stated = replace(self.known_task, goals=self.goals)
         return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], trajectory)]
@@ -188,7 +188,7 @@ def _can_be_tested(goal: Goal, task: Task) -> bool:
     if not set(object_names(goal.formula)) <= task.scene.index.keys():
         return False
     try:
-        GoalTest(task.with_goals((goal,)))
+        GoalTest(task.replace_goals((goal,)))
     except DomainError:
         return False
     return True

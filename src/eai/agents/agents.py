@@ -25,7 +25,7 @@ from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.tasks.goal_test import remaining_goals
-from eai.tasks.planning import find_plan, planning_goal, why_no_plan
+from eai.tasks.planning import find_plan, to_planning_goal, why_no_plan
 from eai.tasks.task import Goal
 from eai.world.action import Action
 from eai.world.state import State
@@ -225,11 +225,11 @@ class _Explorer:
         """
         game, task = self._game, self._game.task
         things, effort = game.memory.known | self._find_absent(), (limits, len(game.memory.known))
-        if not self._game.task.named_by(self._pending()) <= things or effort in self._planned:
+        if not self._game.task.find_named_objects(self._pending()) <= things or effort in self._planned:
             return ()
         self._planned.add(effort)
         now = replace(task, initial=game.state, goals=remaining_goals(task, game.taken))
-        for usable in (self._game.task.named_by(task.goals) & things, things):
+        for usable in (self._game.task.find_named_objects(task.goals) & things, things):
             plan = find_plan(replace(now, relevant=tuple(sorted(usable))), self._planner, limits).plan
             if plan:
                 return plan
@@ -274,7 +274,7 @@ class _Explorer:
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
-        named = self._game.task.named_by(game.task.goals)
+        named = self._game.task.find_named_objects(game.task.goals)
 
         def rank(index: int) -> tuple[bool, int, bool, int]:
             return index not in named, self._fruitless[self._kind(index)], index not in near, index
@@ -311,7 +311,7 @@ class _Greedy(_Explorer):
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
         self._visited: set[State] = set()
-        goal = planning_goal(game.task)
+        goal = to_planning_goal(game.task)
         self._actions = goal.actions
         self._target = (subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
 
@@ -319,7 +319,7 @@ class _Greedy(_Explorer):
         """Return the action with the lowest estimate if the objects of pending goals are known."""
         game = self._game
         self._visited.add(game.state)
-        if not self._game.task.named_by(self._pending()) <= game.memory.known:
+        if not self._game.task.find_named_objects(self._pending()) <= game.memory.known:
             return ()
         successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))

@@ -199,7 +199,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     def _chosen(self) -> str:
         """Return a random task; tasks without goals only if all tasks have none."""
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
-        return next((task_id for task_id in order if self._tasks[task_id].left_out is None), order[0])
+        return next((task_id for task_id in order if self._tasks[task_id].plan_exclusion is None), order[0])
 
     def _stage(self, task_id: str) -> Stage:
         _refuse_strangers((task_id,), self._tasks, self.benchmark)

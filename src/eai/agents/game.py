@@ -175,7 +175,7 @@ class Game:
         earned = credit_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
         if earned is None or self._rules.reward is not Shaping.PARTIAL:
             return earned
-        partial = self.stage.goals.partial(self.state, self.taken, self.reached)
+        partial = self.stage.goals.find_partial_success(self.state, self.taken, self.reached)
         gained = compute_condition_gain(partial, self.stage.met_at_start, earned.gain)
         return replace(earned, conditions=gained)
 
@@ -323,7 +323,9 @@ class Game:
 
     def _goals_reached(self) -> tuple[bool, ...]:
         goals, episode = self.stage.goals, self._episode
-        return goals.reached(episode.state, self.taken, episode.trajectory if goals.watches else None)
+        return goals.find_reached(
+            episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
+        )
 
     def info(
         self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()

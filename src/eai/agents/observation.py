@@ -16,7 +16,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import predicates_of
-from eai.tasks.prompts.own import explanations
+from eai.tasks.prompts.own import explain_goals
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording
@@ -91,13 +91,13 @@ class Observer:
         self._wording = wording
         self._is_full = observe == "full"
         self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
-        self._kind = cache(partial(wording.kind, task))
+        self._kind = cache(partial(wording.describe_kind, task))
         self.agent = task.scene.agent
         self._of_agent = {each.name for each in wording.domain.egocentric if view == "scene"}
         landmarks = wording.domain.find_landmarks(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(bits(landmarks))
         everything = range(len(task.scene.objects))
-        subjects = wording.subjects(task) if view == "task" else everything
+        subjects = wording.listed_objects(task) if view == "task" else everything
         self.subjects = tuple(subjects if self._is_full else sorted({*subjects, *self.landmarks}))
         self._rank = {index: rank for rank, index in enumerate(self.subjects)}
         self._mask = mask_of(self.subjects)
@@ -108,7 +108,9 @@ class Observer:
     def _observe_anew(self, state: State) -> _Observation:
         visible = self._visible(state)
         return _Observation(
-            state, visible, [self._visible_facts(each, state, visible) for each in self._wording.told]
+            state,
+            visible,
+            [self._visible_facts(each, state, visible) for each in self._wording.state_listings],
         )
 
     def render_objects(self, chosen: Collection[int]) -> str:
@@ -122,18 +124,20 @@ class Observer:
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
         """Yield the lines that state facts."""
-        return facts_in_short(facts, self._names, self._wording.said)
+        return facts_in_short(facts, self._names, self._wording.write_fact_about)
 
     def render_fact(self, fact: Fact) -> str:
         """Return a single fact in words."""
-        return self._wording.said(fact.predicate, [self._names[index] for index in fact.arguments])
+        return self._wording.write_fact_about(
+            fact.predicate, [self._names[index] for index in fact.arguments]
+        )
 
     def facts_about(self, observation: _Observation, chosen: AbstractSet[int]) -> list[Fact]:
         """Return the visible facts about some objects."""
         state, visible = observation.state, observation.visible
         return [
             fact
-            for listing in self._wording.told
+            for listing in self._wording.state_listings
             for fact in listing.facts(state, visible, self._required(listing, chosen))
             if not chosen.isdisjoint(fact.arguments)
         ]
@@ -153,7 +157,7 @@ class Observer:
             before
             if is_same and changed.isdisjoint(listing.sources)
             else self._visible_facts(listing, state, visible)
-            for listing, before in zip(self._wording.told, last.by_predicate, strict=True)
+            for listing, before in zip(self._wording.state_listings, last.by_predicate, strict=True)
         ]
         return _Observation(state, visible, facts)
 
@@ -166,7 +170,7 @@ class Observer:
         added: list[Fact] = []
         removed: list[Fact] = []
         for listing, old, new in zip(
-            self._wording.told, before.by_predicate, after.by_predicate, strict=True
+            self._wording.state_listings, before.by_predicate, after.by_predicate, strict=True
         ):
             if changed.isdisjoint(listing.sources):
                 continue
@@ -320,8 +324,8 @@ class Memory:
 def task_text(task: Task, wording: Wording, rules: Rules) -> str:
     """Return the instruction, goals and explanations, with which the first observation begins."""
     parts = [f"{task.title}\n{task.instruction}"]
-    parts += [f"Goals:\n{wording.goals(task)}"] if task.is_told_by_goals else []
-    parts += explanations("environment", [task], Templates())
+    parts += [f"Goals:\n{wording.describe_goals(task)}"] if task.prompts_state_goals else []
+    parts += explain_goals("environment", [task], Templates())
     conventions = "" if wording.conventions is None else wording.conventions(task)
     parts += [conventions] if conventions else []
     agent = task.scene.agent
@@ -355,8 +359,8 @@ def manual(benchmark: Benchmark, rules: Rules) -> str:
     values = {
         "told": told,
         "how_to_read": HOW_TO_READ,
-        "vocabulary": wording.vocabulary(),
-        "operators": wording.operators(),
-        "of_each": wording.contents_of("each"),
+        "vocabulary": wording.describe_vocabulary(),
+        "operators": wording.describe_operators(),
+        "of_each": wording.describe_rules_of("each"),
     }
     return Templates().fill("environment.txt", values)

@@ -27,7 +27,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import load_object
 from eai.benchmarks.suite import Suite
 from eai.results.codec import sha256_of
-from eai.tasks.options import misfit
+from eai.tasks.options import describe_misfit
 from eai.tasks.prompts.prompt import Image, Prompt
 from eai.tasks.task import Task
 
@@ -78,8 +78,8 @@ class Arena:
 
         A task that is left out of all statistics is not played; its question has the reason.
         """
-        if task.left_out is not None:
-            return Prompt(f"{manual(self.benchmark, Rules())}\n\n{task.left_out}")
+        if task.plan_exclusion is not None:
+            return Prompt(f"{manual(self.benchmark, Rules())}\n\n{task.plan_exclusion}")
         how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
         return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
 
@@ -89,7 +89,7 @@ class Arena:
         Raises:
             InputError, EaiError: as of `Play.pictures`.
         """
-        images = () if task.left_out is not None else self.play(task).pictures()
+        images = () if task.plan_exclusion is not None else self.play(task).pictures()
         return replace(self.prompt(task), images=images)
 
     def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Play:
@@ -209,7 +209,7 @@ def read_episode(text: str) -> Episode | Unreadable:
     try:
         return _adapter().validate_json(text)
     except ValidationError as error:
-        return Unreadable(misfit(error, whole="the episode"))
+        return Unreadable(describe_misfit(error, whole="the episode"))
     except InputError as error:
         return Unreadable(f"rules: {error}")
 

@@ -20,7 +20,7 @@ from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
 from eai.results.reward import open_reward_suite
 from eai.tasks.goal_test import GoalTest, solves
-from eai.tasks.planning import find_plan, planning_goal
+from eai.tasks.planning import find_plan, to_planning_goal
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -108,9 +108,9 @@ def _plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
 
 def _shortened(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
     """Return a plan without the actions that its goals do not need."""
-    test, actions = GoalTest(task), planning_goal(task).actions
+    test, actions = GoalTest(task), to_planning_goal(task).actions
 
     def reached(node: PlanNode) -> bool:
-        return node.met == len(actions) and test.all_lasting(node.state)
+        return node.met == len(actions) and test.meets_goals_about_states(node.state)
 
     return drop_needless_actions(domain, task.initial, plan, reached, actions)

@@ -56,7 +56,7 @@ def scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
 def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     """Return the question in the standard setting, and the commands of a reference that wins in it."""
     arena = Arena(_benchmark_of(world))
-    commands = arena.stage(task).reference.commands if task.left_out is None else None
+    commands = arena.stage(task).reference.commands if task.plan_exclusion is None else None
     end = [] if task.has_no_plan else [DONE]
     return arena.prompt(task).user, "\n".join([*(commands or ()), *end])
 
@@ -81,14 +81,14 @@ class _ActingScorer(Scorer):
 
     def find_exclusion(self) -> TaskExclusion | None:
         """Return why the task is not played, without computing its reference."""
-        return self.task.left_out
+        return self.task.plan_exclusion
 
     @cached_property
     def _excluded(self) -> TaskExclusion | None:
-        if self.task.left_out is not None:
-            return self.task.left_out
+        if self.task.plan_exclusion is not None:
+            return self.task.plan_exclusion
         stage = staged(self.task, self.benchmark, rules_of(STANDARD).of_replay)
-        return self.task.exclusion(NO_REFERENCE) if stage.reference.commands is None else None
+        return self.task.exclude(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an episode. It fails if a replay differs, and the verdict names the turn."""
@@ -145,7 +145,7 @@ class _ActingScorer(Scorer):
             error=ErrorReport(FaultKind.UNCATEGORISED, step, f"{UNREPLAYABLE}: {difference}", UNREPLAYABLE),
             executable=False,
             success=False,
-            goals=self.goals.tallies(self.goals.none_reached),
+            goals=self.goals.tally_by_kind(self.goals.none_reached),
             goals_satisfied=self.goals.none_reached,
             partial=self.goals.none_met,
             ended="stopped",
@@ -163,9 +163,11 @@ class _ActingScorer(Scorer):
             executable=len(faults) == additional,
             success=game.won,
             additional_steps=additional,
-            goals=self.goals.tallies(held),
+            goals=self.goals.tally_by_kind(held),
             goals_satisfied=held,
-            partial=self.goals.partial(game.state, game.taken, held) if turns else self.goals.none_met,
+            partial=self.goals.find_partial_success(game.state, game.taken, held)
+            if turns
+            else self.goals.none_met,
             turns=turns,
             ended=ended,
             refused=game.refused,

@@ -63,8 +63,8 @@ class Stage:
     def __init__(
         self, task: Task, benchmark: Benchmark, rules: Rules, find_reference: Callable[[Stage], Reference]
     ) -> None:
-        if task.left_out is not None:
-            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.left_out}")
+        if task.plan_exclusion is not None:
+            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.plan_exclusion}")
         if rules.until == "done" and DONE in benchmark.domain.arities:
             raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
         wording = benchmark.observed_wording()
@@ -82,7 +82,7 @@ class Stage:
     def met_at_start(self) -> Share:
         """The partial success of an episode without actions."""
         initial, goals = self.task.initial, self.goals
-        return goals.partial(initial, (), goals.reached(initial, ()))
+        return goals.find_partial_success(initial, (), goals.find_reached(initial, ()))
 
     @cached_property
     def reference(self) -> Reference:

@@ -181,10 +181,10 @@ class Benchmark:
             return self.get_errata(source).correct_operators(
                 self.data.own_tasks[Ability.TRANSITION_MODELING](source)
             )
-        from eai.tasks.operator_task import declared_tasks
+        from eai.tasks.operator_task import make_transition_tasks
 
         tasks = self.open_tasks(source)
-        declared = declared_tasks(self.domain, tasks)
+        declared = make_transition_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def world(self, source: Source) -> AbilityWorld:
@@ -205,7 +205,7 @@ class Benchmark:
             DataError: they cannot be obtained.
         """
         files = self.official_files(ability, source)
-        return None if files is None else files.by_task(self.data.task_id_of)
+        return None if files is None else files.read_prompts(self.data.task_id_of)
 
     def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
         """Return the official prompt files, corrected by errata, or None if the data set has no prompts.
@@ -219,7 +219,7 @@ class Benchmark:
         correct = self.get_errata(source).make_question_corrector(ability, lambda: self.operators(source))
         if correct is None:
             return files
-        return files.corrected(lambda name, question: correct(self.data.task_id_of(name) or name, question))
+        return files.correct(lambda name, question: correct(self.data.task_id_of(name) or name, question))
 
     def wording(self, ability: Ability) -> Wording:
         """Return the names of things in prompts of an ability."""
@@ -227,7 +227,7 @@ class Benchmark:
             return self.notation.wordings(ability)
         from eai.tasks.wording import Wording  # scoring does not need it
 
-        return Wording.of(self.domain)
+        return Wording.of_domain(self.domain)
 
     def subgoals(self) -> SubgoalNotation:
         """Return the notation of subgoals."""

@@ -22,7 +22,7 @@ from eai.tasks.goal_text import check_goal
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Finding, Source
 from eai.tasks.task import NO_GOALS, Task
-from eai.tasks.task_files import problems_of
+from eai.tasks.task_files import find_false_statements
 from eai.world.conformance import check
 from eai.world.derived import Defined
 from eai.world.domain import Domain
@@ -89,7 +89,7 @@ def _find_problems(task: Task, domain: Domain) -> Iterator[str]:
         except InputError as error:
             yield f"goals.{number}: {error}"
             return
-    yield from problems_of(task, domain)
+    yield from find_false_statements(task, domain)
 
 
 def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
@@ -130,9 +130,11 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]
 
 
 def _check_annotated_state(name: str, task: Task) -> Iterator[Finding]:
-    if task.annotated_final is None or task.left_out is not None:
+    if task.annotated_final is None or task.plan_exclusion is not None:
         return
-    held = GoalTest(task.at_the_end).reached(task.annotated_final, [step.operator for step in task.script])
+    held = GoalTest(task.without_goals_over_time).find_reached(
+        task.annotated_final, [step.operator for step in task.script]
+    )
     if not all(held):
         missed = len(held) - sum(held)
         yield Finding(

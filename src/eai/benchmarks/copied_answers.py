@@ -34,9 +34,9 @@ from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, find_object
-from eai.tasks.goal_test import alternatives, solves
+from eai.tasks.goal_test import alternative_actions, solves
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.source import USUAL, Source, TaskSet
+from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -62,16 +62,16 @@ def copy_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
     lexicon = notation.lexicon(task.scene)
     arities = notation.domain.arities
     actions = [
-        _join_formulas(f.Or, [_require_action(name, arities[name]) for name in alternatives(goal)])
+        _join_formulas(f.Or, [_require_action(name, arities[name]) for name in alternative_actions(goal)])
         for goal in task.goals_of(GoalKind.ACTION)
     ]
     lasting = [
         _expand_quantifiers(goal.formula, task.scene)
-        for goal in task.at_the_end.goals
+        for goal in task.without_goals_over_time.goals
         if goal.kind is not GoalKind.ACTION
     ]
     at_the_end = [_join_formulas(f.And, lasting)] if lasting else []
-    return lexicon.worded(_join_formulas(f.Then, [*actions, *at_the_end]))
+    return lexicon.to_text_names(_join_formulas(f.Then, [*actions, *at_the_end]))
 
 
 def _join_formulas(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]) -> f.Formula:
@@ -116,7 +116,7 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
             return formula
 
 
-def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
+def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
     """Return answers copied from the question.
 
     Goals are all goals that the instruction's words can state. The only subgoal is the goal, its actions
@@ -131,7 +131,7 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
     return make_answer_book(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
 
 
-def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
+def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
     """Return empty answers in the required form.
 
     Raises:
@@ -163,7 +163,7 @@ def _stem(word: str) -> str:
 
 def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return each named state of each named object, each named relation of two objects, and named actions."""
-    task = task.at_the_end
+    task = task.without_goals_over_time
     notation, words = benchmark.notation.goals, list_instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)
     objects = {name: positions for name in lexicon.objects if (positions := find_mentions(words, name))}
@@ -185,7 +185,7 @@ def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 def _copy_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    task = task.at_the_end
+    task = task.without_goals_over_time
     return [print_ltl(copy_goal(task, benchmark.subgoals()))] if task.goals else []
 
 
@@ -195,11 +195,11 @@ _achievers = lru_cache(maxsize=8)(Achievers)
 
 def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return an action for each goal about states, then the action goals, on the first suitable objects."""
-    task, achievers = task.at_the_end, _achievers(benchmark.domain)
+    task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
         _choose_action(_find_achievers(literal, task, achievers), task) for literal in _list_literals(task)
     ]
-    actions = [achievers.find_operators(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [achievers.find_operators(alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     plan += [_choose_action([(achiever, {}) for achiever in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
     return benchmark.notation.plans.write(tuple(steps), task.scene)
@@ -274,7 +274,7 @@ _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITI
 """Abilities whose answers are adapted from similar tasks; episodes of acting take plans."""
 
 
-def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
+def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
     """Return the answers of the lookup table.
 
     Plans and subgoals are those of the task with the most similar goals. Goals are those of the task whose

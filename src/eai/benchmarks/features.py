@@ -71,7 +71,7 @@ def compute_features(task: Task, benchmark: Benchmark) -> Features:
     """Return the features of a task of a benchmark."""
     steps, tools = [step.operator for step in task.script], find_tool_operators(benchmark.domain)
     kinds = Counter(goal.kind for goal in task.goals)
-    alternatives = benchmark.notation.goals.alternatives(task.at_the_end)
+    alternatives = benchmark.notation.goals.alternatives(task.without_goals_over_time)
     conditions = [condition for goal in alternatives for condition in next(choice_options(goal.options), ())]
     ground = Counter(map(_classify_condition, conditions))
     indices = set(task.relevant)
@@ -85,13 +85,14 @@ def compute_features(task: Task, benchmark: Benchmark) -> Features:
         action_goals=kinds[GoalKind.ACTION],
         quantified_goals=sum(map(_is_quantified, task.goals)),
         goal_options=prod(
-            count_options(goal.formula, task.scene.names_of_category) for goal in task.at_the_end.goals
+            count_options(goal.formula, task.scene.names_of_category)
+            for goal in task.without_goals_over_time.goals
         ),
         ground_goals=ground.total(),
         ground_state_goals=ground[GoalKind.STATE],
         ground_relation_goals=ground[GoalKind.RELATION],
         ground_action_goals=ground[GoalKind.ACTION],
-        goals_at_start=sum(GoalTest(task).reached(task.initial, ())),
+        goals_at_start=sum(GoalTest(task).find_reached(task.initial, ())),
         objects=len(indices),
         object_categories=len({task.scene.objects[i].category for i in indices}),
         initial_facts=_count_initial_facts(task),

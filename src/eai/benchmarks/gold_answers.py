@@ -23,7 +23,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import remaining_goals
 from eai.tasks.planning import FindPlan, find_plan, why_no_plan
-from eai.tasks.source import USUAL, Source, TaskSet
+from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.execution import execute
@@ -160,7 +160,7 @@ def get_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str
             return "".join
 
 
-def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
+def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
     """Return the gold answers of a benchmark: the data set's own, or else plans found by the built-in search.
 
     Raises:
@@ -189,7 +189,7 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
 def open_planned_book(
     benchmark: Benchmark,
     ability: Ability,
-    source: Source = USUAL,
+    source: Source = USUAL_SOURCE,
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:

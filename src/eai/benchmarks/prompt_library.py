@@ -22,7 +22,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
-from eai.tasks.prompts.own import Questions, operator_prompts, render, render_task, samples
+from eai.tasks.prompts.own import Questions, make_samples, operator_prompts, render, render_task
 from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.tasks.prompts.template import Templates, template_names
 from eai.tasks.source import Source, TaskSet
@@ -181,9 +181,9 @@ class Library:
             wording,
             benchmark.notation.english.role,
             benchmark.tasks_for(ability, self.source),
-            templates.own(name)
+            templates.read_own(name)
             or benchmark.notation.formats.get(ability)
-            or templates.fill(f"formats/{ability.value}.txt", samples(wording)),
+            or templates.fill(f"formats/{ability.value}.txt", make_samples(wording)),
             lambda task_id: book[task_id].text,
             beliefs,
         )

@@ -32,7 +32,7 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
     def files(ability: Ability, source: Source) -> PromptFiles:
         if rendered is not None and ability in rendered:
             texts = rendered[ability](source)
-            return PromptFiles.of({i: Prompt(text) for i, text in texts.items()})
+            return PromptFiles.from_prompts({i: Prompt(text) for i, text in texts.items()})
         pack = open_pack(packs.PROMPTS, source)
         setup = f"{name}/{ability.value}_system.json"
         system = pack.read(setup) if setup in pack.members else None

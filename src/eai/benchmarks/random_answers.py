@@ -31,9 +31,9 @@ from eai.pddl.writer import write_action
 from eai.planning.search import Effort, Limits
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.source import USUAL, Source, TaskSet
+from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording, subjects
+from eai.tasks.wording import Wording, prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt, execute
@@ -53,7 +53,9 @@ RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], WrittenAnswer]
 """Returns the answer to a task id and a seed, after some executed actions."""
 
 
-def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> RandomAnswers:
+def open_random_answers(
+    benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
+) -> RandomAnswers:
     """Return random answers: plans, the changes of their steps, or their outcomes.
 
     A plan is a random walk: each action is drawn with equal probability from all possible actions on relevant
@@ -125,7 +127,7 @@ def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_list_changes(wording, task, *pair)) for pair in pairwise(states)]
-    return [print_ltl(lexicon.worded(rng.choice(of_step))) for of_step in changes if of_step]
+    return [print_ltl(lexicon.to_text_names(rng.choice(of_step))) for of_step in changes if of_step]
 
 
 def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
@@ -142,7 +144,9 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
 def _list_changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
     """Yield the facts in prompts that ceased to hold, negated, then those that began to hold."""
     facts_before, facts_after = (
-        dict.fromkeys([fact for listing in wording.listings for fact in listing.facts(state, subjects(task))])
+        dict.fromkeys(
+            [fact for listing in wording.goal_listings for fact in listing.facts(state, prompt_objects(task))]
+        )
         for state in (before, after)
     )
     yield from (Not(_make_atom(fact, task)) for fact in facts_before if fact not in facts_after)

@@ -216,8 +216,8 @@ def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Be
             task_id_of=str,
             own_tasks={},
             asks={
-                Ability.GOAL_INTERPRETATION: lambda task: task.is_told_by_goals,
-                Ability.SUBGOAL_DECOMPOSITION: lambda task: task.is_told_by_goals and not task.has_no_plan,
+                Ability.GOAL_INTERPRETATION: lambda task: task.prompts_state_goals,
+                Ability.SUBGOAL_DECOMPOSITION: lambda task: task.prompts_state_goals and not task.has_no_plan,
             },
             only_by_name={},
             open_public=base.open_tasks,

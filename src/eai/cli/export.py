@@ -33,7 +33,7 @@ from eai.results.runs import find_record_files
 from eai.results.training_data import TrainingRow
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice
-from eai.tasks.task_files import task_files_in
+from eai.tasks.task_files import find_task_files
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -215,7 +215,7 @@ def _splits(domain: str) -> list[tuple[str, str]]:
     folder = Path(domain)
     if not folder.is_dir():
         return [(TRAIN, domain)]
-    return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in task_files_in(folder)]
+    return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in find_task_files(folder)]
 
 
 def _write(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:

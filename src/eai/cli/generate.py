@@ -30,10 +30,10 @@ from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell
 from eai.cli.options import AsJson, DataFolder, Seed, flag, opened_source
 from eai.pddl.export import export
-from eai.pddl.val import VALID, installed_val, val_verdict
+from eai.pddl.val import VALID, find_val, run_val
 from eai.tasks.task import Task
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 from eai.world.action import Action
 from eai.world.domain import Domain
 
@@ -45,7 +45,7 @@ def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]
         DomainError: a goal is about more than the end, of which PDDL says nothing.
     """
     exported = export(domain, task.initial, [goal.formula for goal in task.goals])
-    return val_verdict(val, exported.domain, exported.problem, [exported.step(action) for action in plan])
+    return run_val(val, exported.domain, exported.problem, [exported.step(action) for action in plan])
 
 
 def generate_tasks(
@@ -104,7 +104,7 @@ def generate_tasks(
         val: Also have VAL check every certificate; it must be installed.
         compress: Write FILE.jsonl.gz.
     """
-    validator = installed_val() if val else None
+    validator = find_val() if val else None
     if kind.is_over_time and val:
         raise InputError(f"--val: VAL knows no goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)
@@ -144,7 +144,7 @@ def generate_tasks(
     if validator is not None:
         _validate(validator, benchmark.domain, [each.task for each in made])
     lines = [
-        written(one.task, like, benchmark.domain, one.about)
+        write_task_line(one.task, like, benchmark.domain, one.about)
         for each in made
         for one in sorted(
             [one for one in (each, each.paired) if one is not None], key=lambda one: one.task.id

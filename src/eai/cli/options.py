@@ -52,7 +52,7 @@ def flag_of(options: type[Options], option: str, panel: str, *names: str, **more
     field = options.model_fields[option]
     for end, name in (("min", "ge"), ("max", "le")):
         more |= {end: getattr(each, name) for each in field.metadata if hasattr(each, name)}  # noqa: B035
-    return flag(*names, help=options.about(option), panel=panel, **more)
+    return flag(*names, help=options.describe_option(option), panel=panel, **more)
 
 
 def scoring(option: str, *names: str, **more: Any) -> Any:
@@ -164,8 +164,8 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
 def option_rows(options: type[Options], before: str = "") -> Iterator[str]:
     """The rows of options in a table in Markdown: name, value if not given, meaning."""
     for name in options.model_fields:
-        default = options.default_of(name)
-        yield f"| `{before}{name}` | {default and f'`{default}`'} | {options.about(name)} |"
+        default = options.format_default(name)
+        yield f"| `{before}{name}` | {default and f'`{default}`'} | {options.describe_option(name)} |"
 
 
 def listed(text: str | None) -> list[str]:

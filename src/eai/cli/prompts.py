@@ -74,7 +74,7 @@ def write_prompts(
             made: Json = {"file": str(out), "questions": len(asked)}
             tell(f"{counted(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)
             return
-        files = PromptFiles.of(asked)
+        files = PromptFiles.from_prompts(asked)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
     written = {out: files.prompts, **({} if files.system is None else {beside: files.system})}
     write_whole(written)
@@ -122,7 +122,7 @@ def playable(
     """
     with opened_source(data) as source:
         suite = open_suite(domain, ACTING, source=source)
-    ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].left_out is None]
+    ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].plan_exclusion is None]
     return suite, [*drawn(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
 
 

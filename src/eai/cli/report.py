@@ -89,7 +89,7 @@ def report(
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
         return
     kinds = _formats(formats)
-    listed_prices = None if prices is None else PriceList.of_file(prices)
+    listed_prices = None if prices is None else PriceList.read_file(prices)
     own = find_benchmarks_of_runs(records)
     told = partial(background, store(data), own, out, prompts=prompts, pictures=pictures)
     explorer, summaries = ExplorerData(told), list[RunSummary]()

@@ -22,7 +22,7 @@ from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
 from eai.tasks.task import Task
 from eai.tasks.task_files import check_task_files, write_task_file
-from eai.tasks.task_lines import json_schema, written
+from eai.tasks.task_lines import json_schema, write_task_line
 
 
 def check(
@@ -125,7 +125,7 @@ def tasks(
             if problems
             else benchmark.tasks(source).values()
         )
-    lines = [written(task, domain, benchmark.domain) for task in chosen]
+    lines = [write_task_line(task, domain, benchmark.domain) for task in chosen]
     write_task_file(out, lines)
     made: Json = {"file": str(out), "tasks": len(lines)}
     tell(f"{counted(len(lines), 'task')} written to {out}", value=made, as_json=as_json)

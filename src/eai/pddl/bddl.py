@@ -95,7 +95,7 @@ class _BddlReader:
         self._take("(")
         keyword = self._tokens[self._next]
         if keyword not in _SECTIONS:
-            raise self._expected(
+            raise self._make_error(
                 f"':domain', ':objects', ':init' or ':goal'{did_you_mean(keyword, _SECTIONS)}"
             )
         self._next += 1
@@ -105,19 +105,19 @@ class _BddlReader:
         """Names, a hyphen and their category, any number of times; the parenthesis behind is taken."""
         found: list[TypedName] = []
         while not self._next_is(")"):
-            names = [self._declared("a name or ')'")]
+            names = [self._declared_name("a name or ')'")]
             while not self._tokens[self._next].startswith("-"):
-                names.append(self._declared("a name or '-'"))
+                names.append(self._declared_name("a name or '-'"))
             category = self._category()
             found += [TypedName(name, category) for name in names]
         self._take(")")
         return tuple(found)
 
-    def _declared(self, expected: str) -> str:
+    def _declared_name(self, expected: str) -> str:
         word = self._word(expected)
         if word.endswith("-"):
             self._next -= 1
-            raise self._expected(f"a space before the hyphen, as in {word[:-1]} - CATEGORY")
+            raise self._make_error(f"a space before the hyphen, as in {word[:-1]} - CATEGORY")
         return word
 
     def _category(self) -> str:
@@ -159,18 +159,18 @@ class _BddlReader:
     def _condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
         """A condition of at most so many levels."""
         if levels == 0 and self._tokens[self._next] == "(":
-            raise self._expected(f"at most {MAX_DEPTH} levels of nesting")
+            raise self._make_error(f"at most {MAX_DEPTH} levels of nesting")
         self._take("(")
         keyword = self._tokens[self._next]
         if keyword in _CONNECTIVES:
             self._next += 1
-            return self._connected(keyword, scope, levels - 1)
+            return self._read_connective(keyword, scope, levels - 1)
         if keyword in _QUANTIFIERS:
             self._next += 1
-            return self._quantified(keyword, scope, levels - 1)
+            return self._read_quantifier(keyword, scope, levels - 1)
         return self._primitive(scope)
 
-    def _connected(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
+    def _read_connective(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
         """The parts behind a connective; the parenthesis behind is taken."""
         if connective in ("and", "or"):
             return (f.And if connective == "and" else f.Or)(self._conditions(scope, levels))
@@ -179,7 +179,7 @@ class _BddlReader:
         self._take(")")
         return f.Not(first) if second is None else f.Implies(first, second)
 
-    def _quantified(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
+    def _read_quantifier(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
         """The variables and body behind a quantifier; the parenthesis behind is taken."""
         count = self._count() if quantifier in ("forn", "fornpairs") else None
         variable = self._variable()
@@ -197,9 +197,9 @@ class _BddlReader:
         self._take("(")
         digits = self._tokens[self._next]
         if not _COUNT.fullmatch(digits):
-            raise self._expected("a number")
+            raise self._make_error("a number")
         if len(digits) > MAX_COUNT_DIGITS:
-            raise self._expected(f"a number of at most {MAX_COUNT_DIGITS} digits")
+            raise self._make_error(f"a number of at most {MAX_COUNT_DIGITS} digits")
         self._next += 1
         self._take(")")
         return int(digits)
@@ -228,7 +228,7 @@ class _BddlReader:
     def _word(self, expected: str = "a name") -> str:
         token = self._tokens[self._next]
         if token in _NO_WORDS:
-            raise self._expected(expected)
+            raise self._make_error(expected)
         self._next += 1
         return _plain(token)
 
@@ -242,10 +242,10 @@ class _BddlReader:
     def _take(self, token: str, expected: str = "") -> None:
         """Go behind a token, which must stand here."""
         if self._tokens[self._next] != token:
-            raise self._expected(expected or f"'{token}'")
+            raise self._make_error(expected or f"'{token}'")
         self._next += 1
 
-    def _expected(self, words: str) -> ParseError:
+    def _make_error(self, words: str) -> ParseError:
         """The error that this does not stand here."""
         return error_at(self._text, self._offsets[self._next], words)
 

@@ -17,7 +17,7 @@ from eai.base.errors import ParseError
 from eai.logic.traversal import bound_variables, children
 
 
-class Offence(str, Enum):
+class Violation(str, Enum):
     """The offence of a piece of PDDL. The values are the wire strings."""
 
     UNBALANCED = "unbalanced_parenthesis"
@@ -43,7 +43,7 @@ class Offence(str, Enum):
     @property
     def stops_planner(self) -> bool:
         """Whether a planner that follows the standard refuses a domain with this offence."""
-        return self is not Offence.WRONG_ARGUMENT_TYPE
+        return self is not Violation.WRONG_ARGUMENT_TYPE
 
     @property
     def stops_reading(self) -> bool:
@@ -53,11 +53,11 @@ class Offence(str, Enum):
 
 _UNREADABLE = frozenset(
     {
-        Offence.UNBALANCED,
-        Offence.MALFORMED,
-        Offence.UNSUPPORTED,
-        Offence.CONDITION_IN_EFFECT,
-        Offence.EFFECT_IN_CONDITION,
+        Violation.UNBALANCED,
+        Violation.MALFORMED,
+        Violation.UNSUPPORTED,
+        Violation.CONDITION_IN_EFFECT,
+        Violation.EFFECT_IN_CONDITION,
     }
 )
 
@@ -72,7 +72,7 @@ class PddlFinding:
         place: where it is, in words: the operator and its part.
     """
 
-    offence: Offence
+    offence: Violation
     name: str
     place: str
 
@@ -92,7 +92,7 @@ class PddlError(ParseError):
         expected: what could have stood there, in words.
     """
 
-    def __init__(self, offence: Offence, line: int, column: int, expected: str) -> None:
+    def __init__(self, offence: Violation, line: int, column: int, expected: str) -> None:
         super().__init__(line, column, expected)
         self.offence = offence
 
@@ -116,7 +116,7 @@ class Declarations:
     constants: Mapping[str, str]
 
     @classmethod
-    def of(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> Declarations:
+    def of_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> Declarations:
         """The vocabulary of a domain; ``objects`` are those of a problem, if they may be named."""
         return cls(
             parents=m.parents(domain.types),
@@ -131,7 +131,7 @@ class Declarations:
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a domain: in its declarations, then operator by operator."""
-    vocabulary = Declarations.of(domain)
+    vocabulary = Declarations.of_domain(domain)
     findings = [
         *_duplicates([item.name for item in domain.constants], ":constants"),
         *_duplicates([predicate.name for predicate in domain.predicates], "predicates"),
@@ -139,7 +139,7 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     ]
     above = vocabulary.parents
     findings += [
-        PddlFinding(Offence.MALFORMED, name, ":types")
+        PddlFinding(Violation.MALFORMED, name, ":types")
         for name in above
         if above[name] != m.OBJECT and name in m.supertypes(above, above[name])
     ]
@@ -170,7 +170,7 @@ def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFi
 
 def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a problem against its domain, each once."""
-    vocabulary = Declarations.of(domain, problem.objects)
+    vocabulary = Declarations.of_domain(domain, problem.objects)
     objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [
         *_duplicates([item.name for item in objects], "objects"),
@@ -180,11 +180,13 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
         findings += _Checker(vocabulary, "initial state").formula(atom, {})
     findings += _Checker(vocabulary, "goal").formula(problem.goal, {})
     for action in domain.actions:
-        findings += [each for each in check_action(action, vocabulary) if each.offence is OF_PROBLEMS]
+        findings += [
+            each for each in check_action(action, vocabulary) if each.offence is MENDABLE_BY_PROBLEMS
+        ]
     return tuple(dict.fromkeys(findings))
 
 
-OF_PROBLEMS = Offence.UNDECLARED_CONSTANT
+MENDABLE_BY_PROBLEMS = Violation.UNDECLARED_CONSTANT
 """The offence of a domain that its problems may mend: they declare objects that it names."""
 
 
@@ -203,7 +205,7 @@ class _Checker:
                 for term in (left, right):
                     yield from self.term(term, scope)
             case f.Occurs() | f.Then() | f.Next() | f.Eventually() | f.Always() | f.Until():
-                yield PddlFinding(Offence.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
+                yield PddlFinding(Violation.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
             case _:
                 bound = bound_variables(formula)
                 yield from _unknown_types(bound, self.vocabulary, self.place)
@@ -228,9 +230,9 @@ class _Checker:
     def atom(self, atom: f.Atom, scope: TypeScope) -> Iterator[PddlFinding]:
         declared = self.vocabulary.predicates.get(atom.predicate)
         if declared is None:
-            yield PddlFinding(Offence.UNKNOWN_PREDICATE, atom.predicate, self.place)
+            yield PddlFinding(Violation.UNKNOWN_PREDICATE, atom.predicate, self.place)
         elif len(declared.parameters) != len(atom.arguments):
-            yield PddlFinding(Offence.WRONG_ARITY, atom.predicate, self.place)
+            yield PddlFinding(Violation.WRONG_ARITY, atom.predicate, self.place)
         else:
             for parameter, argument in zip(declared.parameters, atom.arguments, strict=True):
                 yield from self._fit(parameter, argument, scope)
@@ -240,9 +242,9 @@ class _Checker:
     def term(self, term: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
         match term:
             case f.Variable(name) if name not in scope:
-                yield PddlFinding(Offence.UNBOUND_VARIABLE, name, self.place)
+                yield PddlFinding(Violation.UNBOUND_VARIABLE, name, self.place)
             case f.Constant(name) if name not in self.vocabulary.constants:
-                yield PddlFinding(Offence.UNDECLARED_CONSTANT, name, self.place)
+                yield PddlFinding(Violation.UNDECLARED_CONSTANT, name, self.place)
 
     def _fit(self, parameter: f.Variable, argument: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
         known = scope if isinstance(argument, f.Variable) else self.vocabulary.constants
@@ -252,7 +254,7 @@ class _Checker:
         above = self.vocabulary.parents
         kinds = {name for each in m.alternatives(actual) for name in m.supertypes(above, each)}
         if kinds.isdisjoint(m.alternatives(m.type_of(parameter))):
-            yield PddlFinding(Offence.WRONG_ARGUMENT_TYPE, argument.name, self.place)
+            yield PddlFinding(Violation.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 
 def _unknown_types(
@@ -260,10 +262,10 @@ def _unknown_types(
 ) -> Iterator[PddlFinding]:
     for variable in variables:
         if not vocabulary.has_type(m.type_of(variable)):
-            yield PddlFinding(Offence.UNKNOWN_TYPE, m.type_of(variable), place)
+            yield PddlFinding(Violation.UNKNOWN_TYPE, m.type_of(variable), place)
 
 
 def _duplicates(names: Iterable[str], place: str) -> Iterator[PddlFinding]:
     for name, count in Counter(names).items():
         if count > 1:
-            yield PddlFinding(Offence.DUPLICATE, name, place)
+            yield PddlFinding(Violation.DUPLICATE, name, place)

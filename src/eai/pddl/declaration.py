@@ -41,11 +41,11 @@ class DeclaredDomain:
 
     def __init__(self, source: m.PddlDomain) -> None:
         self._source = source
-        self._types = _Types(source)
+        self._types = _TypePredicates(source)
         changing = {atom.predicate for action in source.actions for atom in m.effect_atoms(action.effect)}
         derived = DerivedPredicates(source.axioms)
         self._changing = changing | derived.axioms.keys()
-        plain = {name: self._defined(name, axioms) for name, axioms in derived.axioms.items()}
+        plain = {name: self._define(name, axioms) for name, axioms in derived.axioms.items()}
         defined: dict[str, DerivedPredicate] = {**plain}
         for circle in dict.fromkeys(map(frozenset, derived.circles.values())):
             members = [each for name, each in plain.items() if name in circle]
@@ -80,7 +80,7 @@ class DeclaredDomain:
         goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])
         return scene.state([*facts, *kinds]), goals
 
-    def _defined(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
+    def _define(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
         """The derived predicate of these axioms, over the parameters of the first."""
         first = axioms[0].parameters
         return Defined(name, first, f.Or(tuple([self._definition(axiom, first) for axiom in axioms])))
@@ -130,7 +130,7 @@ class DeclaredDomain:
                     yield When(self._types.convert(condition), inner)
 
 
-class _Types:
+class _TypePredicates:
     """The types of a domain as categories and static predicates.
 
     Attributes:
@@ -182,9 +182,9 @@ def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
     names = {parameter.name for parameter in parameters}
     match condition:
         case f.Atom():
-            return f"{_in_words(condition, names)} does not hold"
+            return f"{_write_atom(condition, names)} does not hold"
         case f.Not(f.Atom() as atom):
-            return f"{_in_words(atom, names)} holds"
+            return f"{_write_atom(atom, names)} holds"
         case f.Not(f.Equals(left, right)):
             return f"{_place(left, names)} and {_place(right, names)} are the same"
         case f.Equals(left, right):
@@ -196,7 +196,7 @@ def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
             return f"{''.join(filled)} does not hold"
 
 
-def _in_words(atom: f.Atom, names: set[str]) -> str:
+def _write_atom(atom: f.Atom, names: set[str]) -> str:
     return f"{atom.predicate}({', '.join([_place(term, names) for term in atom.arguments])})"
 
 

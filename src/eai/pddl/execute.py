@@ -57,7 +57,7 @@ class DerivedPredicates:
         return tuple(found)
 
 
-class _Evaluation:
+class _StateEvaluation:
     """One state, ready to answer whether conditions hold.
 
     Args:
@@ -92,9 +92,9 @@ class _Evaluation:
         """
         match formula:
             case f.Atom(predicate, arguments):
-                return self._has(predicate, tuple([object_of(term, binding) for term in arguments]))
+                return self._has(predicate, tuple([resolve_term(term, binding) for term in arguments]))
             case f.Equals(left, right):
-                return object_of(left, binding) == object_of(right, binding)
+                return resolve_term(left, binding) == resolve_term(right, binding)
             case f.Not(operand):
                 return not self.holds(operand, binding)
             case f.And(operands):
@@ -115,7 +115,7 @@ class _Evaluation:
         """The binding with each value of a variable for which a body may hold, in order of declaration."""
         members = self._objects[m.type_of(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        found = support(body, variable.name, inner, True, self._atom_support)
+        found = support(body, variable.name, inner, True, self._find_atom_support)
         names = [name for name in members if found is None or name in found]
         return ({**inner, variable.name: name} for name in self._looks.take_within_limit(names))
 
@@ -157,7 +157,7 @@ class _Evaluation:
             if self.holds(axiom.condition, binding):
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
 
-    def _atom_support(self, atom: f.Atom | f.Occurs, place: int, binding: Valuation) -> Set[str] | None:
+    def _find_atom_support(self, atom: f.Atom | f.Occurs, place: int, binding: Valuation) -> Set[str] | None:
         """Objects among which all are that may stand at a place of an atom that holds; None for any object.
 
         Variables that are not in the binding may stand for anything.
@@ -168,15 +168,17 @@ class _Evaluation:
         if atom.predicate in self._axioms:
             self._complete(atom.predicate)
             if atom.predicate not in self._rows:
-                return self._derived_support(atom.predicate, place, values)
+                return self._find_derived_support(atom.predicate, place, values)
         return {row[place] for row in self._matching(atom.predicate, values)}
 
-    def _derived_support(self, predicate: str, place: int, values: Sequence[str | None]) -> Set[str] | None:
+    def _find_derived_support(
+        self, predicate: str, place: int, values: Sequence[str | None]
+    ) -> Set[str] | None:
         found = []
         for axiom in self._axioms[predicate]:
             names = [parameter.name for parameter in axiom.parameters]
             binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
-            found.append(support(axiom.condition, names[place], binding, True, self._atom_support))
+            found.append(support(axiom.condition, names[place], binding, True, self._find_atom_support))
         return unite_supports(found)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
@@ -197,7 +199,7 @@ class _Evaluation:
         return found
 
 
-def object_of(term: f.Term, binding: Valuation) -> str:
+def resolve_term(term: f.Term, binding: Valuation) -> str:
     """The object that a term stands for.
 
     Raises:
@@ -241,14 +243,14 @@ class Executor:
         self._objects = m.objects_by_type(domain, problem)
         self._problem = problem
         self._derived = DerivedPredicates(domain.axioms)
-        self._last: tuple[PddlState, _Evaluation] | None = None
+        self._last: tuple[PddlState, _StateEvaluation] | None = None
 
     @property
     def initial(self) -> PddlState:
         """The state at the start."""
         return frozenset(self._problem.initial)
 
-    def flaw(self, plan: Sequence[PlanStep]) -> tuple[int, str] | None:
+    def find_flaw(self, plan: Sequence[PlanStep]) -> tuple[int, str] | None:
         """The step at which a plan is none, with the reason; None if it ends in a state with the goal.
 
         Steps count from 0; where only the goal is missed, it is the length of the plan.
@@ -288,14 +290,14 @@ class Executor:
         """
         return self._evaluation(state).holds(formula, binding)
 
-    def _evaluation(self, state: PddlState) -> _Evaluation:
+    def _evaluation(self, state: PddlState) -> _StateEvaluation:
         """The state, ready to be asked; the last one is kept."""
         if self._last is None or self._last[0] is not state:
-            self._last = state, _Evaluation(state, self._derived, self._objects, self._looks)
+            self._last = state, _StateEvaluation(state, self._derived, self._objects, self._looks)
         return self._last[1]
 
 
-def _changes(effect: m.PddlEffect, now: _Evaluation, binding: Valuation) -> Iterator[m.Add | m.Delete]:
+def _changes(effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation) -> Iterator[m.Add | m.Delete]:
     """The ground additions and deletions of an effect; all conditions are read in the state before."""
     match effect:
         case m.Add(atom):
@@ -327,4 +329,4 @@ def _guard(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
 
 
 def _ground(atom: f.Atom, binding: Valuation) -> f.Atom:
-    return f.Atom(atom.predicate, tuple(f.Constant(object_of(term, binding)) for term in atom.arguments))
+    return f.Atom(atom.predicate, tuple(f.Constant(resolve_term(term, binding)) for term in atom.arguments))

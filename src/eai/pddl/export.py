@@ -15,8 +15,15 @@ import eai.pddl.model as m
 from eai.base.errors import DomainError, prefix_errors
 from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
-from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
-from eai.pddl.ordered_effects import all_at_once
+from eai.pddl.glossary import (
+    ConditionWriter,
+    Glossary,
+    PddlNames,
+    conjunction,
+    find_hidden_predicates,
+    replace_hidden,
+)
+from eai.pddl.ordered_effects import write_simultaneous_effect
 from eai.world.action import Action
 from eai.world.derived import Lookup
 from eai.world.domain import Domain
@@ -115,7 +122,7 @@ class ProblemSource:
 
 
 @dataclass(frozen=True, slots=True)
-class Exported:
+class ExportedProblem:
     """A domain and problem in PDDL, and the way back.
 
     Attributes:
@@ -148,7 +155,9 @@ class Exported:
             KeyError: it names what was not exported.
         """
         index = {word: i for i, word in enumerate(self._words)}
-        return Action(self._operators.meant(step.action), tuple([index[name] for name in step.arguments]))
+        return Action(
+            self._operators.original_name(step.action), tuple([index[name] for name in step.arguments])
+        )
 
 
 def export(
@@ -157,7 +166,7 @@ def export(
     goals: Sequence[f.Formula],
     *,
     objects: int | None = None,
-) -> Exported:
+) -> ExportedProblem:
     """A domain with one problem: as `export_problems`, by the attributes of a `ProblemSource`.
 
     Raises:
@@ -168,7 +177,7 @@ def export(
 
 def export_problems(
     domain: Domain, sources: Sequence[ProblemSource], *, invisible: bool = True
-) -> tuple[Exported, ...]:
+) -> tuple[ExportedProblem, ...]:
     """A domain with several problems, which share it.
 
     An action that is not needed any more is not applicable: the engine skips it, so its effects, where it
@@ -186,24 +195,24 @@ def export_problems(
     glossary = Glossary(domain.vocabulary)
     for source in sources:
         glossary.use_types(source.initial.scene, source.kept)
-    hidden = frozenset[str]() if invisible else hidden_predicates(domain.vocabulary)
+    hidden = frozenset[str]() if invisible else find_hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_operator(each, operators, glossary, hidden) for each in domain.operators]
     things = [PddlNames([*glossary.things, *_object_keys(source.initial.scene)]) for source in sources]
     goals = [_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
     header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
-    actions = tuple([_with_history(action, glossary, operators) for action in written])
+    actions = tuple([_add_history(action, glossary, operators) for action in written])
     exported = replace(header, actions=actions)
-    unsupported = tuple(_unsupported(glossary))
+    unsupported = tuple(_find_unsupported(glossary))
     found = []
     for names, source, goal in zip(things, sources, goals, strict=True):
         words = [names[key] for key in _object_keys(source.initial.scene)]
         problem = _problem(glossary, words, header, source, goal)
-        found.append(Exported(exported, problem, unsupported, operators, glossary.predicates, words))
+        found.append(ExportedProblem(exported, problem, unsupported, operators, glossary.predicates, words))
     return tuple(found)
 
 
-def _unsupported(glossary: Glossary) -> Iterator[str]:
+def _find_unsupported(glossary: Glossary) -> Iterator[str]:
     for name in glossary.frozen:
         yield f"{name}: it is computed by a function and has no formula, so it keeps its initial value"
     for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
@@ -216,7 +225,7 @@ def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: f
     about = ConditionWriter(glossary, things=names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
     goals = [rename_objects(goal, agent) for goal in source.goals]
-    return conjunction([about.convert(without(goal, hidden), {}) for goal in goals])
+    return conjunction([about.convert(replace_hidden(goal, hidden), {}) for goal in goals])
 
 
 def _operator(
@@ -229,8 +238,10 @@ def _operator(
     if operator.tries:
         asked.append(_some_try(operator))
     with prefix_errors(f"operator {operator.name}", DomainError):
-        precondition = conjunction([conditions.convert(without(each, hidden), scope) for each in asked])
-        effect = all_at_once(operator, conditions, scope, hidden)
+        precondition = conjunction(
+            [conditions.convert(replace_hidden(each, hidden), scope) for each in asked]
+        )
+        effect = write_simultaneous_effect(operator, conditions, scope, hidden)
     return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
 
 
@@ -240,9 +251,9 @@ def _some_try(operator: Operator) -> f.Formula:
     return f.Or((f.And(tuple([f.Not(each.condition) for each in operator.tries])), *succeeds))
 
 
-def _with_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
+def _add_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
     """The operator, which remembers that it was taken if a goal asks for it."""
-    done = glossary.performed.get(operators.meant(action.name))
+    done = glossary.performed.get(operators.original_name(action.name))
     if done is None:
         return action
     parts = action.effect.parts if isinstance(action.effect, m.Both) else (action.effect,)

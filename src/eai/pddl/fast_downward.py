@@ -3,7 +3,7 @@
 Every call works in a private temporary folder, which is removed whatever happens, so any number of calls
 may run at once. Both processes (translator and search) run under the operating system's limits of CPU time
 and memory, and are killed with everything that they started when the call is interrupted. Processes that plan
-together share room for planners through a folder (`seat`).
+together share room for planners through a folder (`planner_slot`).
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from filelock import Timeout
 from eai.base.errors import DataError, install_command
 from eai.base.files import make_lock
 from eai.pddl.execute import PlanStep
-from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
+from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, check_plan
 from eai.pddl.writer import write_domain, write_problem
 
 _MEMORY_MIB = 4096
 """Memory that one planner may use."""
 
-_PAUSE = 0.05
-"""Seconds until a seat is looked for again; a call of a planner takes longer."""
+_PAUSE_SECONDS = 0.05
+"""Seconds until a slot is looked for again; a call of a planner takes longer."""
 
 
 @contextmanager
-def seat(number: int, folder: Path) -> Iterator[None]:
-    """Wait for one of so many seats in all processes that share a folder, and keep it during the block."""
+def planner_slot(number: int, folder: Path) -> Iterator[None]:
+    """Wait for one of so many slots in all processes that share a folder, and keep it during the block."""
     locks = [make_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:
         for lock in locks:
@@ -53,7 +53,7 @@ def seat(number: int, folder: Path) -> Iterator[None]:
             finally:
                 lock.release()
             return
-        time.sleep(_PAUSE)
+        time.sleep(_PAUSE_SECONDS)
 
 
 def machine_memory_mib() -> int:
@@ -90,7 +90,7 @@ _OUTCOMES = {
 """Exit statuses (https://www.fast-downward.org/latest/documentation/exit-codes/); any other is a crash."""
 
 
-class _Ended(NamedTuple):
+class _ProcessEnd(NamedTuple):
     """How a process ended; ``status`` is None if it exceeded the time on the clock."""
 
     status: int | None
@@ -106,7 +106,7 @@ class FastDownward:
         version: that of the wheel; it belongs into every report, for it decides the numbers.
         cpu_seconds: how long each of the two processes of a call may compute.
         memory_mib: how much memory each of them may use.
-        seats: how many calls there may be at a time, and the folder through which processes share them; any
+        slots: how many calls there may be at a time, and the folder through which processes share them; any
             number if None.
         remark: what its name says besides, where the limits are not the usual ones.
     """
@@ -115,17 +115,17 @@ class FastDownward:
     version: str
     cpu_seconds: int
     memory_mib: int
-    seats: tuple[int, Path] | None = None
+    slots: tuple[int, Path] | None = None
     remark: str = ""
 
     @classmethod
-    def installed(cls, cpu_seconds: int = 100) -> FastDownward:
+    def find_installed(cls, cpu_seconds: int = 100) -> FastDownward:
         """The planner of the current environment.
 
         Raises:
             DataError: it is not installed; the message says how to install it.
         """
-        binaries = _installed_binaries()
+        binaries = _find_binaries()
         if binaries is None:
             raise DataError(_MISSING)
         return cls(binaries, importlib.metadata.version(_DISTRIBUTION), cpu_seconds, _MEMORY_MIB)
@@ -133,7 +133,7 @@ class FastDownward:
     @staticmethod
     def is_installed() -> bool:
         """Whether the current environment has it."""
-        return _installed_binaries() is not None
+        return _find_binaries() is not None
 
     @property
     def name(self) -> str:
@@ -142,7 +142,7 @@ class FastDownward:
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""
-        turn = nullcontext() if self.seats is None else seat(*self.seats)
+        turn = nullcontext() if self.slots is None else planner_slot(*self.slots)
         with turn, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
             return self._solve_in(Path(folder), task)
 
@@ -158,19 +158,19 @@ class FastDownward:
         searched = self._search(folder)
         if searched.status != 0:
             return self._failure(searched)
-        return checked_plan(task, _read_plan(folder / "plan"), self.name)
+        return check_plan(task, _read_plan(folder / "plan"), self.name)
 
-    def _translate(self, folder: Path, *, keep_everything: bool) -> _Ended:
+    def _translate(self, folder: Path, *, keep_everything: bool) -> _ProcessEnd:
         command = [sys.executable, "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
         if keep_everything:
             command.append("--keep-unimportant-variables")
         return self._run(folder, [*command, "--sas-file", "output.sas"], Path(os.devnull))
 
-    def _search(self, folder: Path) -> _Ended:
+    def _search(self, folder: Path) -> _ProcessEnd:
         command = [str(self.binaries / "downward"), "--search", _LAMA_FIRST, "--internal-plan-file", "plan"]
         return self._run(folder, command, folder / "output.sas")
 
-    def _run(self, folder: Path, command: list[str], stdin: Path) -> _Ended:
+    def _run(self, folder: Path, command: list[str], stdin: Path) -> _ProcessEnd:
         """Run one program in the folder, under limits and in a process group of its own."""
         limits = map(str, (os.getpid(), self.cpu_seconds, self.memory_mib << 20))
         with stdin.open() as source, (folder / "log").open("w+") as log:
@@ -190,9 +190,9 @@ class FastDownward:
             finally:
                 _kill_group(process)
             log.seek(0)
-            return _Ended(status, log.read())
+            return _ProcessEnd(status, log.read())
 
-    def _failure(self, ended: _Ended) -> PlannerResult:
+    def _failure(self, ended: _ProcessEnd) -> PlannerResult:
         if ended.status is None:
             return PlannerResult(PlannerOutcome.TIME, detail=f"{self.name}: time on the clock")
         outcome = _OUTCOMES.get(ended.status, PlannerOutcome.CRASH)
@@ -201,7 +201,7 @@ class FastDownward:
         return PlannerResult(outcome, detail=f"{self.name}: exit status {ended.status}: {last}")
 
 
-def _installed_binaries() -> Path | None:
+def _find_binaries() -> Path | None:
     """The folder of the programs; None if they are not installed."""
     spec = importlib.util.find_spec(_MODULE)
     if spec is None or not spec.submodule_search_locations:

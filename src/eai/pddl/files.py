@@ -15,11 +15,11 @@ from eai.base.errors import InputError, did_you_mean, prefix_errors
 from eai.base.files import read_content
 from eai.logic.signature import line_and_column
 from eai.pddl.check import (
-    OF_PROBLEMS,
+    MENDABLE_BY_PROBLEMS,
     Declarations,
-    Offence,
     PddlError,
     PddlFinding,
+    Violation,
     check_domain,
     check_problem,
 )
@@ -32,9 +32,9 @@ from eai.pddl.reader import (
     SExpr,
     Symbol,
     error_at,
+    find_unclosed_section,
     head_of,
     read_group,
-    unclosed_section,
 )
 
 _BLANK = re.compile(r"(?:\s|;[^\n]*)*")
@@ -77,13 +77,13 @@ _REFUSED = {
 }
 """All that is not taken, in words, by the word with which it begins."""
 _EXPECTED = {
-    Offence.UNKNOWN_PREDICATE: "a declared predicate, not {}",
-    Offence.WRONG_ARITY: "{} with as many arguments as are declared",
-    Offence.UNKNOWN_TYPE: "a declared type, not {}",
-    Offence.UNBOUND_VARIABLE: "a variable that is a parameter or quantified, not ?{}",
-    Offence.UNDECLARED_CONSTANT: "a declared object, not {}",
-    Offence.DUPLICATE: "{} once only",
-    Offence.MALFORMED: "no type above itself, as {} is",
+    Violation.UNKNOWN_PREDICATE: "a declared predicate, not {}",
+    Violation.WRONG_ARITY: "{} with as many arguments as are declared",
+    Violation.UNKNOWN_TYPE: "a declared type, not {}",
+    Violation.UNBOUND_VARIABLE: "a variable that is a parameter or quantified, not ?{}",
+    Violation.UNDECLARED_CONSTANT: "a declared object, not {}",
+    Violation.DUPLICATE: "{} once only",
+    Violation.MALFORMED: "no type above itself, as {} is",
 }
 
 
@@ -96,7 +96,7 @@ class ProblemFile:
     text: str
 
 
-def domain_in(text: str, path: Path) -> PddlDomain:
+def read_domain_text(text: str, path: Path) -> PddlDomain:
     """The domain in a text that was found in a file.
 
     Raises:
@@ -104,10 +104,10 @@ def domain_in(text: str, path: Path) -> PddlDomain:
     """
     with prefix_errors(path):
         group = _read_definition(text, "domain")
-        _check(text, group, "domain", _declared(group))
-        domain = PddlReader(text, is_file=True).domain(_without_costs(group))
-        findings = [each for each in check_domain(domain) if each.offence is not OF_PROBLEMS]
-        refuse(text, group, findings, Declarations.of(domain))
+        _check(text, group, "domain", _declared_predicates(group))
+        domain = PddlReader(text, is_file=True).domain(_remove_costs(group))
+        findings = [each for each in check_domain(domain) if each.offence is not MENDABLE_BY_PROBLEMS]
+        refuse_findings(text, group, findings, Declarations.of_domain(domain))
     return domain
 
 
@@ -127,29 +127,29 @@ def read_problem_file(
     Raises:
         InputError: it cannot be read, or is no sound problem of the domain.
     """
-    return problem_in(read_text(path), path, domain, declared)
+    return read_problem_text(read_text(path), path, domain, declared)
 
 
-def problem_in(
+def read_problem_text(
     text: str, path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
 ) -> ProblemFile:
     """Read the problem in a text that was found in a file; raises as `read_problem_file`."""
     with prefix_errors(path):
         group = _read_definition(text, "problem")
         _check(text, group, "problem", [each.name for each in domain.predicates])
-        problem = PddlReader(text, is_file=True).problem(_without_costs(group))
-        vocabulary = Declarations.of(domain, problem.objects)
+        problem = PddlReader(text, is_file=True).problem(_remove_costs(group))
+        vocabulary = Declarations.of_domain(domain, problem.objects)
         if problem.domain != domain.name:
             findings = check_problem(problem, domain)
             if any(each.offence.stops_planner for each in findings):
                 offset = next((each.items[0].offset for each in _sections(group, ":domain")), group.offset)
                 named = f", as in {declared[0]}" if declared is not None else ""
                 expected = f"(:domain {domain.name}){named}, not (:domain {problem.domain})"
-                raise error_at(text, offset, Offence.MALFORMED, expected)
+                raise error_at(text, offset, Violation.MALFORMED, expected)
         again = [each for each in problem.objects if each in domain.constants]
         _refuse_other_types(text, group, problem, domain, declared)
         problem = replace(problem, objects=tuple([each for each in problem.objects if each not in again]))
-        refuse(text, group, check_problem(problem, domain), vocabulary)
+        refuse_findings(text, group, check_problem(problem, domain), vocabulary)
     return ProblemFile(problem, path, text)
 
 
@@ -163,17 +163,17 @@ def _refuse_other_types(
         if constant.type != item.type:
             where = "of the domain"
             if declared is not None:
-                finding = PddlFinding(OF_PROBLEMS, item.name, ":constants")
-                offset = offset_of(finding, _read_group(declared[1]), Declarations.of(domain))
+                finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":constants")
+                offset = offset_of(finding, _read_group(declared[1]), Declarations.of_domain(domain))
                 where = f"of {declared[0]}, line {line_and_column(declared[1], offset)[0]}"
-            expected = f"{_typed(constant)}, as among the constants {where}, not {_typed(item)}"
-            finding = PddlFinding(OF_PROBLEMS, item.name, ":objects")
+            expected = f"{_write_typed(constant)}, as among the constants {where}, not {_write_typed(item)}"
+            finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":objects")
             raise error_at(
-                text, offset_of(finding, group, Declarations.of(domain)), Offence.DUPLICATE, expected
+                text, offset_of(finding, group, Declarations.of_domain(domain)), Violation.DUPLICATE, expected
             )
 
 
-def _typed(item: TypedName) -> str:
+def _write_typed(item: TypedName) -> str:
     return item.name if item.type == OBJECT else f"{item.name} - {item.type}"
 
 
@@ -183,11 +183,11 @@ def _read_group(text: str) -> Group:
     try:
         return read_group(text)
     except PddlError as error:
-        offset = unclosed_section(text) if error.offence is Offence.UNBALANCED else None
+        offset = find_unclosed_section(text) if error.offence is Violation.UNBALANCED else None
         if offset is None:
             raise
         expected = "a closing parenthesis before this section"
-        raise error_at(text, offset, Offence.UNBALANCED, expected) from error
+        raise error_at(text, offset, Violation.UNBALANCED, expected) from error
 
 
 def _read_definition(text: str, kind: str) -> Group:
@@ -205,13 +205,13 @@ def _read_definition(text: str, kind: str) -> Group:
         expected = f"the end of the file, as the definition ends at line {line}, column {column}"
         if (second := _DEFINITION.match(text, offset)) is not None:
             expected = f"one definition in a file; put this {second[1].lower()} into a file of its own"
-        raise error_at(text, offset, Offence.MALFORMED, expected)
+        raise error_at(text, offset, Violation.MALFORMED, expected)
     match group.items[:2]:
         case (Symbol("define"), Group((Symbol(other), Symbol(name)))) if other in _SECTIONS_OF:
             if other != kind:
                 expected = f"the definition of a {kind}, not of the {other} {name}"
                 order = "; the file of the domain comes first, then the problems"
-                raise error_at(text, group.items[1].offset, Offence.MALFORMED, f"{expected}{order}")
+                raise error_at(text, group.items[1].offset, Violation.MALFORMED, f"{expected}{order}")
     return group
 
 
@@ -255,15 +255,15 @@ def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> N
     known = _SECTIONS_OF[kind]
     for section in group.items[1:]:
         if not isinstance(section, Group) or not (head := head_of(section)):
-            raise error_at(text, section.offset, Offence.MALFORMED, "a section such as (:action ...)")
+            raise error_at(text, section.offset, Violation.MALFORMED, "a section such as (:action ...)")
         if head not in known and head not in _REFUSED:
             expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(known))}"
-            raise error_at(text, section.offset, Offence.UNSUPPORTED, expected)
+            raise error_at(text, section.offset, Violation.UNSUPPORTED, expected)
         for inner in _groups(section):
             refused = _refusal(inner, numbers=head in _NUMBERED)
             if refused is not None and head_of(inner) not in predicates:
                 expected = f"classical planning, without {refused}"
-                raise error_at(text, inner.offset, Offence.UNSUPPORTED, expected)
+                raise error_at(text, inner.offset, Violation.UNSUPPORTED, expected)
 
 
 def _refusal(group: Group, *, numbers: bool) -> str | None:
@@ -282,14 +282,14 @@ def _refusal(group: Group, *, numbers: bool) -> str | None:
             return None
 
 
-def _without_costs(group: Group) -> Group:
+def _remove_costs(group: Group) -> Group:
     """The definition without functions, a metric, what increases a cost and what sets one at the start."""
     kept: list[SExpr] = []
     for item in group.items:
         if not isinstance(item, Group):
             kept.append(item)
         elif not _is_cost(item):
-            kept.append(_without_costs(item))
+            kept.append(_remove_costs(item))
     return Group(tuple(kept), group.offset, group.end)
 
 
@@ -301,7 +301,7 @@ def _is_cost(group: Group) -> bool:
             return False
 
 
-def _declared(group: Group) -> list[str]:
+def _declared_predicates(group: Group) -> list[str]:
     """The names of the predicates that a domain declares."""
     sections = _sections(group, ":predicates")
     return [head_of(item) for each in sections for item in each.items[1:] if isinstance(item, Group)]
@@ -318,7 +318,9 @@ def _groups(group: Group) -> Iterator[Group]:
             yield from _groups(item)
 
 
-def refuse(text: str, definition: Group, findings: Sequence[PddlFinding], vocabulary: Declarations) -> None:
+def refuse_findings(
+    text: str, definition: Group, findings: Sequence[PddlFinding], vocabulary: Declarations
+) -> None:
     """Refuse a text because of findings.
 
     Args:
@@ -331,9 +333,9 @@ def refuse(text: str, definition: Group, findings: Sequence[PddlFinding], vocabu
         PddlError: for the first finding that a planner would not accept, at its place in the text.
     """
     names = {
-        Offence.UNKNOWN_PREDICATE: (*vocabulary.predicates, *sorted(CONNECTIVES)),
-        Offence.UNKNOWN_TYPE: vocabulary.parents,
-        Offence.UNDECLARED_CONSTANT: vocabulary.constants,
+        Violation.UNKNOWN_PREDICATE: (*vocabulary.predicates, *sorted(CONNECTIVES)),
+        Violation.UNKNOWN_TYPE: vocabulary.parents,
+        Violation.UNDECLARED_CONSTANT: vocabulary.constants,
     }
     for finding in findings:
         if finding.offence.stops_planner:
@@ -343,7 +345,7 @@ def refuse(text: str, definition: Group, findings: Sequence[PddlFinding], vocabu
             raise error_at(text, offset, finding.offence, f"{expected} ({finding.place}){hint}")
 
 
-def line_of(text: str, word: str) -> int:
+def find_line(text: str, word: str) -> int:
     """The line on which a word stands first, or 1."""
     found = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
     return 1 if found is None else text.count("\n", 0, found.start()) + 1

@@ -129,7 +129,7 @@ class PddlNames(dict[str, str]):
         self._meant[written] = name
         return written
 
-    def meant(self, written: str) -> str:
+    def original_name(self, written: str) -> str:
         """The name that a PDDL name stands for.
 
         Raises:
@@ -207,11 +207,11 @@ class Glossary:
         for i in bits(objects):
             self.types[scene.objects[i].category]
 
-    def kind(self, category: str) -> str:
+    def kind_predicate(self, category: str) -> str:
         """The static predicate of the objects of a category."""
         return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
 
-    def done(self, operator: str) -> str:
+    def history_predicate(self, operator: str) -> str:
         """The predicate without arguments that says that an action has been taken."""
         return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
 
@@ -274,7 +274,7 @@ class ConditionWriter:
                 terms = tuple([self.term(term, scope) for term in arguments])
                 return f.Atom(self.glossary.predicate(predicate), terms)
             case f.Occurs(action):
-                return f.Atom(self.glossary.done(action), ())
+                return f.Atom(self.glossary.history_predicate(action), ())
             case f.Equals(left, right):
                 return equality(self.term(left, scope), self.term(right, scope))
             case f.Not(operand):
@@ -289,7 +289,7 @@ class ConditionWriter:
                 f.Variable(name) in (left, right) and left != right
             ):
                 other = right if left == f.Variable(name) else left
-                return f.Atom(self.glossary.kind(category), (self.term(other, scope),))
+                return f.Atom(self.glossary.kind_predicate(category), (self.term(other, scope),))
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 bound = self.fresh(variable.name, variable.category)
                 inner = self.convert(body, {**scope, variable.name: f.Variable(bound.name)})
@@ -344,7 +344,7 @@ def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
             yield negation(equality(one, other))
 
 
-def hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
+def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     """The predicates that no text may mention: invisible ones, and what is derived from them."""
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
@@ -353,21 +353,21 @@ def hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     )
 
 
-def without(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
+def replace_hidden(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
     """The formula in which what is hidden is as the formula needs it (or, not ``positive``, is not)."""
     match formula:
         case f.Atom(predicate):
             return (f.TRUE if positive else f.FALSE) if predicate in hidden else formula
         case f.Not(operand):
-            return negation(without(operand, hidden, positive=not positive))
+            return negation(replace_hidden(operand, hidden, positive=not positive))
         case f.And(operands):
-            return conjunction([without(operand, hidden, positive=positive) for operand in operands])
+            return conjunction([replace_hidden(operand, hidden, positive=positive) for operand in operands])
         case f.Or(operands):
-            return disjunction([without(operand, hidden, positive=positive) for operand in operands])
+            return disjunction([replace_hidden(operand, hidden, positive=positive) for operand in operands])
         case f.Implies(premise, conclusion):
-            return without(f.Or((f.Not(premise), conclusion)), hidden, positive=positive)
+            return replace_hidden(f.Or((f.Not(premise), conclusion)), hidden, positive=positive)
         case f.Exists(variable, body) | f.ForAll(variable, body):
-            inner = without(body, hidden, positive=positive)
+            inner = replace_hidden(body, hidden, positive=positive)
             return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
         case _:
             if hidden.isdisjoint(predicates_of(formula)):

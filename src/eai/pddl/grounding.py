@@ -22,7 +22,7 @@ from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.planning.search import Effort
 
 
-class _Condition(NamedTuple):
+class _GroundCondition(NamedTuple):
     """A ground condition: atoms that must be true, atoms that must be false, and one of each of the choices.
 
     ``true`` and ``false`` are bit masks.
@@ -30,28 +30,28 @@ class _Condition(NamedTuple):
 
     true: int
     false: int
-    choices: tuple[tuple[_Condition, ...], ...]
+    choices: tuple[tuple[_GroundCondition, ...], ...]
 
 
-class _Effect(NamedTuple):
+class _GroundEffect(NamedTuple):
     """A ground conditional effect; ``add`` and ``delete`` are bit masks."""
 
-    condition: _Condition
+    condition: _GroundCondition
     add: int
     delete: int
 
 
-class _Instance(NamedTuple):
+class _GroundAction(NamedTuple):
     """An operator with its objects; what it does in any case is one effect, the first."""
 
     step: PlanStep
-    precondition: _Condition
-    effects: tuple[_Effect, ...]
+    precondition: _GroundCondition
+    effects: tuple[_GroundEffect, ...]
 
 
-_ALWAYS = _Condition(0, 0, ())
+_ALWAYS = _GroundCondition(0, 0, ())
 
-_SUCCESSOR = 10
+_LOOKS_PER_SUCCESSOR = 10
 """How many looks it takes to apply an action."""
 
 _Key = tuple[str, ...]
@@ -79,7 +79,7 @@ class Grounder:
         self._deleted = {part.atom.predicate for part in effects if isinstance(part, m.Delete)}
         self._axioms = DerivedPredicates(domain.axioms).axioms
         self.numbers: dict[_Key, int] = {}
-        self._ground: dict[tuple[object, ...], _Instance | None] = {}
+        self._ground: dict[tuple[object, ...], _GroundAction | None] = {}
 
     @property
     def initial(self) -> int:
@@ -91,11 +91,11 @@ class Grounder:
         """All objects."""
         return frozenset(self._objects["object"])
 
-    def goal(self) -> _Condition | None:
+    def goal(self) -> _GroundCondition | None:
         """The goal, or None if it is false in every state."""
         return self._condition(self._problem.goal, {}, negated=False)
 
-    def actions(self, allowed: frozenset[str] | None = None) -> Iterator[_Instance]:
+    def actions(self, allowed: frozenset[str] | None = None) -> Iterator[_GroundAction]:
         """All ground actions that some state may admit and that change something.
 
         Args:
@@ -154,11 +154,11 @@ class Grounder:
     def _passes(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
         return all(_key(atom, binding) in self._facts for atom in tests)
 
-    def _action(self, action: m.PddlAction, binding: _Binding) -> _Instance | None:
+    def _action(self, action: m.PddlAction, binding: _Binding) -> _GroundAction | None:
         precondition = self._condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
-        found: list[_Effect] = []
+        found: list[_GroundEffect] = []
         self._add_changes(action.effect, binding, _ALWAYS, found)
         add = delete = 0
         conditional = []
@@ -168,20 +168,22 @@ class Grounder:
                 delete |= change.delete
             elif change.add or change.delete:
                 conditional.append(change)
-        changes = [_Effect(_ALWAYS, add, delete)] if add or delete else []
+        changes = [_GroundEffect(_ALWAYS, add, delete)] if add or delete else []
         changes += conditional
         arguments = tuple(binding[parameter.name] for parameter in action.parameters)
-        return _Instance(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
+        return (
+            _GroundAction(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
+        )
 
     def _add_changes(
-        self, effect: m.PddlEffect, binding: _Binding, condition: _Condition, found: list[_Effect]
+        self, effect: m.PddlEffect, binding: _Binding, condition: _GroundCondition, found: list[_GroundEffect]
     ) -> None:
         """Add the changes that an effect makes under a condition to those that were found."""
         match effect:
             case m.Add(atom):
-                found.append(_Effect(condition, self._bit(_key(atom, binding)), 0))
+                found.append(_GroundEffect(condition, self._bit(_key(atom, binding)), 0))
             case m.Delete(atom):
-                found.append(_Effect(condition, 0, self._bit(_key(atom, binding))))
+                found.append(_GroundEffect(condition, 0, self._bit(_key(atom, binding))))
             case m.Both(parts):
                 for part in parts:
                     self._add_changes(part, binding, condition, found)
@@ -193,7 +195,7 @@ class Grounder:
                 if combined is not None:
                     self._add_changes(part, binding, combined, found)
 
-    def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> _Condition | None:
+    def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
         """The ground condition, or None if it is false in every state."""
         match formula:
             case f.Atom():
@@ -214,16 +216,16 @@ class Grounder:
             case _:
                 raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
-    def _literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _Condition | None:
+    def _literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
         if atom.predicate in self._axioms:
-            return self._derived(atom, binding, negated=negated)
+            return self._ground_derived(atom, binding, negated=negated)
         key = _key(atom, binding)
         bit = self._bit(key)
         if not bit:
             return _ALWAYS if (key in self._facts) != negated else None
-        return _Condition(0, bit, ()) if negated else _Condition(bit, 0, ())
+        return _GroundCondition(0, bit, ()) if negated else _GroundCondition(bit, 0, ())
 
-    def _derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _Condition | None:
+    def _ground_derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
         """The condition of a derived predicate; one that depends on itself has none."""
         names = [_name(term, binding) for term in atom.arguments]
         axioms = self._axioms[atom.predicate]
@@ -243,9 +245,9 @@ class Grounder:
             yield inner
 
 
-def _all_of(parts: Iterable[_Condition | None]) -> _Condition | None:
+def _all_of(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None:
     true = false = 0
-    choices: list[tuple[_Condition, ...]] = []
+    choices: list[tuple[_GroundCondition, ...]] = []
     for part in parts:
         if part is None:
             return None
@@ -254,11 +256,11 @@ def _all_of(parts: Iterable[_Condition | None]) -> _Condition | None:
         choices += part.choices
     if true & false:
         return None
-    return _Condition(true, false, tuple(choices)) if true or false or choices else _ALWAYS
+    return _GroundCondition(true, false, tuple(choices)) if true or false or choices else _ALWAYS
 
 
-def _one_of(parts: Iterable[_Condition | None]) -> _Condition | None:
-    options: list[_Condition] = []
+def _one_of(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None:
+    options: list[_GroundCondition] = []
     for part in parts:
         if part is _ALWAYS:
             return _ALWAYS
@@ -266,7 +268,7 @@ def _one_of(parts: Iterable[_Condition | None]) -> _Condition | None:
             options.append(part)
     if len(options) < 2:
         return options[0] if options else None
-    return _Condition(0, 0, (tuple(options),))
+    return _GroundCondition(0, 0, (tuple(options),))
 
 
 def _key(atom: f.Atom, binding: _Binding) -> _Key:
@@ -278,7 +280,7 @@ def _name(term: f.Term, binding: _Binding) -> str:
     return binding[term.name] if isinstance(term, f.Variable) else term.name
 
 
-class _Choice(NamedTuple):
+class _ChoiceLiteral(NamedTuple):
     """A choice: its literal, its options in order, those of one literal as a mask, and the others."""
 
     literal: int
@@ -287,7 +289,7 @@ class _Choice(NamedTuple):
     compound: tuple[int, ...]
 
 
-class _Change(NamedTuple):
+class _EffectMasks(NamedTuple):
     """A conditional effect: the literals that it needs, and the atoms that it adds and deletes."""
 
     needs: int
@@ -295,7 +297,7 @@ class _Change(NamedTuple):
     delete: int
 
 
-class _Action(NamedTuple):
+class _ActionMasks(NamedTuple):
     """An operator with its objects: the literals that it needs, and its effects.
 
     What it does in any case is one effect, the first, which needs nothing.
@@ -303,7 +305,7 @@ class _Action(NamedTuple):
 
     step: PlanStep
     needs: int
-    changes: Sequence[_Change]
+    changes: Sequence[_EffectMasks]
 
 
 class GroundProblem:
@@ -323,47 +325,47 @@ class GroundProblem:
     """
 
     def __init__(
-        self, grounder: Grounder, actions: Iterable[_Instance], goal: _Condition, looks: Effort
+        self, grounder: Grounder, actions: Iterable[_GroundAction], goal: _GroundCondition, looks: Effort
     ) -> None:
         self.atoms = len(grounder.numbers)
         self.initial = grounder.initial
         self._looks = looks
         self._every_atom = (1 << self.atoms) - 1
-        self._choices: dict[tuple[int, ...], _Choice] = {}
+        self._choices: dict[tuple[int, ...], _ChoiceLiteral] = {}
         self._effort = 0
         self.goal = self._needs(goal)
-        self.actions = [self._compiled(action) for action in actions]
+        self.actions = [self._compile(action) for action in actions]
         self._every_action = (1 << len(self.actions)) - 1
-        self._needing = grouped([action.needs for action in self.actions])
-        self._price = looks_for(len(self.actions)) * len(self._needing)
+        self._needing = group_by_bit([action.needs for action in self.actions])
+        self._price = count_looks(len(self.actions)) * len(self._needing)
 
-    def _compiled(self, action: _Instance) -> _Action:
+    def _compile(self, action: _GroundAction) -> _ActionMasks:
         needs = self._needs(action.precondition)
-        changes = [_Change(self._needs(when), add, delete) for when, add, delete in action.effects]
-        return _Action(action.step, needs, changes)
+        changes = [_EffectMasks(self._needs(when), add, delete) for when, add, delete in action.effects]
+        return _ActionMasks(action.step, needs, changes)
 
-    def _needs(self, condition: _Condition) -> int:
+    def _needs(self, condition: _GroundCondition) -> int:
         """The literals that a condition needs."""
         needed = condition.true | condition.false << self.atoms
         for options in condition.choices:
             needed |= self._choice(tuple([self._needs(option) for option in options])).literal
         return needed
 
-    def _choice(self, options: tuple[int, ...]) -> _Choice:
+    def _choice(self, options: tuple[int, ...]) -> _ChoiceLiteral:
         choice = self._choices.get(options)
         if choice is None:
             literal = 1 << 3 * self.atoms + len(self._choices)
             compound = tuple([option for option in options if option & option - 1])
             simple = sum({*options}.difference(compound))
-            choice = self._choices[options] = _Choice(literal, options, simple, compound)
+            choice = self._choices[options] = _ChoiceLiteral(literal, options, simple, compound)
             self._effort += 1 + len(compound)
         return choice
 
-    def of(self, state: int) -> int:
+    def literals_of(self, state: int) -> int:
         """The literals in a state."""
-        return self.with_choices(state | (~state & self._every_atom) << self.atoms)
+        return self.add_choices(state | (~state & self._every_atom) << self.atoms)
 
-    def with_choices(self, literals: int) -> int:
+    def add_choices(self, literals: int) -> int:
         """Literals, and the choices with an option among them."""
         self._looks.used += self._effort
         choices = self._choices.values()  # the options of later ones may be earlier ones
@@ -374,7 +376,7 @@ class GroundProblem:
                 literals |= literal
         return literals
 
-    def chosen(self, needed: int, literals: int) -> int:
+    def choose(self, needed: int, literals: int) -> int:
         """The literals needed where some are, with the first option that is there of each choice."""
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):
@@ -383,7 +385,7 @@ class GroundProblem:
                     needed |= next(option for option in options if not option & ~literals)
         return needed
 
-    def mentioned(self, needed: int) -> int:
+    def mention_all(self, needed: int) -> int:
         """All that may be needed, whatever is chosen: the literals, the choices and all of their options."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
@@ -400,11 +402,11 @@ class GroundProblem:
         for literal, needing in self._needing.items():
             if not literals & literal:
                 possible &= ~needing
-        self._looks.used += self._price + _SUCCESSOR * possible.bit_count()
+        self._looks.used += self._price + _LOOKS_PER_SUCCESSOR * possible.bit_count()
         for action in bits(possible):
-            yield action, self.after(action.bit_length() - 1, state, literals)
+            yield action, self.apply(action.bit_length() - 1, state, literals)
 
-    def after(self, number: int, state: int, literals: int) -> int:
+    def apply(self, number: int, state: int, literals: int) -> int:
         """The state after the action of this number, whether or not it is possible."""
         add = delete = 0
         for needs, also_add, also_delete in self.actions[number].changes:
@@ -414,12 +416,12 @@ class GroundProblem:
         return state & ~delete | add  # what is both deleted and added is true
 
 
-def looks_for(conditions: int) -> int:
+def count_looks(conditions: int) -> int:
     """How many looks it takes to see which of so many conditions need a literal."""
     return 1 + conditions // 2_000
 
 
-def grouped(masks: Iterable[int]) -> Mapping[int, int]:
+def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
     """For each bit of any of the masks, as a mask, the set of the numbers of the masks that have it."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):

@@ -23,7 +23,7 @@ _SET_PARENT_DEATH_SIGNAL = 1
 """``PR_SET_PDEATHSIG`` of ``prctl(2)``."""
 
 
-def become(parent: int, cpu_seconds: int, memory_bytes: int, command: list[str]) -> None:
+def exec_limited(parent: int, cpu_seconds: int, memory_bytes: int, command: list[str]) -> None:
     """Replace this process by a command, under limits; end instead if the parent has ended."""
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + _GRACE))
     with contextlib.suppress(ValueError, OSError):  # macOS has no limit of address space.
@@ -37,4 +37,4 @@ def become(parent: int, cpu_seconds: int, memory_bytes: int, command: list[str])
 
 
 if __name__ == "__main__":
-    become(int(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), sys.argv[4:])
+    exec_limited(int(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), sys.argv[4:])

@@ -34,10 +34,10 @@ from eai.pddl.writer import write_formula
 
 _T = TypeVar("_T")
 
-_REMEMBERED = 1000
+_MAX_CACHED_OPERATORS = 1000
 """How many gold operators are remembered in the shape in which they are compared."""
 
-MAX_PERMUTED = 5
+MAX_PERMUTED_PARAMETERS = 5
 """Up to how many parameters all pairings are tried; above, only that by position."""
 
 Clause: TypeAlias = f.Formula
@@ -110,9 +110,9 @@ def condition_clause(formula: f.Formula) -> Clause:
     """
     match formula:
         case f.Not(operand):
-            return _denied(condition_clause(operand))
+            return _negate(condition_clause(operand))
         case f.And(operands) | f.Or(operands):
-            return _joined(type(formula), map(condition_clause, operands))
+            return _join(type(formula), map(condition_clause, operands))
         case f.Implies(premise, conclusion):
             return condition_clause(f.Or((f.Not(premise), conclusion)))
         case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
@@ -129,7 +129,7 @@ def effect_clause(effect: m.PddlEffect) -> Clause:
         case m.Delete(atom):
             return f.Not(atom)
         case m.Both(parts):
-            return _joined(f.And, map(effect_clause, parts))
+            return _join(f.And, map(effect_clause, parts))
         case m.Each(variable, part):
             return f.ForAll(variable, effect_clause(part))
         case m.WhenEffect(condition, part):
@@ -138,11 +138,11 @@ def effect_clause(effect: m.PddlEffect) -> Clause:
             assert_never(effect)
 
 
-def _denied(clause: Clause) -> Clause:
+def _negate(clause: Clause) -> Clause:
     return clause.operand if isinstance(clause, f.Not) else f.Not(clause)
 
 
-def _joined(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clause:
+def _join(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clause:
     flat: list[Clause] = []
     for part in parts:
         flat.extend(f.operands(part, connective))
@@ -189,18 +189,18 @@ def _canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
         case f.Implies(guard, part):
             return f"(when {_canonical(guard, names, depth)} {_canonical(part, names, depth)})"
         case f.Atom(predicate, terms):
-            return f"({' '.join([predicate, *[_called(term, names) for term in terms]])})"
+            return f"({' '.join([predicate, *[_write_term(term, names) for term in terms]])})"
         case f.Equals(left, right):
-            return f"(= {_called(left, names)} {_called(right, names)})"
+            return f"(= {_write_term(left, names)} {_write_term(right, names)})"
         case _:
             raise ValueError(f"{type(clause).__name__} has no PDDL form")
 
 
-def _called(term: f.Term, names: Renaming) -> str:
+def _write_term(term: f.Term, names: Renaming) -> str:
     return f"?{names.get(term.name, f'?{term.name}')}" if isinstance(term, f.Variable) else term.name
 
 
-@lru_cache(_REMEMBERED)
+@lru_cache(_MAX_CACHED_OPERATORS)
 def _gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
     """Both sides of a gold operator, with which many answers are compared, as `_Side` has them."""
     names = {parameter.name: parameter.name for parameter in gold.parameters}
@@ -234,7 +234,7 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed, *alternatives)
 
 
-def missing_operator(gold: m.PddlAction) -> OperatorMatch:
+def match_missing_operator(gold: m.PddlAction) -> OperatorMatch:
     """The comparison with an operator that the answer does not have, or that cannot be read."""
     return match_operators(m.PddlAction(gold.name, (), f.TRUE, m.NO_EFFECT), gold)
 
@@ -284,7 +284,7 @@ def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
     """The pairings of parameters that agree with most types, that by position first."""
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))
-    orders = permutations(range(size)) if size <= MAX_PERMUTED else iter([tuple(range(size))])
+    orders = permutations(range(size)) if size <= MAX_PERMUTED_PARAMETERS else iter([tuple(range(size))])
     candidates = []
     for order in orders:
         pairs = [(ours[i], theirs[j]) for i, j in enumerate(order) if i < len(ours) and j < len(theirs)]

@@ -197,7 +197,7 @@ def effect_variables(effect: PddlEffect) -> frozenset[str]:
     return frozenset[str]().union(*map(free_variables, (*effect_atoms(effect), *effect_conditions(effect))))
 
 
-def with_effect_parts(
+def map_effect_parts(
     effect: PddlEffect,
     change: Callable[[PddlEffect], PddlEffect],
     condition: Callable[[f.Formula], f.Formula],
@@ -220,7 +220,7 @@ def map_effect(
     """The effect with its conditions and its added and deleted atoms replaced."""
     if isinstance(effect, (Add, Delete)):
         return type(effect)(atom(effect.atom))
-    return with_effect_parts(effect, lambda part: map_effect(part, condition, atom), condition)
+    return map_effect_parts(effect, lambda part: map_effect(part, condition, atom), condition)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,12 +23,12 @@ from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 
-_Place: TypeAlias = "tuple[int | f.Variable, ...]"
+_EffectPosition: TypeAlias = "tuple[int | f.Variable, ...]"
 """Where a change stands in the order: numbers in a sequence, and variables whose objects come by index."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Change:
+class _AtomChange:
     """One addition or deletion, in PDDL's names.
 
     Attributes:
@@ -41,7 +41,7 @@ class _Change:
     atom: f.Atom
     variables: tuple[f.Variable, ...]
     condition: f.Formula
-    place: _Place
+    place: _EffectPosition
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +51,16 @@ class _Context:
     scope: g.TermScope
     variables: tuple[f.Variable, ...] = ()
     condition: f.Formula = f.TRUE
-    place: _Place = ()
+    place: _EffectPosition = ()
 
-    def on(self, condition: f.Formula) -> _Context:
+    def add_condition(self, condition: f.Formula) -> _Context:
         return replace(self, condition=g.conjunction((self.condition, condition)))
 
-    def at(self, *place: int | f.Variable) -> _Context:
+    def extend_position(self, *place: int | f.Variable) -> _Context:
         return replace(self, place=(*self.place, *place))
 
 
-def all_at_once(
+def write_simultaneous_effect(
     operator: Operator, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]
 ) -> m.PddlEffect:
     """All that an operator does, tries included, as effects of PDDL.
@@ -71,7 +71,7 @@ def all_at_once(
         scope: its parameters.
         hidden: predicates that are left out.
     """
-    return _OrderedEffects(conditions, scope, hidden).of(operator)
+    return _OrderedEffects(conditions, scope, hidden).convert(operator)
 
 
 class _OrderedEffects:
@@ -83,38 +83,40 @@ class _OrderedEffects:
         self._scope = scope
         self._hidden = hidden
 
-    def of(self, operator: Operator) -> m.PddlEffect:
+    def convert(self, operator: Operator) -> m.PddlEffect:
         start = _Context(self._scope)
-        changes: list[_Change] = []
+        changes: list[_AtomChange] = []
         for number, each in enumerate(operator.tries):
-            inside = start.on(self._read(f.And(each.conditions), start)).at(number)
+            inside = start.add_condition(self._read(f.And(each.conditions), start)).extend_position(number)
             changes += self._sequence(each.effects, inside)
-        changes += self._sequence(operator.effects, start.at(len(operator.tries)))
-        parts = [part for change in changes for part in self._written(change, changes)]
+        changes += self._sequence(operator.effects, start.extend_position(len(operator.tries)))
+        parts = [part for change in changes for part in self._write_change(change, changes)]
         return parts[0] if len(parts) == 1 else m.Both(tuple(parts))
 
-    def _sequence(self, effects: Iterable[Effect], context: _Context) -> Iterator[_Change]:
+    def _sequence(self, effects: Iterable[Effect], context: _Context) -> Iterator[_AtomChange]:
         for number, effect in enumerate(effects):
-            yield from self._effect(effect, context.at(number))
+            yield from self._effect(effect, context.extend_position(number))
 
-    def _effect(self, effect: Effect, context: _Context) -> Iterator[_Change]:
+    def _effect(self, effect: Effect, context: _Context) -> Iterator[_AtomChange]:
         match effect:
             case Add(atom) | Delete(atom):
                 if atom.predicate not in self._hidden:
                     yield self._change(atom, context, adds=isinstance(effect, Add))
             case When(condition, effects, otherwise):
                 read = self._read(condition, context)
-                yield from self._sequence(effects, context.on(read).at(0))
-                yield from self._sequence(otherwise, context.on(g.negation(read)).at(1))
+                yield from self._sequence(effects, context.add_condition(read).extend_position(0))
+                yield from self._sequence(
+                    otherwise, context.add_condition(g.negation(read)).extend_position(1)
+                )
             case ForEach(variable, condition, effects):
                 bound, inside = self._bound(variable, context)
-                matched = inside.on(self._read(condition, inside))
+                matched = inside.add_condition(self._read(condition, inside))
                 for number, each in enumerate(effects):
-                    yield from self._effect(each, matched.at(number, bound))
+                    yield from self._effect(each, matched.extend_position(number, bound))
             case Let(variable, condition, effects):
                 bound, inside = self._bound(variable, context)
                 first = self._first(variable, condition, bound, inside)
-                yield from self._sequence(effects, inside.on(first))
+                yield from self._sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
 
@@ -125,7 +127,9 @@ class _OrderedEffects:
 
     def _read(self, condition: f.Formula, context: _Context) -> f.Formula:
         """The condition of an effect; one that depends on what is hidden does not happen."""
-        return self._conditions.convert(g.without(condition, self._hidden, positive=False), context.scope)
+        return self._conditions.convert(
+            g.replace_hidden(condition, self._hidden, positive=False), context.scope
+        )
 
     def _first(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context
@@ -139,7 +143,7 @@ class _OrderedEffects:
         earlier = g.conjunction((self._conditions.glossary.precedes(other, bound), as_well))
         return g.conjunction((meets, g.negation(f.Exists(other, earlier))))
 
-    def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _Change:
+    def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _AtomChange:
         """The change of an atom; a pattern becomes a change of all atoms that it matches."""
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
@@ -153,12 +157,12 @@ class _OrderedEffects:
             else:
                 terms.append(self._conditions.term(term, context.scope))
         written = f.Atom(self._conditions.glossary.predicate(atom.predicate), tuple(terms))
-        return _Change(adds, written, tuple(variables), context.condition, context.place)
+        return _AtomChange(adds, written, tuple(variables), context.condition, context.place)
 
-    def _written(self, change: _Change, changes: Sequence[_Change]) -> Iterator[m.PddlEffect]:
+    def _write_change(self, change: _AtomChange, changes: Sequence[_AtomChange]) -> Iterator[m.PddlEffect]:
         condition = change.condition
         if change.adds:
-            undone = [self._undone(change, other) for other in changes if not other.adds]
+            undone = [self._write_undoing(change, other) for other in changes if not other.adds]
             condition = g.conjunction((condition, *map(g.negation, undone)))
         if condition == f.FALSE:
             return
@@ -167,7 +171,7 @@ class _OrderedEffects:
             effect = m.WhenEffect(condition, effect)
         yield quantify(m.Each, change.variables, effect)
 
-    def _undone(self, addition: _Change, deletion: _Change) -> f.Formula:
+    def _write_undoing(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
         """A later deletion takes place of the atom that is added."""
         if addition.atom.predicate != deletion.atom.predicate:
             return f.FALSE
@@ -190,7 +194,7 @@ class _OrderedEffects:
             found = found if found in (f.TRUE, f.FALSE) else f.Exists(variable, found)
         return found
 
-    def _later(self, addition: _Place, deletion: _Place, terms: g.TermScope) -> f.Formula:
+    def _later(self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope) -> f.Formula:
         """The deletion comes after the addition, its variables standing for ``terms``."""
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):

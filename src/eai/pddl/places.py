@@ -7,7 +7,7 @@ from itertools import islice
 from typing import Final
 
 import eai.pddl.model as m
-from eai.pddl.check import Declarations, Offence, PddlFinding
+from eai.pddl.check import Declarations, PddlFinding, Violation
 from eai.pddl.reader import Group, SExpr, Symbol, head_of
 
 _SECTIONS: Final[Mapping[str, str]] = {
@@ -43,7 +43,7 @@ def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations)
     """
     sections = list(_sections(definition, finding.place))
     offsets = (offset for section in sections for offset in _mistakes(section, finding, vocabulary))
-    allowed = 1 if finding.offence is Offence.DUPLICATE else 0
+    allowed = 1 if finding.offence is Violation.DUPLICATE else 0
     return next(islice(offsets, allowed, None), sections[0].offset if sections else definition.offset)
 
 
@@ -78,18 +78,18 @@ def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) ->
     for group, bound in _groups(section, frozenset()):
         head, arguments = head_of(group), group.items[1:]
         match finding.offence:
-            case Offence.UNKNOWN_PREDICATE if head == name:
+            case Violation.UNKNOWN_PREDICATE if head == name:
                 yield group.items[0].offset
-            case Offence.WRONG_ARITY if head == name and len(arguments) != arity:
+            case Violation.WRONG_ARITY if head == name and len(arguments) != arity:
                 yield group.items[0].offset
-            case Offence.UNDECLARED_CONSTANT | Offence.UNBOUND_VARIABLE:
-                spelt = {name} if finding.offence is Offence.UNDECLARED_CONSTANT else set[str]()
+            case Violation.UNDECLARED_CONSTANT | Violation.UNBOUND_VARIABLE:
+                spelt = {name} if finding.offence is Violation.UNDECLARED_CONSTANT else set[str]()
                 spelt |= {f"?{name}"} - bound
                 symbols = (each for each in arguments if isinstance(each, Symbol))
                 yield from (each.offset for each in symbols if each.text in spelt)
-            case Offence.UNKNOWN_TYPE:
+            case Violation.UNKNOWN_TYPE:
                 yield from (each.offset for each in _types(group) if each.text.removeprefix("-") in unknown)
-            case Offence.DUPLICATE | Offence.MALFORMED:
+            case Violation.DUPLICATE | Violation.MALFORMED:
                 yield from _declarations(group, name)
 
 

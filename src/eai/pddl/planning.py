@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from eai.pddl.execute import PlanStep
     from eai.pddl.model import PddlDomain, PddlProblem
 
-_LOOKS = 300_000
+_MAX_LOOKS = 300_000
 """How many objects the quantifiers of a plan may look at; a plan of the gold operators looks at hundreds."""
 
 
@@ -88,7 +88,7 @@ class PlanningTask:
     fatal: Atom | None = None
 
 
-def refusal(finding: PddlFinding) -> PlannerResult:
+def refuse_task(finding: PddlFinding) -> PlannerResult:
     """The result of a task that no planner needs to see, for the offence that makes it unacceptable."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
@@ -107,13 +107,13 @@ class PddlPlanner(Protocol):
         ...
 
 
-def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
+def check_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """The result of a planner that claims to have found a plan, after executing it."""
     from eai.pddl.execute import Executor
     from eai.planning.search import Effort
 
-    looks = Effort(_LOOKS)
-    flaw = Executor(task.domain, task.problem, looks).flaw(plan)
+    looks = Effort(_MAX_LOOKS)
+    flaw = Executor(task.domain, task.problem, looks).find_flaw(plan)
     if looks.is_exceeded:
         return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
     if flaw is None:

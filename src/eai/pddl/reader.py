@@ -20,7 +20,7 @@ import eai.pddl.model as m
 from eai.base.errors import did_you_mean
 from eai.logic.signature import join_with_or, line_and_column
 from eai.logic.traversal import quantify
-from eai.pddl.check import Offence, PddlError
+from eai.pddl.check import PddlError, Violation
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
 
@@ -48,7 +48,7 @@ class Group:
 SExpr: TypeAlias = Symbol | Group
 
 
-def error_at(text: str, offset: int, offence: Offence, expected: str) -> PddlError:
+def error_at(text: str, offset: int, offence: Violation, expected: str) -> PddlError:
     """The error for a place in a text."""
     return PddlError(offence, *line_and_column(text, offset), expected)
 
@@ -62,7 +62,7 @@ def read_group(text: str) -> Group:
     found = _read(text)
     if not isinstance(found, Group):
         raise error_at(
-            text, len(text) if found is None else found.offset, Offence.MALFORMED, "a parenthesised list"
+            text, len(text) if found is None else found.offset, Violation.MALFORMED, "a parenthesised list"
         )
     return found
 
@@ -76,7 +76,7 @@ def _read(text: str) -> SExpr | None:
         if word == "(":
             pending.append((place, []))
             if len(pending) > MAX_DEPTH:
-                raise error_at(text, place, Offence.MALFORMED, f"at most {MAX_DEPTH} nested parentheses")
+                raise error_at(text, place, Violation.MALFORMED, f"at most {MAX_DEPTH} nested parentheses")
             continue
         if word.startswith(";"):
             continue
@@ -86,16 +86,16 @@ def _read(text: str) -> SExpr | None:
             start, items = pending.pop()
             node = Group(tuple(items), start, match.end())
         else:
-            raise error_at(text, place, Offence.UNBALANCED, "no closing parenthesis without an opening one")
+            raise error_at(text, place, Violation.UNBALANCED, "no closing parenthesis without an opening one")
         if not pending:
             return node
         pending[-1][1].append(node)
     if pending:
-        raise error_at(text, pending[-1][0], Offence.UNBALANCED, "a partner for this opening parenthesis")
+        raise error_at(text, pending[-1][0], Violation.UNBALANCED, "a partner for this opening parenthesis")
     return None
 
 
-def unclosed_section(text: str) -> int | None:
+def find_unclosed_section(text: str) -> int | None:
     """Return the offset of the first section inside another section, or None if no section is."""
     depth, before = 0, ""
     for match in _WORD.finditer(text):
@@ -141,7 +141,7 @@ class PddlReader:
         self._text = text
         self._is_file = is_file
 
-    def _error(self, node: SExpr, expected: str, offence: Offence = Offence.MALFORMED) -> PddlError:
+    def _error(self, node: SExpr, expected: str, offence: Violation = Violation.MALFORMED) -> PddlError:
         return error_at(self._text, node.offset, offence, expected)
 
     def domain(self, group: Group) -> m.PddlDomain:
@@ -151,8 +151,8 @@ class PddlReader:
         return m.PddlDomain(
             name=name,
             requirements=tuple(self._word(item).text for item in _body(sections, ":requirements")),
-            types=_with_supertypes(self._typed_names(_body(sections, ":types"))),
-            constants=self._typed_names(_body(sections, ":constants")),
+            types=_add_supertypes(self._read_typed_names(_body(sections, ":types"))),
+            constants=self._read_typed_names(_body(sections, ":constants")),
             predicates=tuple(self._predicate(item) for item in _body(sections, ":predicates")),
             actions=tuple(actions),
             axioms=tuple(self._axiom(section) for section in sections if head_of(section) == ":derived"),
@@ -166,7 +166,7 @@ class PddlReader:
         return m.PddlProblem(
             name=name,
             domain=" ".join(self._word(item).text for item in _body(sections, ":domain")),
-            objects=self._typed_names(_body(sections, ":objects")),
+            objects=self._read_typed_names(_body(sections, ":objects")),
             initial=tuple(fact for fact in facts if isinstance(fact, f.Atom)),
             denied=tuple(
                 fact.operand for fact in facts if isinstance(fact, f.Not) and isinstance(fact.operand, f.Atom)
@@ -237,7 +237,7 @@ class PddlReader:
                 left, right = self._parts(group, 2)
                 return f.Equals(self._term(left), self._term(right))
             case "when":
-                raise self._error(group, "a condition, not (when ...)", Offence.EFFECT_IN_CONDITION)
+                raise self._error(group, "a condition, not (when ...)", Violation.EFFECT_IN_CONDITION)
             case _:
                 return self._atom(group)
 
@@ -258,9 +258,9 @@ class PddlReader:
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in CONNECTIVES:
                     return m.Delete(self._atom(negated))
-                raise self._error(negated, "an atom in (not ...)", Offence.CONDITION_IN_EFFECT)
+                raise self._error(negated, "an atom in (not ...)", Violation.CONDITION_IN_EFFECT)
             case "or" | "exists" | "imply" | "=":
-                raise self._error(group, f"an effect, not ({head} ...)", Offence.CONDITION_IN_EFFECT)
+                raise self._error(group, f"an effect, not ({head} ...)", Violation.CONDITION_IN_EFFECT)
             case _:
                 return m.Add(self._atom(group))
 
@@ -269,7 +269,7 @@ class PddlReader:
         if not isinstance(expression, Group):
             raise self._error(expression, "a parenthesised list of variables")
         found = []
-        for symbol, category in self._typed_list(expression.items):
+        for symbol, category in self._read_typed_list(expression.items):
             if not _is_variable(symbol.text):
                 raise self._error(symbol, "a variable, as in ?x")
             found.append(f.Variable(symbol.text[1:], None if category == m.OBJECT else category))
@@ -296,7 +296,7 @@ class PddlReader:
         found = self.formula(expression)
         if isinstance(found.operand if isinstance(found, f.Not) else found, f.Atom):
             return found
-        raise self._error(expression, "an atom or a negated atom in :init", Offence.UNSUPPORTED)
+        raise self._error(expression, "an atom or a negated atom in :init", Violation.UNSUPPORTED)
 
     def _atom(self, group: Group) -> f.Atom:
         if self._is_file and any(isinstance(item, Group) for item in group.items[1:]):
@@ -309,12 +309,13 @@ class PddlReader:
         name = self._word(expression).text
         return f.Variable(name[1:]) if _is_variable(name) else f.Constant(name)
 
-    def _typed_names(self, items: Sequence[SExpr]) -> tuple[m.TypedName, ...]:
+    def _read_typed_names(self, items: Sequence[SExpr]) -> tuple[m.TypedName, ...]:
         return tuple(
-            m.TypedName(symbol.text, category or m.OBJECT) for symbol, category in self._typed_list(items)
+            m.TypedName(symbol.text, category or m.OBJECT)
+            for symbol, category in self._read_typed_list(items)
         )
 
-    def _typed_list(self, items: Sequence[SExpr]) -> list[tuple[Symbol, str | None]]:
+    def _read_typed_list(self, items: Sequence[SExpr]) -> list[tuple[Symbol, str | None]]:
         """``a b - t c`` as [(a, t), (b, t), (c, None)]."""
         found: list[tuple[Symbol, str | None]] = []
         waiting: list[Symbol] = []
@@ -342,7 +343,7 @@ class PddlReader:
             case Group((Symbol("either"), *types)) if self._is_file and of_variables and types:
                 return m.either([self._word(each).text for each in types])
             case _:
-                raise self._error(category, "one type name (no either)", Offence.UNSUPPORTED)
+                raise self._error(category, "one type name (no either)", Violation.UNSUPPORTED)
 
     def _parts(self, group: Group, count: int) -> tuple[SExpr, ...]:
         if len(group.items) != count + 1:
@@ -362,7 +363,7 @@ class PddlReader:
         raise self._error(expression, "a word, not a list")
 
 
-def _with_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
+def _add_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
     """The types, and after them those that are named as supertypes alone."""
     named = dict.fromkeys(each.name for each in types)
     above = dict.fromkeys(each.type for each in types if each.type not in named and each.type != m.OBJECT)

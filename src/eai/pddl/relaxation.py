@@ -12,23 +12,23 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple, TypeAlias
 
-from eai.pddl.grounding import GroundProblem, bits, grouped, looks_for
+from eai.pddl.grounding import GroundProblem, bits, count_looks, group_by_bit
 from eai.planning.search import Effort
 
-_EVERYTHING = -1
+_ALL_LITERALS = -1
 """More literals than there are."""
 
-_ROUNDS = 2
+_MAX_ROUNDS = 2
 """How often literals that are needed together are made true, where one is lost while another is made."""
 
-_AGAIN = 2
+_MAX_REPEAT_DEPTH = 2
 """How many actions deep what was true at the start, and is lost, is made true again."""
 
-_RULES = 2_000
+_MAX_RULES = 2_000
 """How many rules one lookahead may try."""
 
 
-class _Rule(NamedTuple):
+class _LiteralRule(NamedTuple):
     """One conditional effect of the action of this number: the literals that it needs and that it makes."""
 
     action: int
@@ -51,7 +51,7 @@ class _Layers(NamedTuple):
     fired: list[int]
 
 
-class _Estimate(NamedTuple):
+class _RelaxedPlan(NamedTuple):
     """A relaxed plan: how many actions it has, and the set of its actions that can be taken at once."""
 
     length: int
@@ -73,30 +73,30 @@ class Relaxation:
         self._again = 2 * problem.atoms
         self._prices = _prices(problem)
         self._rules = [
-            _Rule(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
+            _LiteralRule(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
             for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
-        self._price = looks_for(len(self._rules))
-        self._making = grouped([rule.makes for rule in self._rules])
-        needing = grouped([rule.needs for rule in self._rules])
-        asked = problem.mentioned(reduce(or_, [rule.needs for rule in self._rules], problem.goal))
+        self._price = count_looks(len(self._rules))
+        self._making = group_by_bit([rule.makes for rule in self._rules])
+        needing = group_by_bit([rule.needs for rule in self._rules])
+        asked = problem.mention_all(reduce(or_, [rule.needs for rule in self._rules], problem.goal))
         self._asked = [
             _Lacking(literal, needing.get(literal, 0), self._making.get(literal, 0))
             for literal in bits(asked)
         ]
 
-    def estimate(self, state: int, literals: int) -> _Estimate | None:
+    def estimate(self, state: int, literals: int) -> _RelaxedPlan | None:
         """A relaxed plan from a state, in which these literals are, or None if there is none.
 
         Then there is no plan at all.
         """
-        again = self._to_be_lost(state)
+        again = self._find_lost(state)
         goal = self._problem.goal | again << self._again
         layers = self._explore(literals, goal, again)
         return self._plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
-    def _to_be_lost(self, state: int) -> int:
+    def _find_lost(self, state: int) -> int:
         """The goal's atoms that are true now and will be false before the whole goal holds."""
         missing = self._problem.goal & ~state
         lost = 0
@@ -127,7 +127,7 @@ class Relaxation:
                 if making & fired:
                     literals |= literal
             if literals != before:
-                literals = self._problem.with_choices(literals)
+                literals = self._problem.add_choices(literals)
                 lacking = [each for each in lacking if not literals & each.literal]
             layers.fired.append(fired)
             layers.reached.append(literals)
@@ -135,10 +135,10 @@ class Relaxation:
                 break
         return layers
 
-    def _plan(self, goal: int, layers: _Layers) -> _Estimate:
+    def _plan(self, goal: int, layers: _Layers) -> _RelaxedPlan:
         """Walk back from the goal, crediting every literal to the first rule that reaches it."""
         chosen, helpful = set[int](), 0
-        needed = self._problem.chosen(goal, layers.reached[-1])
+        needed = self._problem.choose(goal, layers.reached[-1])
         for depth in range(len(layers.fired) - 1, -1, -1):
             before, fired = layers.reached[depth], layers.fired[depth]
             missing = needed & ~before
@@ -149,19 +149,19 @@ class Relaxation:
                 chosen.add(action)
                 if depth == 0:
                     helpful |= 1 << action
-                needed |= self._problem.chosen(needs, before)
-        return _Estimate(len(chosen), helpful)
+                needed |= self._problem.choose(needs, before)
+        return _RelaxedPlan(len(chosen), helpful)
 
     def layers(self, literals: int) -> _Layers:
         """All relaxed states from one in which these literals are, until nothing more grows."""
-        return self._explore(literals, _EVERYTHING, 0)
+        return self._explore(literals, _ALL_LITERALS, 0)
 
-    def makers(self, literal: int, rules: int) -> Iterator[_Rule]:
+    def makers(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
         """Those of some rules, a set of their numbers, that make a literal, in order."""
         for bit in bits(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
-    def _first(self, missing: int, fired: int) -> _Rule:
+    def _first(self, missing: int, fired: int) -> _LiteralRule:
         """The first of some rules that makes any of the missing literals."""
         making = 0
         for literal in bits(missing):
@@ -202,7 +202,7 @@ def look_ahead(
     the action that needs it, and once more where it has been lost since. The state that this leads to is
     often the goal, or nearly so.
     """
-    return _Lookahead(problem, relaxation, state, literals).taken()
+    return _Lookahead(problem, relaxation, state, literals).run()
 
 
 class _Lookahead:
@@ -211,17 +211,17 @@ class _Lookahead:
     def __init__(self, problem: GroundProblem, relaxation: Relaxation, state: int, literals: int) -> None:
         self._problem = problem
         self._relaxation = relaxation
-        self._rules_left = _RULES
+        self._rules_left = _MAX_RULES
         self._layers = relaxation.layers(literals)
         self._state, self._start, self._held = state, literals, literals
         self._taken: list[tuple[int, int]] = []
 
-    def taken(self) -> Sequence[tuple[int, int]]:
+    def run(self) -> Sequence[tuple[int, int]]:
         """Gain what is missing of the goal, in turn, until no more of it can be gained."""
         before = None
         while (goal := self._problem.goal & ~self._held) and (missing := self._missing()) != before:
             before = missing
-            for literal in self._in_order(goal, len(self._layers.fired)):
+            for literal in self._order(goal, len(self._layers.fired)):
                 if not self._held & literal:
                     self._gain(literal)
         return self._taken
@@ -240,13 +240,13 @@ class _Lookahead:
                     return
                 self._return_to(mark)
 
-    def _follow(self, rule: _Rule, depth: int) -> bool:
+    def _follow(self, rule: _LiteralRule, depth: int) -> bool:
         """Take the action of a rule of a layer, after what it needs; whether that is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make(rule.needs, depth):
             return False
-        self._state = self._problem.after(rule.action, self._state, self._held)
-        self._held = self._problem.of(self._state)
+        self._state = self._problem.apply(rule.action, self._state, self._held)
+        self._held = self._problem.literals_of(self._state)
         self._taken.append((rule.action, self._state))
         return True
 
@@ -257,8 +257,8 @@ class _Lookahead:
         """
         mark = self._mark()
         for last in (False, True):
-            for _ in range(_ROUNDS):
-                missing = self._in_order(needed & ~self._held, depth)
+            for _ in range(_MAX_ROUNDS):
+                missing = self._order(needed & ~self._held, depth)
                 for literal in missing[::-1] if last else missing:
                     if not self._held & literal:
                         self._make_one(literal, depth)
@@ -269,14 +269,14 @@ class _Lookahead:
 
     def _make_one(self, literal: int, depth: int) -> None:
         """Make a literal true by the first rule of the layers before one; if it was lost, of the first."""
-        for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_AGAIN))]):
+        for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.makers(literal, fired):
                 self._follow(rule, min(before, depth - 1))
                 return
 
-    def _in_order(self, missing: int, depth: int) -> list[int]:
+    def _order(self, missing: int, depth: int) -> list[int]:
         """Literals that are missing, those first that take longest to reach."""
-        missing, found = self._problem.chosen(missing, self._layers.reached[max(depth, 0)]), list[int]()
+        missing, found = self._problem.choose(missing, self._layers.reached[max(depth, 0)]), list[int]()
         for reached in self._layers.reached[max(depth, 0) :: -1]:
             found += bits(missing & ~reached)
             missing &= reached

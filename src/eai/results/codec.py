@@ -30,7 +30,7 @@ from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.results.older_records import NAMES, older_experiment, older_summaries
 from eai.results.record import Origin, Record
-from eai.tasks.options import misfit
+from eai.tasks.options import describe_misfit
 from eai.tasks.share import GoalTallies
 
 SCHEMA = 4
@@ -361,7 +361,7 @@ def _parse_value(kind: type[T], value: object, *path: str) -> T:
     try:
         read: T = _make_adapter(hashable).validate_python(value)
     except ValidationError as error:
-        raise InputError(f"field {misfit(error, within=path, whole='the record')}") from error
+        raise InputError(f"field {describe_misfit(error, within=path, whole='the record')}") from error
     return read
 
 

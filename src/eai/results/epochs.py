@@ -117,7 +117,7 @@ class BeliefSet:
         """
         shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
         return BeliefSet(
-            {i: self.beliefs[i].with_goals(goals.beliefs[i]) for i in shared},
+            {i: self.beliefs[i].adopt_goals(goals.beliefs[i]) for i in shared},
             self.experiment.combine(goals.experiment),
             f"{self.missing_reason}, or {goals.missing_reason}",
             {i: {**self.metadata.get(i, {}), **goals.metadata.get(i, {})} for i in shared},

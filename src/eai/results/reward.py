@@ -222,12 +222,12 @@ class Reward:
     def _find_goals_at_start(self, task_id: str) -> tuple[bool, ...]:
         """Whether each goal of a task, in order, is reached without any action."""
         task = self.suite.tasks[task_id]
-        return GoalTest(task).reached(task.initial, ())
+        return GoalTest(task).find_reached(task.initial, ())
 
     def _partial_at_start(self, task_id: str) -> Share:
         """Return the partial success of an empty plan."""
         task = self.suite.tasks[task_id]
-        return GoalTest(task).partial(task.initial, (), self._at_start(task_id))
+        return GoalTest(task).find_partial_success(task.initial, (), self._at_start(task_id))
 
 
 def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> float | None:

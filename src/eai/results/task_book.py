@@ -17,7 +17,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import compute_features
 from eai.logic.formula import Atom, Constant
 from eai.results.lines import WrongGoalReason
-from eai.tasks.goal_test import alternatives
+from eai.tasks.goal_test import alternative_actions
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 from eai.world.condition import ConditionCompiler
@@ -71,7 +71,7 @@ class TaskBook:
     def _requested(self) -> frozenset[str]:
         """The actions that are goals of some task."""
         goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
-        return frozenset(action for goal in goals for action in alternatives(goal))
+        return frozenset(action for goal in goals for action in alternative_actions(goal))
 
     def _find_plan_states(self, task_id: str) -> tuple[State, ...]:
         task, arities = self._tasks[task_id], self._domain.arities

@@ -77,7 +77,7 @@ def _begin_episode(state: TaskState) -> Play | None:
     errata = errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
     benchmark = find_benchmark(str(metadata["domain"]))
     task = _open_tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
-    if task.left_out is not None:
+    if task.plan_exclusion is not None:
         return None
     play = Arena(benchmark, Setting.of_question(metadata)).play(
         task, state.epoch, int(metadata.get(BEGUN, 1))

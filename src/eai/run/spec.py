@@ -265,7 +265,7 @@ def list_defaults() -> dict[str, str]:
     The text is empty for options without a default.
     """
     return {
-        f"{section}.{name}": options.default_of(name)
+        f"{section}.{name}": options.format_default(name)
         for section, options in sections().items()
         for name in options.model_fields
     }

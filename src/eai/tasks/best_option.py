@@ -33,7 +33,7 @@ _MAX_SETS = 2_000
 _MAX_UNPRUNED_SETS = 64
 """Number of sets from which on dominated ones are searched for."""
 
-_RIVALS = 8
+_MAX_RIVALS = 8
 """Number of the best sets with which each set is compared in that search."""
 
 
@@ -72,7 +72,7 @@ class _BestOption:
 
     def __init__(self, parts: Sequence[Choice], others: int) -> None:
         numbers: dict[f.Atom | f.Occurs, int] = {}
-        root = _simplified(AllOf(tuple(parts)), numbers)
+        root = _simplify(AllOf(tuple(parts)), numbers)
         self.atoms = tuple(numbers)
         self._others = others
         self._positive = _positive(len(self.atoms))
@@ -80,7 +80,7 @@ class _BestOption:
         self._fixed = _mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
         compiler = _Compiler(choices, self._fixed, self._positive)
-        self._table: _Table = _no_sets
+        self._table: _FindSets = _no_sets
         if not _contradicts(self._fixed, self._positive):
             self._table = compiler.table(AllOf(choices))
 
@@ -115,7 +115,7 @@ class _BestOption:
             for number in range(len(self.atoms))
             for wanted in (1, 0)
         ]
-        search = _Search(values)
+        search = _OptionSearch(values)
         table = self._table(search)
         if not table:
             return before._replace(is_exact=not search.is_cut)
@@ -125,14 +125,14 @@ class _BestOption:
         return _MetShare((gain + before.met * total) // before.total, total, not search.is_cut)
 
 
-_Part: TypeAlias = "int | AllOf[_Part] | AnyOf[_Part] | Choose[_Part] | Pairing[_Part]"
+_GoalPart: TypeAlias = "int | AllOf[_GoalPart] | AnyOf[_GoalPart] | Choose[_GoalPart] | Pairing[_GoalPart]"
 """A choice with conditions as numbers."""
 
-_Sets: TypeAlias = dict[int, int]
+_SetValues: TypeAlias = dict[int, int]
 """For each set of common conditions, as a mask, the greatest value of the other conditions."""
 
 
-class _Search:
+class _OptionSearch:
     """One search for the option of the greatest value.
 
     Attributes:
@@ -151,24 +151,24 @@ class _Search:
         return sum([self.values[number] for number in positions_in(conditions)])
 
 
-_Table: TypeAlias = Callable[[_Search], _Sets]
+_FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
 
 
-def _simplified(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Part:
+def _simplify(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _GoalPart:
     """A choice with numbered conditions, without conjunctions in conjunctions."""
     match choice:
         case LiteralChoice(literal):
             return _number(literal, numbers)
         case AllOf(parts):
-            inner = [_simplified(part, numbers) for part in parts]
+            inner = [_simplify(part, numbers) for part in parts]
             nested = [part.parts if isinstance(part, AllOf) else (part,) for part in inner]
             return AllOf(tuple([part for group in nested for part in group]))
         case AnyOf(parts):
-            return AnyOf(tuple([_simplified(part, numbers) for part in parts]))
+            return AnyOf(tuple([_simplify(part, numbers) for part in parts]))
         case Choose(count, parts):
-            return Choose(count, tuple([_simplified(part, numbers) for part in parts]))
+            return Choose(count, tuple([_simplify(part, numbers) for part in parts]))
         case Pairing(count, cells):
-            rows = [[None if cell is None else _simplified(cell, numbers) for cell in row] for row in cells]
+            rows = [[None if cell is None else _simplify(cell, numbers) for cell in row] for row in cells]
             return Pairing(count, tuple(map(tuple, rows)))
         case _:
             assert_never(choice)
@@ -200,7 +200,7 @@ def _contradicts(conditions: int, positive: int) -> bool:
     return bool(conditions & conditions >> 1 & positive)
 
 
-def _members(part: _Part) -> Sequence[_Part]:
+def _members(part: _GoalPart) -> Sequence[_GoalPart]:
     """Return the direct parts of a part."""
     match part:
         case int():
@@ -216,7 +216,7 @@ def _members(part: _Part) -> Sequence[_Part]:
 class _Compiler:
     """Compiles parts of a goal to functions that find the best sets of their common conditions."""
 
-    def __init__(self, choices: Sequence[_Part], fixed: int, positive: int) -> None:
+    def __init__(self, choices: Sequence[_GoalPart], fixed: int, positive: int) -> None:
         self._fixed = fixed
         self._positive = positive
         self._barred = _negations(fixed, positive)
@@ -224,7 +224,7 @@ class _Compiler:
         self._occurring = 0
         self._all = self._count(AllOf(tuple(choices)))
 
-    def _count(self, part: _Part) -> Counter[int]:
+    def _count(self, part: _GoalPart) -> Counter[int]:
         """How often each atom occurs; notes those that members which are chosen together have in common."""
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -239,7 +239,7 @@ class _Compiler:
             total.update(inner)
         return total
 
-    def table(self, part: _Part) -> _Table:
+    def table(self, part: _GoalPart) -> _FindSets:
         """Return the function that finds the best sets of a part's common conditions that are still open."""
         match part:
             case int():
@@ -247,16 +247,16 @@ class _Compiler:
             case AllOf(parts):
                 return self._all_of(parts)
             case AnyOf(parts):
-                return self._closing(_any_of([self.table(member) for member in parts]), part)
+                return self._close_table(_any_of([self.table(member) for member in parts]), part)
             case Choose(count, parts):
-                return self._closing(self._some_of(count, [self.table(member) for member in parts]), part)
+                return self._close_table(self._some_of(count, [self.table(member) for member in parts]), part)
             case Pairing(count, cells):
                 tables = [[None if cell is None else self.table(cell) for cell in row] for row in cells]
-                return self._closing(self._paired(count, tables), part)
+                return self._close_table(self._pair(count, tables), part)
             case _:
                 assert_never(part)
 
-    def _condition(self, number: int) -> _Table:
+    def _condition(self, number: int) -> _FindSets:
         if self._fixed >> number & 1:
             return lambda search: {0: 0}
         if self._barred >> number & 1:
@@ -265,19 +265,19 @@ class _Compiler:
             return lambda search: {1 << number: 0}
         return lambda search: {0: search.values[number]}
 
-    def _all_of(self, parts: Sequence[_Part]) -> _Table:
+    def _all_of(self, parts: Sequence[_GoalPart]) -> _FindSets:
         plain = [part for part in parts if isinstance(part, int) and part >> 1 not in self._common]
         plain = [number for number in plain if not (self._fixed | self._barred) >> number & 1]
         barred = any(isinstance(part, int) and self._barred >> part & 1 for part in parts)
         others = [part for part in parts if not isinstance(part, int) or part >> 1 in self._common]
         counts = [self._count(part) for part in others]
-        alone: list[tuple[_Table, Counter[int]]] = []
-        joined: list[tuple[_Table, Counter[int]]] = []
+        alone: list[tuple[_FindSets, Counter[int]]] = []
+        joined: list[tuple[_FindSets, Counter[int]]] = []
         for part, count in zip(others, counts, strict=True):
-            (joined if self._open(count) else alone).append((self.table(part), count))
-        steps = self._in_order(joined)
+            (joined if self._find_open(count) else alone).append((self.table(part), count))
+        steps = self._order_members(joined)
 
-        def table(search: _Search) -> _Sets:
+        def table(search: _OptionSearch) -> _SetValues:
             if barred:
                 return {}
             value = sum([search.values[number] for number in plain])
@@ -286,82 +286,84 @@ class _Compiler:
                 if not sets:
                     return {}
                 value += sets[0]
-            best: _Sets = {0: value}
+            best: _SetValues = {0: value}
             for member, closed in steps:
-                best = self._kept(_closed(self._joined(best, member(search)), closed, search), search)
+                best = self._prune(_close(self._join(best, member(search)), closed, search), search)
             return best
 
         return table
 
-    def _in_order(self, members: list[tuple[_Table, Counter[int]]]) -> list[tuple[_Table, int]]:
+    def _order_members(self, members: list[tuple[_FindSets, Counter[int]]]) -> list[tuple[_FindSets, int]]:
         """Order members so that conditions close early; return each member with the conditions it closes."""
         steps = []
         seen: Counter[int] = Counter()
         left = list(members)
         while left:
-            member = min(left, key=lambda each: len(self._open(seen + each[1])))
+            member = min(left, key=lambda each: len(self._find_open(seen + each[1])))
             left.remove(member)
             seen = seen + member[1]
-            steps.append((member[0], self._closed_in(seen)))
+            steps.append((member[0], self._find_closed(seen)))
         return steps
 
-    def _open(self, count: Counter[int]) -> list[int]:
+    def _find_open(self, count: Counter[int]) -> list[int]:
         """The common atoms of some parts that other parts have too."""
         return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
 
-    def _closed_in(self, count: Counter[int]) -> int:
+    def _find_closed(self, count: Counter[int]) -> int:
         """The common conditions of some parts that no other part has."""
         atoms = [atom for atom, times in count.items() if atom in self._common and times == self._all[atom]]
         return _mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
-    def _some_of(self, count: int, members: Sequence[_Table]) -> _Table:
-        def table(search: _Search) -> _Sets:
+    def _some_of(self, count: int, members: Sequence[_FindSets]) -> _FindSets:
+        def table(search: _OptionSearch) -> _SetValues:
             tables = [sets for member in members if (sets := member(search))]
             if all(sets.keys() == {0} for sets in tables):
                 values = nlargest(count, [sets[0] for sets in tables])
                 return {0: sum(values)} if len(values) == count else {}
-            best: list[_Sets] = [{0: 0}, *[{} for _ in range(count)]]
+            best: list[_SetValues] = [{0: 0}, *[{} for _ in range(count)]]
             for sets in tables:
                 for size in range(count, 0, -1):
-                    _improve(best[size], self._joined(best[size - 1], sets))
-                    best[size] = self._kept(best[size], search)
+                    _improve(best[size], self._join(best[size - 1], sets))
+                    best[size] = self._prune(best[size], search)
             return best[count]
 
         return table
 
-    def _paired(self, count: int, cells: Sequence[Sequence[_Table | None]]) -> _Table:
-        def table(search: _Search) -> _Sets:
+    def _pair(self, count: int, cells: Sequence[Sequence[_FindSets | None]]) -> _FindSets:
+        def table(search: _OptionSearch) -> _SetValues:
             rows = [[{} if cell is None else cell(search) for cell in row] for row in cells]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
                 pairs = heaviest_matching(weights, count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._paired_by_sets(count, rows, search)
+            return self._pair_by_sets(count, rows, search)
 
         return table
 
-    def _paired_by_sets(self, count: int, rows: Sequence[Sequence[_Sets]], search: _Search) -> _Sets:
+    def _pair_by_sets(
+        self, count: int, rows: Sequence[Sequence[_SetValues]], search: _OptionSearch
+    ) -> _SetValues:
         """The best sets of a pairing, row by row, for every set of columns that are taken."""
-        best: dict[int, _Sets] = {0: {0: 0}}
+        best: dict[int, _SetValues] = {0: {0: 0}}
         for row in rows:
             wider = {taken: dict(sets) for taken, sets in best.items()}
             for taken, sets in best.items():
                 for column, cell in enumerate(row):
                     if cell and not taken >> column & 1 and taken.bit_count() < count:
-                        _improve(wider.setdefault(taken | 1 << column, {}), self._joined(sets, cell))
-            best = {taken: self._kept(sets, search) for taken, sets in wider.items()}
+                        _improve(wider.setdefault(taken | 1 << column, {}), self._join(sets, cell))
+            best = {taken: self._prune(sets, search) for taken, sets in wider.items()}
             if len(best) > _MAX_SETS:
                 search.is_cut = True
                 best = dict(nlargest(_MAX_SETS, best.items(), key=lambda each: each[0].bit_count()))
-        last: _Sets = {}
+        last: _SetValues = {}
         for taken, sets in best.items():
             if taken.bit_count() == count:
                 _improve(last, sets)
         return last
 
-    def _joined(self, left: _Sets, right: _Sets) -> _Sets:
+    def _join(self, left: _SetValues, right: _SetValues) -> _SetValues:
         """The sets of two members that are chosen together; none contradicts itself."""
-        joined: _Sets = {}
+        joined: _SetValues = {}
         for one, value in left.items():
             for other, further in right.items():
                 both = one | other
@@ -372,17 +374,17 @@ class _Compiler:
                     joined[both] = total
         return joined
 
-    def _closing(self, table: _Table, part: _Part) -> _Table:
-        closed = self._closed_in(self._count(part))
+    def _close_table(self, table: _FindSets, part: _GoalPart) -> _FindSets:
+        closed = self._find_closed(self._count(part))
         if not closed:
             return table
-        return lambda search: _closed(table(search), closed, search)
+        return lambda search: _close(table(search), closed, search)
 
-    def _kept(self, sets: _Sets, search: _Search) -> _Sets:
+    def _prune(self, sets: _SetValues, search: _OptionSearch) -> _SetValues:
         """Return the sets without dominated sets, and at most `_MAX_SETS` of them."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
-        rivals = nlargest(_RIVALS, sets, key=lambda each: sets[each] + search.value(each))
+        rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.value(each))
         gains = _mask([number for number, value in enumerate(search.values) if value > 0])
 
         def is_dominated(conditions: int) -> bool:
@@ -408,13 +410,13 @@ class _Compiler:
         return bool(_negations(conditions, self._positive) & self._occurring)
 
 
-def _no_sets(search: _Search) -> _Sets:
+def _no_sets(search: _OptionSearch) -> _SetValues:
     return {}
 
 
-def _any_of(members: Sequence[_Table]) -> _Table:
-    def table(search: _Search) -> _Sets:
-        best: _Sets = {}
+def _any_of(members: Sequence[_FindSets]) -> _FindSets:
+    def table(search: _OptionSearch) -> _SetValues:
+        best: _SetValues = {}
         for member in members:
             _improve(best, member(search))
         return best
@@ -422,18 +424,18 @@ def _any_of(members: Sequence[_Table]) -> _Table:
     return table
 
 
-def _improve(best: _Sets, others: _Sets) -> None:
+def _improve(best: _SetValues, others: _SetValues) -> None:
     """Add sets to others, each with the greater of its values."""
     for conditions, value in others.items():
         if value > best.get(conditions, value - 1):
             best[conditions] = value
 
 
-def _closed(sets: _Sets, closed: int, search: _Search) -> _Sets:
+def _close(sets: _SetValues, closed: int, search: _OptionSearch) -> _SetValues:
     """Remove closed conditions from the sets, and add their values."""
     if not closed:
         return sets
-    best: _Sets = {}
+    best: _SetValues = {}
     for conditions, value in sets.items():
         _improve(best, {conditions & ~closed: value + search.value(conditions & closed)})
     return best

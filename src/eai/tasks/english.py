@@ -92,11 +92,11 @@ class English:
         )
 
 
-PLAIN = English()
+PLAIN_ENGLISH = English()
 """All words are made of names, and nothing is odd."""
 
 
-def english_of(package: str) -> English:
+def read_english(package: str) -> English:
     """Read the file ``english.toml`` of a package."""
     text = (files(package) / FILE).read_text(encoding="utf-8")
     return TypeAdapter(English).validate_python(parse_toml(text))
@@ -131,11 +131,11 @@ NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
 NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 """Numbers that are written as words."""
 
-_PICKS = 12
+_MAX_PICKS = 12
 _PLURAL = {"is": "are", "has": "have", "holds": "hold", "faces": "face"}
 
 
-class Voice(NamedTuple):
+class PhraseStyle(NamedTuple):
     """One of several ways to say the same.
 
     Attributes:
@@ -147,16 +147,16 @@ class Voice(NamedTuple):
     requests: bool = False
 
     @staticmethod
-    def drawn(rng: random.Random) -> Voice:
+    def draw(rng: random.Random) -> PhraseStyle:
         """Any voice."""
-        return Voice(rng.randrange(_PICKS), rng.random() < 0.5)
+        return PhraseStyle(rng.randrange(_MAX_PICKS), rng.random() < 0.5)
 
-    def of(self, several: Sequence[str]) -> str:
+    def choose(self, several: Sequence[str]) -> str:
         """One of several words."""
         return several[self.pick % len(several)]
 
 
-USUAL = Voice()
+USUAL_STYLE = PhraseStyle()
 """Sentences in the usual words."""
 
 
@@ -176,7 +176,7 @@ def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
     return (f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}",)
 
 
-def turned(sentence: str, *, negated: bool = False, several: bool = False, never: bool = False) -> str:
+def inflect(sentence: str, *, negated: bool = False, several: bool = False, never: bool = False) -> str:
     """A sentence denied (once or for ever) or in the plural."""
     first, verb, *rest = sentence.split(" ")
     is_short = verb in ("is", "has")
@@ -187,11 +187,11 @@ def turned(sentence: str, *, negated: bool = False, several: bool = False, never
     return " ".join([first, _PLURAL.get(verb, verb) if several else verb, *rest])
 
 
-def plural(noun: str) -> str:
+def pluralize(noun: str) -> str:
     """The plural of a noun, as regular English has it: of several words of the first before an ``of``."""
     head, of, rest = noun.partition(" of ")
     if of:
-        return f"{plural(head)}{of}{rest}"
+        return f"{pluralize(head)}{of}{rest}"
     if re.search(r"(?:s|x|z|ch|sh)$", noun):
         return f"{noun}es"
     if re.search(r"[^aeiou]y$", noun):

@@ -25,7 +25,7 @@ ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
 """Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
 
 
-_MAX_KNOWN_SHARES = 1_000
+_MAX_CACHED_SHARES = 1_000
 """Maximum number of states of a task whose partial success is kept; plans often end alike."""
 
 
@@ -71,55 +71,55 @@ class GoalTest:
     def __init__(self, task: Task, formulas: Sequence[Formula] | None = None) -> None:
         self._task = task
         asked = [goal.formula for goal in task.goals] if formulas is None else formulas
-        self._places = tuple([i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.ACTION])
+        self._action_indices = tuple([i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.ACTION])
         self._over_time = {i: formula for i, formula in enumerate(asked) if not is_state_formula(formula)}
-        passed_over = {*self._places, *self._over_time}
+        passed_over = {*self._action_indices, *self._over_time}
         self._tests = tuple(
             [StateTest(FALSE if i in passed_over else formula, task.scene) for i, formula in enumerate(asked)]
         )
-        self._lasting = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
-        self._actions = tuple([alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)])
-        shares = [_halves(goal) for goal in task.asked_goals]
+        self._state_tests = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
+        self._actions = tuple([alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)])
+        shares = [_count_halves(goal) for goal in task.asked_goals]
         shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
-        self._totals = tuple([_of_halves(sum(of_kind)) for of_kind in self._shares])
+        self._totals = tuple([_to_count(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
-        self._tallied: dict[tuple[bool, ...], GoalTallies] = {}
+        self._tally_cache: dict[tuple[bool, ...], GoalTallies] = {}
 
-    def reached(
-        self, final: State, actions: Sequence[str], course: Trajectory | None = None
+    def find_reached(
+        self, final: State, actions: Sequence[str], trajectory: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """For each goal, in order, whether a plan reaches it.
 
         Args:
             final: the state that the plan ends in.
             actions: the names of the actions that were carried out, in order.
-            course: all that has happened; None where nothing has.
+            trajectory: the whole execution; None if nothing was executed.
         """
         reached = [test.truth(final, test.binding.copy()) for test in self._tests]
-        for number in self._met(self._actions, actions) if self._actions else ():
-            reached[self._places[number]] = True
+        for number in self._find_met_actions(self._actions, actions) if self._actions else ():
+            reached[self._action_indices[number]] = True
         if self._over_time:
-            trace = to_trace(course or Trajectory((final,), ()))
+            trace = to_trace(trajectory or Trajectory((final,), ()))
             for place, formula in self._over_time.items():
                 reached[place] = holds(formula, trace)
         return tuple(reached)
 
     @property
-    def watches(self) -> bool:
+    def has_goals_over_time(self) -> bool:
         """Whether there are goals over time."""
         return bool(self._over_time)
 
-    def all_over_time(self, course: Trajectory) -> bool:
+    def meets_goals_over_time(self, trajectory: Trajectory) -> bool:
         """Whether all goals over time hold on a course."""
-        trace = to_trace(course)
+        trace = to_trace(trajectory)
         return all(holds(formula, trace) for formula in self._over_time.values())
 
-    def all_lasting(self, final: State) -> bool:
+    def meets_goals_about_states(self, final: State) -> bool:
         """Whether all goals about states hold in the final one."""
-        return all(test.truth(final, test.binding.copy()) for test in self._lasting)
+        return all(test.truth(final, test.binding.copy()) for test in self._state_tests)
 
-    def partial(self, final: State, actions: Sequence[str], reached: Sequence[bool]) -> Share:
+    def find_partial_success(self, final: State, actions: Sequence[str], reached: Sequence[bool]) -> Share:
         """Return the partial success of a plan: the largest share of conditions met, over all options.
 
         An option is a list of conditions on single objects that satisfies the goals. All action goals
@@ -131,31 +131,31 @@ class GoalTest:
             actions: the names of the actions that were carried out, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
-        return self._conditions.met(final, reached, _are_met_in_turn(self._actions, actions))
+        return self._option_conditions.find_share(final, reached, _are_met_in_turn(self._actions, actions))
 
     @cached_property
     def none_met(self) -> Share:
         """The partial success of an answer that never ran: 0 of the conditions of the shortest option."""
-        return self._conditions.none_met
+        return self._option_conditions.none_met
 
     @cached_property
-    def _conditions(self) -> _Conditions:
-        return _Conditions(self._task)
+    def _option_conditions(self) -> _OptionConditions:
+        return _OptionConditions(self._task)
 
-    def tallies(self, reached: tuple[bool, ...]) -> GoalTallies:
+    def tally_by_kind(self, reached: tuple[bool, ...]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
-        known = self._tallied.get(reached)
+        known = self._tally_cache.get(reached)
         if known is None:
-            satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-            known = self._tallied[reached] = GoalTallies(*map(Share, satisfied, self._totals))
+            satisfied = [_to_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
+            known = self._tally_cache[reached] = GoalTallies(*map(Share, satisfied, self._totals))
         return known
 
-    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+    def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Which of the action goals, given by their alternatives, the actions meet."""
-        return longest_run(goals, actions)
+        return find_longest_run(goals, actions)
 
 
-class _Conditions:
+class _OptionConditions:
     """The conditions in the options of a task's goals.
 
     Attributes:
@@ -181,7 +181,7 @@ class _Conditions:
         self._known: dict[tuple[int, int], Share] = {}
         self.none_met = Share(0, max(1, self._best(0).total))
 
-    def met(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
+    def find_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
         """Return the conditions met in the best option, of how many; goals of one condition are `reached`."""
         binding = self._binding.copy()  # definitions write into it, in any number of threads
         true = 0
@@ -191,7 +191,7 @@ class _Conditions:
         whole = sum([reached[number] for number in self._whole]) + (self._has_actions and acts_in_order)
         share = self._known.get((true, whole))
         if share is None:
-            if len(self._known) >= _MAX_KNOWN_SHARES:
+            if len(self._known) >= _MAX_CACHED_SHARES:
                 self._known = {}
             best = self._best(true, whole)
             share = Share(best.met, best.total) if best.total else Share(1, 1)
@@ -213,10 +213,12 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     """Whether a plan runs to its end from the start of a task and reaches all goals."""
     trajectory = execute(domain, task.initial, plan)
     operators = [action.operator for action in trajectory.executed]
-    return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, operators, trajectory))
+    return trajectory.failure is None and all(
+        GoalTest(task).find_reached(trajectory.final, operators, trajectory)
+    )
 
 
-def alternatives(goal: Goal) -> tuple[str, ...]:
+def alternative_actions(goal: Goal) -> tuple[str, ...]:
     """The actions each of which meets an action goal, in order."""
     return tuple([part.action for part in operands(goal.formula, Or) if isinstance(part, Occurs)])
 
@@ -225,12 +227,12 @@ def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
     """The goals of a task without those action goals that some actions meet, as they meet all before them."""
     wanted = list(task.goals_of(GoalKind.ACTION))
     for name in actions:
-        if wanted and name in alternatives(wanted[0]):
+        if wanted and name in alternative_actions(wanted[0]):
             del wanted[0]
     return tuple([goal for goal in task.goals if goal.kind is not GoalKind.ACTION or goal in wanted])
 
 
-def longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
+def find_longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
     """The longest subsequence of the goals that the actions meet in order, by index: the first to be met."""
     if _are_met_in_turn(goals, actions):
         return tuple(range(len(goals)))
@@ -251,7 +253,7 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
     return all(any(action in wanted for action in left) for wanted in goals)
 
 
-def _halves(goal: Goal) -> tuple[int, int, int]:
+def _count_halves(goal: Goal) -> tuple[int, int, int]:
     """How many halves of a state, relation and action goal a goal counts as."""
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
@@ -261,5 +263,5 @@ def _halves(goal: Goal) -> tuple[int, int, int]:
     return (0, 2, 0) if binary == {True} else (2, 0, 0)
 
 
-def _of_halves(number: int) -> int | float:
+def _to_count(number: int) -> int | float:
     return number / 2 if number % 2 else number // 2

@@ -11,7 +11,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import describe_arity
 from eai.logic.traversal import bound_variables, free_variables, is_state_formula, object_names, walk
-from eai.tasks.lexicon import FormulaLexicon, declared_lexicon
+from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
 from eai.tasks.task import Task, goal
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
@@ -20,7 +20,7 @@ from eai.world.state import Scene, State
 
 def lexicon_of_goals(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon of goals: the declared names. Actions in goals may lack their objects."""
-    lexicon = declared_lexicon(domain, scene)
+    lexicon = make_declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)
 
@@ -39,14 +39,14 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
         is_object = offence.kind == "unknown_object"
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(f"{offence}{did_you_mean(offence.name, known)}")
-    formula = rewrite_in_time(stated, lexicon.meaning)
+    formula = rewrite_in_time(stated, lexicon.to_domain_names)
     actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:
             wanted, found = domain.arities[action.action], len(action.arguments)
             if wanted != found:
                 raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {found}")
-    elif actions and not _is_choice(formula):
+    elif actions and not _is_action_choice(formula):
         raise InputError("expected actions without objects, joined by 'or'")
     check_goal(formula, scene)
     return formula
@@ -73,7 +73,7 @@ def check_goal(formula: f.Formula, scene: Scene) -> None:
         raise InputError(f"variable {name} is not bound")
 
 
-def _is_choice(formula: f.Formula) -> bool:
+def _is_action_choice(formula: f.Formula) -> bool:
     """Whether a formula is one action, or a disjunction of actions, without objects."""
     parts = f.operands(formula, f.Or)
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
@@ -113,12 +113,12 @@ def make_task(
     return Task(task_id, title or task_id, instruction, initial, tuple(map(goal, formulas)), everything)
 
 
-def formula_text(formula: f.Formula) -> str:
+def write_goal(formula: f.Formula) -> str:
     """Return the text of a goal, as `read_goal` reads it. An action on any objects is its name alone."""
     match formula:
         case f.Occurs(action, ()):
             return action
         case f.Or(operands) if operands and all(isinstance(each, f.Occurs) for each in operands):
-            return " or ".join(map(formula_text, operands))
+            return " or ".join(map(write_goal, operands))
         case _:
             return print_ltl(rename_variables(formula))

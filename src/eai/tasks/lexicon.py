@@ -78,14 +78,14 @@ class FormulaLexicon:
         """Whether subgoals can name an action of the domain."""
         return self._action_words.get(operator, operator) in self.signature.actions
 
-    def predicates_of(self, arity: int, first: str) -> Iterator[str]:
+    def candidate_predicates(self, arity: int, first: str) -> Iterator[str]:
         """The predicates of the domain that subgoals can say of so many objects; one is tried first."""
         words = [w for w, n in self.signature.predicates.items() if n == arity and w not in self.unobserved]
         names = dict.fromkeys([self.predicates.get(w, w) for w in words if w not in self.categories])
         yield from (first,) if first in names else ()
         yield from (name for name in names if name != first)
 
-    def literal(self, formula: f.Formula) -> GroundAtom | None:
+    def to_literal(self, formula: f.Formula) -> GroundAtom | None:
         """The condition that an atom or a negated one means; None if the domain cannot say it of objects."""
         atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
         if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:
@@ -95,7 +95,7 @@ class FormulaLexicon:
             return None
         return GroundAtom(self.predicates.get(atom.predicate, atom.predicate), arguments, truth)
 
-    def action(self, formula: f.Occurs) -> Action:
+    def to_action(self, formula: f.Occurs) -> Action:
         """The action that a subgoal asks for.
 
         Raises:
@@ -117,7 +117,7 @@ class FormulaLexicon:
             name in self.unobserved_objects for name in names
         )
 
-    def meaning(self, formula: f.Formula) -> f.Formula:
+    def to_domain_names(self, formula: f.Formula) -> f.Formula:
         """A formula of subgoals in the words of the domain, with the names that objects have in the scene.
 
         Raises:
@@ -126,12 +126,12 @@ class FormulaLexicon:
 
         def meant(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
-                return is_a(self._meant(leaf.arguments[0]), self.categories[leaf.predicate])
-            return _renamed(leaf, self.predicates, self.actions, self._meant)
+                return is_a(self._to_scene_term(leaf.arguments[0]), self.categories[leaf.predicate])
+            return _rename_leaf(leaf, self.predicates, self.actions, self._to_scene_term)
 
         return rewrite(formula, meant)
 
-    def worded(self, formula: f.Formula) -> f.Formula:
+    def to_text_names(self, formula: f.Formula) -> f.Formula:
         """A formula of the domain in the words of subgoals: what `meaning` makes it of.
 
         Raises:
@@ -139,16 +139,16 @@ class FormulaLexicon:
         """
 
         def worded(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
-            return _renamed(leaf, self._predicate_words, self._action_words, self._word)
+            return _rename_leaf(leaf, self._predicate_words, self._action_words, self._to_text_term)
 
         return rewrite(formula, worded)
 
-    def _word(self, term: f.Term) -> f.Term:
+    def _to_text_term(self, term: f.Term) -> f.Term:
         """A term of the domain with the name that subgoals have for it."""
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.name(index))
 
-    def _meant(self, term: f.Term) -> f.Term:
+    def _to_scene_term(self, term: f.Term) -> f.Term:
         """A term of subgoals with the name that its object has in the scene."""
         index = self.objects.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.scene.objects[index].name)
@@ -162,7 +162,7 @@ class FormulaLexicon:
         return tuple([f.Constant(self.name(i)) for i in arguments])
 
 
-def _renamed(
+def _rename_leaf(
     leaf: f.Leaf,
     predicates: Mapping[str, str],
     actions: Mapping[str, str],
@@ -183,7 +183,7 @@ def objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
     return frozenset([*objects, *[thing.category for thing in scene.objects]])
 
 
-def declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
+def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon with the names that a domain declares (`spelt`) and those of the scene's objects."""
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]

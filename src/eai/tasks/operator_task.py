@@ -17,7 +17,7 @@ from typing import TypeAlias
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
 from eai.pddl.execute import PlanStep
-from eai.pddl.export import Exported, ProblemSource, export_problems
+from eai.pddl.export import ExportedProblem, ProblemSource, export_problems
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, effect_atoms
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import operator_text, write_problem
@@ -90,7 +90,7 @@ _gold = lru_cache(maxsize=256)(read_action)
 """A gold operator, which many tasks ask for."""
 
 
-def declared_tasks(
+def make_transition_tasks(
     domain: Domain, tasks: Mapping[str, Task], categories: Mapping[str, Category] | None = None
 ) -> dict[str, TransitionTask]:
     """The tasks of transition modeling of a domain, by id, in the order of the tasks.
@@ -126,13 +126,15 @@ def declared_tasks(
             tuple(_operators(_plan(domain, task, planner), each, library)),
             _task_categories(each, known),
             write_problem(each.problem),
-            partial(_exported_actions, each),
+            partial(_find_exported_actions, each),
         )
         for (task_id, task), each in zip(asked.items(), exported, strict=True)
     }
 
 
-def _exported_actions(exported: Exported, task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
+def _find_exported_actions(
+    exported: ExportedProblem, task: Task, steps: Sequence[PlanStep]
+) -> Sequence[Action]:
     """Return the actions that were exported as steps, up to the first step without such an action."""
     actions = []
     for step in steps:
@@ -162,7 +164,7 @@ def default_categories(domain: PddlDomain) -> dict[str, Category]:
 
 
 def _conditions(task: Task) -> Sequence[Goal]:
-    return [goal for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
+    return [goal for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
 
 
 def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
@@ -174,13 +176,13 @@ def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
     return find_plan(task, planner).plan
 
 
-def _operators(plan: Sequence[Action], exported: Exported, library: OperatorLibrary) -> Iterator[str]:
+def _operators(plan: Sequence[Action], exported: ExportedProblem, library: OperatorLibrary) -> Iterator[str]:
     """The operators of a plan in the order of the domain; all where there is no plan."""
     used = {exported.step(action).action for action in plan} or set(library.operators)
     return (name for name in library.operators if name in used)
 
 
-def _task_categories(exported: Exported, categories: Mapping[str, Category]) -> tuple[Category, ...]:
+def _task_categories(exported: ExportedProblem, categories: Mapping[str, Category]) -> tuple[Category, ...]:
     """The categories of the predicates in the goal, the most frequent first."""
     atoms = (part for part in walk(exported.problem.goal) if isinstance(part, Atom))
     counts = Counter(categories[atom.predicate] for atom in atoms)

@@ -34,7 +34,7 @@ _BRANCHES = ("str", "list[str]")
 """The words that pydantic puts after the place where a value may be of several types."""
 
 
-def misfit(
+def describe_misfit(
     error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
 ) -> str:
     """The first thing that is wrong: its place in the value, what was expected and what was found.
@@ -56,11 +56,11 @@ def misfit(
         said = "is missing"
     else:
         expected = _EXPECTED.get(kind, first["msg"].replace("Input should be", "expected"))
-        said = f"{expected}{_found(first['input'])}"
+        said = f"{expected}{_describe_input(first['input'])}"
     return f"{'.'.join(place)}: {said}"
 
 
-def _found(value: Any) -> str:
+def _describe_input(value: Any) -> str:
     """The value, where it is short enough to be shown."""
     shown = repr(value)
     return f", found {shown}" if len(shown) <= 60 else ""
@@ -69,11 +69,11 @@ def _found(value: Any) -> str:
 _SECRET = re.compile(r"(^|_)(key|token|secret|password|credentials|headers)$", re.IGNORECASE)
 
 
-def _without_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:
+def _remove_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:
     return {name: value for name, value in arguments.items() if not _SECRET.search(name)}
 
 
-Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_without_secrets)]
+Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
 """Arguments of a model; its keys are in no file."""
 
 
@@ -102,11 +102,11 @@ class Options(BaseModel):
         except ValidationError as error:
             known = f" ({section} has {', '.join(cls.model_fields)})"
             unknown = error.errors()[0]["type"] == "extra_forbidden"
-            said = misfit(error, cls.model_fields, [section], section)
+            said = describe_misfit(error, cls.model_fields, [section], section)
             raise InputError(f"{said}{known if unknown else ''}") from error
 
     @classmethod
-    def of_file(cls, file: Path) -> Self:
+    def read_file(cls, file: Path) -> Self:
         """The options in a TOML file.
 
         Raises:
@@ -115,10 +115,12 @@ class Options(BaseModel):
         try:
             return cls.model_validate(read_toml(file))
         except ValidationError as error:
-            raise InputError(f"{file}: {misfit(error, cls.model_fields, whole='the file')}") from error
+            raise InputError(
+                f"{file}: {describe_misfit(error, cls.model_fields, whole='the file')}"
+            ) from error
 
     @classmethod
-    def about(cls, option: str) -> str:
+    def describe_option(cls, option: str) -> str:
         """The meaning of an option."""
         described = cls.model_fields[option].description
         by_class = [
@@ -127,7 +129,7 @@ class Options(BaseModel):
         return described or next((by_name[option] for by_name in by_class if option in by_name), "")
 
     @classmethod
-    def default_of(cls, option: str) -> str:
+    def format_default(cls, option: str) -> str:
         """The value of an option without a choice, as a setting has it; empty where there is none."""
         value = cls.model_fields[option].default
         if value in (None, (), {}):

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import find_unreachable_goals
 from eai.planning.search import Limits, SearchEnd, SearchResult
-from eai.tasks.goal_test import alternatives
+from eai.tasks.goal_test import alternative_actions
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -17,21 +17,21 @@ FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Act
 """Searches for a plan: `find_plan`, or a function that caches its results."""
 
 
-def planning_goal(task: Task) -> PlanningGoal:
+def to_planning_goal(task: Task) -> PlanningGoal:
     """Return the goals of a task for the planner: conditions on the final state, and actions in order.
 
     Goals over time are left out.
     """
-    task = task.at_the_end
+    task = task.without_goals_over_time
     return PlanningGoal(
         conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
-        actions=tuple(map(alternatives, task.goals_of(GoalKind.ACTION))),
+        actions=tuple(map(alternative_actions, task.goals_of(GoalKind.ACTION))),
     )
 
 
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Search for a plan that reaches all goals of a task with the objects that an answer may name."""
-    return planner.plan(task.initial, planning_goal(task), task.planned_with, limits)
+    return planner.plan(task.initial, to_planning_goal(task), task.planning_objects, limits)
 
 
 def why_no_plan(end: SearchEnd) -> str:
@@ -47,5 +47,5 @@ def why_no_plan(end: SearchEnd) -> str:
 
 def is_impossible(task: Task, domain: Domain) -> bool:
     """Whether it is proved that no plan reaches the task's goals on the final state."""
-    conditions = planning_goal(task).conditions
-    return bool(find_unreachable_goals(domain, task.initial, task.planned_with, conditions))
+    conditions = to_planning_goal(task).conditions
+    return bool(find_unreachable_goals(domain, task.initial, task.planning_objects, conditions))

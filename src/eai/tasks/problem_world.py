@@ -19,9 +19,9 @@ from eai.pddl.export import export
 from eai.pddl.files import (
     ProblemFile,
     begins_with_domain,
-    domain_in,
+    find_line,
     is_domain_file,
-    line_of,
+    read_domain_text,
     read_problem_file,
     read_text,
 )
@@ -68,12 +68,12 @@ def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]
 
 def _open(domain_file: Path, problems: Callable[[], Sequence[Path]]) -> tuple[Domain, TaskSet[Task]]:
     text = read_text(domain_file)
-    domain = domain_in(text, domain_file)
+    domain = read_domain_text(text, domain_file)
     try:
         declaration = DeclaredDomain(domain)
     except DomainError as error:
         named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
-        raise InputError(f"{domain_file}: line {line_of(text, f'({named}')}: {error}") from error
+        raise InputError(f"{domain_file}: line {find_line(text, f'({named}')}: {error}") from error
     declared = (domain_file, text)
     files = read_all(problems(), lambda path: read_problem_file(path, domain, declared))
     names = Counter(file.problem.name for file in files)
@@ -122,7 +122,7 @@ start and what its conditions mean.
 """
 
 
-def header_of(
+def make_header(
     name: str, types: Iterable[str], constants: Mapping[str, str], arities: Mapping[str, int]
 ) -> PddlDomain:
     """The names of a domain: types, constants with theirs, predicates with their number of arguments."""
@@ -131,17 +131,17 @@ def header_of(
         requirements=(),
         types=tuple(map(TypedName, types)),
         constants=tuple([TypedName(*item) for item in constants.items()]),
-        predicates=tuple([_declared(name, arity) for name, arity in arities.items()]),
+        predicates=tuple([_make_predicate(name, arity) for name, arity in arities.items()]),
         actions=(),
     )
 
 
-def _declared(name: str, arity: int) -> PddlPredicate:
+def _make_predicate(name: str, arity: int) -> PddlPredicate:
     return PddlPredicate(name, tuple([f.Variable(f"x{place}") for place in range(arity)]))
 
 
 @dataclass(frozen=True)
-class _Declared:
+class _DeclaredNames:
     """A declaration, as problems spell it, whose objects are of the categories that its tasks have.
 
     Attributes:
@@ -166,9 +166,9 @@ class _Declared:
     names: Mapping[tuple[str, str], str]
     agent: WorldObject | None
 
-    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
+    def read_problem(self, problem: PddlProblem) -> tuple[State, Meaning]:
         """A problem of these names."""
-        spelt = {item.name: self._named(item) for item in (*self.header.constants, *problem.objects)}
+        spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,
             list(spelt.values()),
@@ -184,7 +184,7 @@ class _Declared:
         names = {word: thing.name for word, thing in spelt.items()}
         return scene.state(facts), lambda formula: self._meaning(formula, names)
 
-    def _named(self, item: TypedName) -> WorldObject:
+    def _to_object(self, item: TypedName) -> WorldObject:
         if item.name == AGENT.name and self.agent is not None:
             return self.agent
         category = self.categories.get(item.type, item.type)
@@ -208,47 +208,49 @@ class _Declared:
             case f.Equals():
                 return map_terms(formula, meant)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-                return replace(formula, variable=self._ranging(variable), body=self._meaning(body, names))
+                return replace(formula, variable=self._to_category(variable), body=self._meaning(body, names))
             case f.ForPairs(first, second, body):
-                first, second = self._ranging(first), self._ranging(second)
+                first, second = self._to_category(first), self._to_category(second)
                 return replace(formula, first=first, second=second, body=self._meaning(body, names))
             case _:
                 return map_parts(formula, lambda part: self._meaning(part, names))
 
-    def _ranging(self, variable: f.Variable) -> f.Variable:
+    def _to_category(self, variable: f.Variable) -> f.Variable:
         """A quantified variable, by its category; of the root of all types it has none."""
         category = variable.category or OBJECT
         return f.Variable(variable.name, self.categories.get(category))
 
 
-def declared_in_bddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
+def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     """The declaration in BDDL: in small letters."""
     vocabulary = domain.vocabulary
     names = [each.name for each in vocabulary.predicates] + list(vocabulary.derived_by_name)
-    declared = _declared_in(domain, tasks, str.lower, {name.lower(): name for name in names})
-    return declared.header, declared.pose
+    declared = _read_declaration(domain, tasks, str.lower, {name.lower(): name for name in names})
+    return declared.header, declared.read_problem
 
 
-def declared_in_pddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
+def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     """The declaration in PDDL, as `eai.pddl.export` writes it."""
     glossary = Glossary(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
-    declared = _declared_in(domain, tasks, lambda name: PddlNames()[name], spelt)
+    declared = _read_declaration(domain, tasks, lambda name: PddlNames()[name], spelt)
     named = [export(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]]
     constants = dict.fromkeys([*declared.header.constants, *(item for items in named for item in items)])
-    kinds = {glossary.kind(name): name for name in declared.categories.values()}
-    performed = {glossary.done(operator.name): operator.name for operator in domain.operators}
+    kinds = {glossary.kind_predicate(name): name for name in declared.categories.values()}
+    performed = {glossary.history_predicate(operator.name): operator.name for operator in domain.operators}
     order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
-    predicates = (*declared.header.predicates, *header_of("", (), {}, arities).predicates)
+    predicates = (*declared.header.predicates, *make_header("", (), {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)
-    return header, replace(declared, header=header, kinds=kinds, performed=performed, order=order).pose
+    return header, replace(
+        declared, header=header, kinds=kinds, performed=performed, order=order
+    ).read_problem
 
 
-def _declared_in(
+def _read_declaration(
     domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
-) -> _Declared:
+) -> _DeclaredNames:
     """The declaration with what its tasks have, and no predicates but those that it declares."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
@@ -257,9 +259,9 @@ def _declared_in(
     agent = agents[0] if agents else None
     constants = {AGENT.name: spell(agent.category)} if agent is not None else {}
     arities = {word: domain.vocabulary.arity(name) or 0 for word, name in predicates.items()}
-    return _Declared(
+    return _DeclaredNames(
         domain,
-        header_of(spell(domain.name), categories, constants, arities),
+        make_header(spell(domain.name), categories, constants, arities),
         predicates,
         {},
         {},

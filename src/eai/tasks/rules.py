@@ -20,7 +20,7 @@ from eai.world.operator import Operator, conditions_of
 from eai.world.vocabulary import DerivedPredicate
 
 _INDENT = "  "
-_HOW_TO_READ = (
+_EXPLANATIONS = (
     ("requires:", "An action is possible if all holds that it requires."),
     ("needed only if:", "One that is not needed is passed over."),
     ("becomes", "Its conditions are read before it is taken, its changes are made in the order in which they"
@@ -35,7 +35,7 @@ _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes fa
 
 
 @dataclass(frozen=True)
-class Rules:
+class DomainRules:
     """The rules of a domain without a word that no prompt may say: nothing of invisible memory.
 
     Operators that read what cannot be seen and changes, that try several things, or that need a predicate
@@ -53,17 +53,17 @@ class Rules:
         return tuple([each for each in self.domain.operators if self._can_be_shown(each)])
 
     @cached_property
-    def names(self) -> frozenset[str]:
+    def operator_names(self) -> frozenset[str]:
         """The names of these."""
         return frozenset([operator.name for operator in self.operators])
 
     @cached_property
-    def readings(self) -> FormulaEvaluator:
+    def evaluator(self) -> FormulaEvaluator:
         """Formulas as functions of states."""
         return FormulaEvaluator(self.domain.vocabulary)
 
     @cached_property
-    def memory(self) -> frozenset[str]:
+    def hidden_memory(self) -> frozenset[str]:
         """The stored predicates that change and are never shown."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
@@ -75,28 +75,30 @@ class Rules:
         return frozenset([p.name for p in predicates if p.visible and not p.static])
 
     @cached_property
-    def written(self) -> Mapping[str, frozenset[str]]:
+    def changed_predicates(self) -> Mapping[str, frozenset[str]]:
         """By operator the predicates that it changes and that can be shown."""
         return {
-            each.name: frozenset(find_written_predicates(each.effects)) - self.memory
+            each.name: frozenset(find_written_predicates(each.effects)) - self.hidden_memory
             for each in self.operators
         }
 
-    def predicates(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> frozenset[str]:
+    def find_predicates(
+        self, operators: Collection[str], formulas: Iterable[f.Formula] = ()
+    ) -> frozenset[str]:
         """The stored predicates that operators read or change, or that decide formulas."""
         decisive = find_stored_predicates(predicates_of(*formulas), self.domain.vocabulary)
-        return frozenset(decisive).union(*(self._about[name] for name in operators))
+        return frozenset(decisive).union(*(self._predicates_of_operators[name] for name in operators))
 
     @cached_property
-    def _about(self) -> Mapping[str, frozenset[str]]:
+    def _predicates_of_operators(self) -> Mapping[str, frozenset[str]]:
         """The stored predicates that each operator reads or changes."""
         vocabulary = self.domain.vocabulary
         return {
-            name: self.written[name].union(find_stored_predicates(read, vocabulary))
+            name: self.changed_predicates[name].union(find_stored_predicates(read, vocabulary))
             for name, read in self._reads.items()
         }
 
-    def text(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
+    def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
         """The rules of some operators, and the definitions of what they and some formulas speak of."""
         shown = [each for each in self.operators if each.name in operators]
         named = list(
@@ -104,26 +106,26 @@ class Rules:
         )
         lines = [
             *(self._texts[each.name] for each in shown),
-            *(self._definitions[name] for name in self._derived(named)),
+            *(self._definitions[name] for name in self._find_derived(named)),
         ]
         return "\n".join(lines)
 
-    def brief(self, operator: Operator) -> str | None:
+    def summarize(self, operator: Operator) -> str | None:
         """An operator with what it requires and changes; None if it cannot be shown."""
-        if operator.name not in self.names:
+        if operator.name not in self.operator_names:
             return None
-        lines = [titled(operator)]
+        lines = [operator_title(operator)]
         for heading, of_needless in (("requires", False), ("needed only if", True)):
             checks = [c for c in operator.checks if (c.fault is FaultKind.ADDITIONAL_STEP) is of_needless]
             conditions = dict.fromkeys([_text_of(check.condition) for check in checks])
             lines += [f"{_INDENT}{heading}: {'; '.join(conditions)}"] if conditions else []
         return "\n".join([*lines, *self._changes(operator)])
 
-    def definitions(self) -> list[str]:
+    def write_definitions(self) -> list[str]:
         """The meanings of derived predicates, as far as they can be shown."""
         return [text for name, text in self._definitions.items() if not self._reads_memory([name])]
 
-    def heads(self, operators: Collection[str]) -> str:
+    def write_heads(self, operators: Collection[str]) -> str:
         """Some operators with their parameters, and nothing about them."""
         return "\n".join([_head(each) for each in self.operators if each.name in operators])
 
@@ -140,14 +142,14 @@ class Rules:
     def _can_be_shown(self, operator: Operator) -> bool:
         vocabulary = self.domain.vocabulary
         read = predicates_of(*conditions_of(operator))
-        derived = [vocabulary.derived_by_name[name] for name in self._derived(read)]
+        derived = [vocabulary.derived_by_name[name] for name in self._find_derived(read)]
         undefined = any(find_definition(each) is None for each in derived)
         return not (operator.tries or undefined or self._reads_memory(read))
 
     def _reads_memory(self, names: Iterable[str]) -> bool:
-        return not self.memory.isdisjoint(find_stored_predicates(names, self.domain.vocabulary))
+        return not self.hidden_memory.isdisjoint(find_stored_predicates(names, self.domain.vocabulary))
 
-    def _derived(self, names: Iterable[str]) -> list[str]:
+    def _find_derived(self, names: Iterable[str]) -> list[str]:
         """The derived predicates among these and in their definitions, each once."""
         found: dict[str, None] = {}
         pending = list(names)
@@ -162,7 +164,7 @@ class Rules:
         return list(found)
 
     def _operator(self, operator: Operator) -> str:
-        lines = [titled(operator)]
+        lines = [operator_title(operator)]
         names = {parameter.name: parameter.name for parameter in operator.parameters}
         for number, check in enumerate(operator.checks, 1):
             lines.append(
@@ -179,7 +181,7 @@ class Rules:
         for kind, run in groupby(effects, type):
             if kind in (Add, Delete):
                 atoms = [each.atom for each in run if isinstance(each, Add | Delete)]
-                shown = [_text_of(atom) for atom in atoms if atom.predicate not in self.memory]
+                shown = [_text_of(atom) for atom in atoms if atom.predicate not in self.hidden_memory]
                 yield from [f"{indent}{_BECOMES[kind]}: {', '.join(shown)}"] if shown else []
                 continue
             for effect in run:
@@ -210,16 +212,16 @@ class Rules:
         return {each.name: _definition(each, defined) for each, defined in meanings if defined is not None}
 
 
-def how_to_read(rules: str) -> str:
+def explain_notation(rules: str) -> str:
     """The explanation of what stands in some rules."""
-    return " ".join([words for sign, words in _HOW_TO_READ if sign in rules])
+    return " ".join([words for sign, words in _EXPLANATIONS if sign in rules])
 
 
 def _head(operator: Operator) -> str:
     return f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
 
 
-def titled(operator: Operator) -> str:
+def operator_title(operator: Operator) -> str:
     """The name of an operator with its parameters, and what it does in a few words."""
     head = _head(operator)
     return f"{head}: {operator.description}" if operator.description else head
@@ -233,17 +235,17 @@ def _definition(derived: DerivedPredicate, defined: Defined) -> str:
 
 def _text_of(formula: f.Formula) -> str:
     """A formula as text, in which a membership reads ``is_a(x, lamp)``, without empty parts."""
-    return print_ltl(_simplified(formula))
+    return print_ltl(_simplify(formula))
 
 
-def _simplified(formula: f.Formula) -> f.Formula:
+def _simplify(formula: f.Formula) -> f.Formula:
     match formula:
         case f.Exists(f.Variable(name, category), f.Equals(left, right)) if category is not None:
             other = right if left.name == name else left
             return f.Atom("is_a", (other, f.Constant(category)))
         case f.And(parts) if f.TRUE in parts:
-            return _simplified(f.And(tuple([part for part in parts if part != f.TRUE])))
+            return _simplify(f.And(tuple([part for part in parts if part != f.TRUE])))
         case f.Not(f.Not(operand)):
-            return _simplified(operand)
+            return _simplify(operand)
         case _:
-            return map_parts(formula, _simplified)
+            return map_parts(formula, _simplify)

@@ -79,7 +79,7 @@ class Source:
     terms: PlannerTerms = field(default_factory=PlannerTerms)
 
 
-USUAL = Source()
+USUAL_SOURCE = Source()
 """The default settings: the user's store, current errata, and any planner."""
 
 

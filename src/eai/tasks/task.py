@@ -108,7 +108,7 @@ class Task:
         return isinstance(self.special, (Impossible, Ambiguous))
 
     @property
-    def planned_with(self) -> tuple[int, ...]:
+    def planning_objects(self) -> tuple[int, ...]:
         """The objects that a search for a plan needs: the task's objects, and those that no answer names."""
         return self.relevant + self.unnamed
 
@@ -118,23 +118,23 @@ class Task:
         return self.initial.scene
 
     @property
-    def at_the_end(self) -> Task:
+    def without_goals_over_time(self) -> Task:
         """The task without its goals over time."""
         kept = tuple([goal for goal in self.goals if not goal.is_over_time])
-        return self if len(kept) == len(self.goals) else self.with_goals(kept)
+        return self if len(kept) == len(self.goals) else self.replace_goals(kept)
 
     @property
-    def is_told_by_goals(self) -> bool:
+    def prompts_state_goals(self) -> bool:
         """Whether prompts state the goals. Prompts of ambiguous tasks only give the instruction."""
         return not isinstance(self.special, Ambiguous)
 
     @property
-    def told(self) -> Task:
+    def prompted(self) -> Task:
         """The task with only those goals that prompts state."""
-        if not self.is_told_by_goals:
+        if not self.prompts_state_goals:
             return replace(self, goals=())
         is_untold = isinstance(self.special, Hazards) and self.special.untold
-        return self.with_goals(self.asked_goals) if is_untold else self
+        return self.replace_goals(self.asked_goals) if is_untold else self
 
     @property
     def asked_goals(self) -> tuple[Goal, ...]:
@@ -142,22 +142,22 @@ class Task:
         hazards = len(self.special.hazards) if isinstance(self.special, Hazards) else 0
         return self.goals[: len(self.goals) - hazards]
 
-    def with_goals(self, goals: tuple[Goal, ...]) -> Task:
+    def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
         """Return the task with other goals, none of which forbids a hazard."""
         special = None if isinstance(self.special, Hazards) else self.special
         return replace(self, goals=goals, special=special)
 
-    def exclusion(self, reason: str) -> TaskExclusion:
+    def exclude(self, reason: str) -> TaskExclusion:
         """Return the reason for leaving this task out of all statistics, whatever is answered."""
         return TaskExclusion(reason)
 
     @property
-    def left_out(self) -> TaskExclusion | None:
+    def plan_exclusion(self) -> TaskExclusion | None:
         """Why statistics of plans exclude the task: it has no goals or no plan. Otherwise None."""
         reason = self.unsolvable if self.goals else NO_GOALS
-        return None if reason is None else self.exclusion(reason)
+        return None if reason is None else self.exclude(reason)
 
-    def named_by(self, goals: Iterable[Goal]) -> set[int]:
+    def find_named_objects(self, goals: Iterable[Goal]) -> set[int]:
         """Return the objects that some goals of the task name, by index."""
         return {self.scene.index[name] for goal in goals for name in object_names(goal.formula)}
 

@@ -21,19 +21,19 @@ from eai.tasks.planning import is_impossible
 from eai.tasks.source import Finding, TaskSet
 from eai.tasks.special import Impossible
 from eai.tasks.task import Task
-from eai.tasks.task_lines import read_line, task_of
+from eai.tasks.task_lines import read_line, task_from_line
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, describe, execute, to_trace
 
 ENDINGS = (".jsonl", ".jsonl.gz")
 """How the names of task files end."""
 
-_ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
+_LEADING_ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
 """How a line begins of which nothing else need be read to know its id."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Line:
+class _FileLine:
     """A line of a file, by number, and its content."""
 
     file: Path
@@ -57,19 +57,19 @@ class _TaskFiles:
 
     name: str
     base: str
-    lines: Mapping[str, _Line]
+    lines: Mapping[str, _FileLine]
     sha256: str
 
     def tasks(self, domain: Domain) -> TaskSet[Task]:
         """The tasks, in a domain that is the declaration of their base."""
         return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
 
-    def _task(self, place: _Line, domain: Domain) -> Task:
+    def _task(self, place: _FileLine, domain: Domain) -> Task:
         with prefix_errors(place):
             line = read_line(place.content)
             if line.base != self.base:
                 raise InputError(f"base: expected {self.base!r}, as in the first line, found {line.base!r}")
-            return task_of(line, domain)
+            return task_from_line(line, domain)
 
 
 def open_task_files(path: Path) -> _TaskFiles:
@@ -79,11 +79,11 @@ def open_task_files(path: Path) -> _TaskFiles:
         InputError: there is no file or no task, an id is missing or stands there twice, or the first line is
             not as it should be; the message names file and line.
     """
-    files = task_files_in(path)
+    files = find_task_files(path)
     contents = [_content(file) for file in files]
-    lines: dict[str, _Line] = {}
+    lines: dict[str, _FileLine] = {}
     for file, content in zip(files, contents, strict=True):
-        for place in _places(file, content):
+        for place in _read_lines(file, content):
             task_id = _id(place)
             if task_id in lines:
                 raise InputError(f"{place}: the id {task_id!r} stands at {lines[task_id]} already")
@@ -125,8 +125,8 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
         InputError: the files cannot be opened (`open_task_files`).
     """
     domain_of = cache(domain_of)
-    seen: dict[str, _Line] = {}
-    places = list(lines_in(path))
+    seen: dict[str, _FileLine] = {}
+    places = list(read_task_file_lines(path))
     if not places:
         yield Finding(str(path), "expected at least one task")
     for place in places:
@@ -136,20 +136,20 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
                 raise InputError(f"the id {line.id!r} stands at {seen[line.id]} already")
             seen[line.id] = place
             domain = domain_of(line.base)
-            problems: Iterable[str] = problems_of(task_of(line, domain), domain)
+            problems: Iterable[str] = find_false_statements(task_from_line(line, domain), domain)
         except InputError as error:
             problems = [str(error)]
         yield from (Finding(str(place), problem) for problem in problems)
 
 
-def problems_of(task: Task, domain: Domain) -> Iterator[str]:
+def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:
     """Yield the statements of a task that are not true: goals that are none, a plan that is no solution."""
     test = GoalTest(task)
-    if all(test.reached(task.initial, ())):
+    if all(test.find_reached(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
-    yield from _problems_of_missing(task, domain)
+    yield from _find_false_claims_of_plans(task, domain)
     if not task.has_no_plan:
-        yield from _broken_goals(task)
+        yield from _find_broken_goals(task)
     if not task.script:
         return
     trajectory = execute(domain, task.initial, task.script)
@@ -160,13 +160,13 @@ def problems_of(task: Task, domain: Domain) -> Iterator[str]:
             yield f"plan.{number}: expected a step that is possible and needed: {what}"
     if trajectory.failure is None:
         operators = [action.operator for action in trajectory.executed]
-        reached = test.reached(trajectory.final, operators, trajectory)
+        reached = test.find_reached(trajectory.final, operators, trajectory)
         yield from (
             f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
         )
 
 
-def _broken_goals(task: Task) -> Iterator[str]:
+def _find_broken_goals(task: Task) -> Iterator[str]:
     """The goals over time that no plan can reach, because the state at the start breaks them."""
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):
@@ -174,7 +174,7 @@ def _broken_goals(task: Task) -> Iterator[str]:
             yield f"goals.{number}: no plan reaches it: the start already breaks {print_ltl(goal.formula)}"
 
 
-def _problems_of_missing(task: Task, domain: Domain) -> Iterator[str]:
+def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
     """Untrue statements on whether there is a plan, where an answer may say that there is none."""
     if task.has_no_plan and task.script:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
@@ -184,16 +184,16 @@ def _problems_of_missing(task: Task, domain: Domain) -> Iterator[str]:
         yield "missing: expected a plan, as nothing is missing"
 
 
-def lines_in(path: Path) -> Iterator[_Line]:
+def read_task_file_lines(path: Path) -> Iterator[_FileLine]:
     """The lines of a task file, or of all in a folder, by name.
 
     Raises:
         InputError: a file cannot be read.
     """
-    return (place for file in task_files_in(path) for place in _places(file, _content(file)))
+    return (place for file in find_task_files(path) for place in _read_lines(file, _content(file)))
 
 
-def task_files_in(path: Path) -> list[Path]:
+def find_task_files(path: Path) -> list[Path]:
     """The task files in a folder, by name, or the one that this is.
 
     Raises:
@@ -216,14 +216,14 @@ def _content(file: Path) -> bytes:
         raise InputError(f"{file}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
 
 
-def _places(file: Path, content: bytes) -> Iterator[_Line]:
+def _read_lines(file: Path, content: bytes) -> Iterator[_FileLine]:
     """The lines that are not blank."""
-    return (_Line(file, number, line) for number, line in number_lines(content))
+    return (_FileLine(file, number, line) for number, line in number_lines(content))
 
 
-def _id(place: _Line) -> str:
+def _id(place: _FileLine) -> str:
     """The id of a task; the rest of the line is read only where it does not begin with it."""
-    found = _ID.match(place.content)
+    found = _LEADING_ID.match(place.content)
     if found is not None:
         return found[1].decode(errors="replace")
     try:

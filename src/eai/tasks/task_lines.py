@@ -22,7 +22,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import describe_arity
 from eai.tasks.goal_text import lexicon_of_goals, read_goal
-from eai.tasks.options import misfit
+from eai.tasks.options import describe_misfit
 from eai.tasks.special import Ambiguous, Hazards, Impossible, Special
 from eai.tasks.task import Goal, Task, goal
 from eai.world.action import Action
@@ -30,10 +30,10 @@ from eai.world.domain import Domain
 from eai.world.state import Scene, State
 
 Names: TypeAlias = Annotated[list[str], Field(max_length=2)]
-_Text: TypeAlias = Annotated[str, Field(min_length=1)]
+_NonEmptyText: TypeAlias = Annotated[str, Field(min_length=1)]
 
 
-def _described(schema: dict[str, Any]) -> None:
+def _add_descriptions(schema: dict[str, Any]) -> None:
     """Put the meanings that the docstring tells into the schema of a line."""
     schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
     for name, meaning in read_meanings(_TaskLine.__doc__, "Attributes").items():
@@ -65,14 +65,14 @@ class _TaskLine(BaseModel):
     """
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, title="Task", json_schema_extra=_described
+        extra="forbid", frozen=True, strict=True, title="Task", json_schema_extra=_add_descriptions
     )
 
-    id: _Text
+    id: _NonEmptyText
     version: Literal[1] = 1
-    base: _Text
+    base: _NonEmptyText
     title: str = ""
-    instruction: _Text
+    instruction: _NonEmptyText
     objects: dict[str, str]
     agent: str | None = None
     relevant: list[str] | None = None
@@ -98,7 +98,7 @@ def read_line(text: str | bytes) -> _TaskLine:
         InputError: it is no JSON, or not of this shape; says where in the line and what was expected.
     """
     try:
-        value = json.loads(text, strict=False, object_pairs_hook=_without_repetition)
+        value = json.loads(text, strict=False, object_pairs_hook=_refuse_repetition)
         if not isinstance(value, dict):
             raise InputError('expected an object with "id", a string, and what else makes a task')
         return _TaskLine.model_validate(value)
@@ -107,10 +107,10 @@ def read_line(text: str | bytes) -> _TaskLine:
     except (UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"expected JSON in UTF-8 ({error})") from error
     except ValidationError as error:
-        raise InputError(misfit(error, _TaskLine.model_fields)) from error
+        raise InputError(describe_misfit(error, _TaskLine.model_fields)) from error
 
 
-def _without_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
+def _refuse_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
     members = dict(pairs)
     if len(members) < len(pairs):
         repeated = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
@@ -118,7 +118,7 @@ def _without_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return members
 
 
-def task_of(line: _TaskLine, domain: Domain) -> Task:
+def task_from_line(line: _TaskLine, domain: Domain) -> Task:
     """The task of a line.
 
     Raises:
@@ -186,7 +186,7 @@ def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
         yield Action(operator, tuple([_index(name, scene.index, f"plan.{number}") for name in names]))
 
 
-def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
+def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
     """A task as a line, without the line's end; equal tasks give equal text.
 
     A plan with a step that is none of the domain's, which a file cannot hold, is left out.
@@ -206,9 +206,9 @@ def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | N
     values["objects"] = {thing.name: thing.category for thing in scene.objects}
     values |= {} if scene.agent is None else {"agent": names[scene.agent]}
     values |= {} if task.relevant == everything else {"relevant": [names[i] for i in task.relevant]}
-    values["facts"] = facts_by_predicate(task.initial)
-    values["goals"] = goal_texts([goal.formula for goal in task.goals], domain, scene)
-    plan = plan_of(task)
+    values["facts"] = list_facts(task.initial)
+    values["goals"] = write_goals([goal.formula for goal in task.goals], domain, scene)
+    plan = list_plan(task)
     sound = all(domain.arities.get(operator) == len(objects) for operator, *objects in plan)
     values |= {"plan": plan} if plan and sound else {}
     special = {} if task.special is None else asdict(task.special)
@@ -217,13 +217,13 @@ def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | N
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 
-def plan_of(task: Task) -> list[list[str]]:
+def list_plan(task: Task) -> list[list[str]]:
     """The plan of a task as task files list it."""
     things = task.scene.objects
     return [[action.operator, *(things[i].name for i in action.arguments)] for action in task.script]
 
 
-def facts_by_predicate(state: State) -> dict[str, list[str | Sequence[str]]]:
+def list_facts(state: State) -> dict[str, list[str | Sequence[str]]]:
     """The facts of a state as task files list them."""
     listed: dict[str, list[str | Sequence[str]]] = {}
     for predicate, arguments in state.facts():
@@ -232,8 +232,8 @@ def facts_by_predicate(state: State) -> dict[str, list[str | Sequence[str]]]:
     return listed
 
 
-def goal_texts(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
+def write_goals(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
     """Goals as task files state them."""
     lexicon = lexicon_of_goals(domain, scene)
     renamed = [rename_variables(formula) for formula in formulas]
-    return [print_ltl(rewrite_in_time(formula, lexicon.worded)) for formula in renamed]
+    return [print_ltl(rewrite_in_time(formula, lexicon.to_text_names)) for formula in renamed]

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TypeAlias
 
 from eai.logic.rewriting import rename_objects
-from eai.tasks.goal_text import formula_text
-from eai.tasks.rules import Rules, how_to_read, titled
+from eai.tasks.goal_text import write_goal
+from eai.tasks.rules import DomainRules, explain_notation, operator_title
 from eai.tasks.task import Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -29,7 +29,7 @@ _MEANING = (
 """How a prompt says what the failure of a check means, in the order of the paper."""
 
 
-def declared_name(task: Task, index: int) -> str:
+def find_declared_name(task: Task, index: int) -> str:
     """The name of an object as its scene declares it."""
     return task.scene.objects[index].name
 
@@ -53,119 +53,121 @@ class Wording:
 
     domain: Domain
     predicates: tuple[str, ...]
-    written_as: Mapping[str, str] = field(default_factory=dict)
-    object_name: ObjectName = declared_name
+    answer_names: Mapping[str, str] = field(default_factory=dict)
+    object_name: ObjectName = find_declared_name
     conventions: Callable[[Task], str] | None = None
     static: tuple[str, ...] = ()
-    rules: Rules | None = None
+    rules: DomainRules | None = None
     unchanging: tuple[str, ...] = ()
     surroundings: Callable[[Task], Iterable[int]] | None = None
 
     @staticmethod
-    def of(domain: Domain) -> Wording:
+    def of_domain(domain: Domain) -> Wording:
         """The wording of any domain: every visible predicate, every declared name, every rule."""
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
-        return Wording(domain, changeable, static=static, rules=Rules(domain))
+        return Wording(domain, changeable, static=static, rules=DomainRules(domain))
 
-    def vocabulary(self) -> str:
+    def describe_vocabulary(self) -> str:
         """The predicates that can be said of objects, one with its parameters a line."""
         return _lines(
             f"{self._name(name)}({', '.join(parameter_names(self._arity(name)))})"
             for name in (*self.predicates, *self.static)
         )
 
-    def operators(self) -> str:
+    def describe_operators(self) -> str:
         """The actions with their parameters, and the rules of each, or what its checks mean in words."""
-        listed = _lines(map(self.operator, self.domain.operators))
+        listed = _lines(map(self.describe_operator, self.domain.operators))
         if self.rules is None:
             return listed
-        rules = "\n".join([listed, *self.rules.definitions()])
-        return f"{how_to_read(rules)}\n{rules}"
+        rules = "\n".join([listed, *self.rules.write_definitions()])
+        return f"{explain_notation(rules)}\n{rules}"
 
-    def contents_of(self, each: str) -> str:
+    def describe_rules_of(self, each: str) -> str:
         """The heading above `operators`: what it tells of each action."""
         if self.rules is None:
             return f"the reasons for which {each} can fail"
         return f"what {each} requires and changes"
 
-    def operator(self, operator: Operator) -> str:
+    def describe_operator(self, operator: Operator) -> str:
         """One of them."""
-        exact = None if self.rules is None else self.rules.brief(operator)
+        exact = None if self.rules is None else self.rules.summarize(operator)
         return exact or _operator_text(operator)
 
-    def objects(self, task: Task) -> str:
+    def describe_objects(self, task: Task) -> str:
         """The objects of a task with their properties, each once, and what conventions there are."""
-        listed = _lines(dict.fromkeys([self.object(task, index) for index in self.subjects(task)]))
+        listed = _lines(
+            dict.fromkeys([self.describe_object(task, index) for index in self.listed_objects(task)])
+        )
         known = [] if self.conventions is None else [self.conventions(task)]
         agent = task.scene.agent
         if self.rules is not None and agent is not None:
             known.append(f"The agent is {self.object_name(task, agent)}.")
         return "\n\n".join([listed, *filter(None, known)])
 
-    def subjects(self, task: Task) -> list[int]:
+    def listed_objects(self, task: Task) -> list[int]:
         """Return the objects that a prompt lists, by index: those of the task, and their surroundings."""
         if self.surroundings is None:
-            return subjects(task)
-        return sorted({*subjects(task), *self.surroundings(task)})
+            return prompt_objects(task)
+        return sorted({*prompt_objects(task), *self.surroundings(task)})
 
-    def object(self, task: Task, index: int) -> str:
+    def describe_object(self, task: Task, index: int) -> str:
         """An object with its kind and its properties."""
-        return f"{self.object_name(task, index)} {self.kind(task, index)}"
+        return f"{self.object_name(task, index)} {self.describe_kind(task, index)}"
 
-    def kind(self, task: Task, index: int) -> str:
+    def describe_kind(self, task: Task, index: int) -> str:
         """The kind of an object, and its properties."""
         properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
         having = [p.name for p in properties if task.initial.has(p.name, index)]
         return f"[{task.scene.objects[index].category}]: {', '.join(having) or '-'}"
 
-    def initial(self, task: Task) -> str:
+    def describe_initial(self, task: Task) -> str:
         """The facts about a task's objects at the start."""
-        about = self.subjects(task)
-        facts = [fact for each in self.told for fact in each.facts(task.initial, about)]
-        return _lines(dict.fromkeys([self.fact(task, fact) for fact in facts]))
+        about = self.listed_objects(task)
+        facts = [fact for each in self.state_listings for fact in each.facts(task.initial, about)]
+        return _lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
 
     @cached_property
-    def listings(self) -> tuple[FactListing, ...]:
+    def goal_listings(self) -> tuple[FactListing, ...]:
         """The listing of the facts of each predicate that goals are made of, in order."""
         return self._listings(self.predicates)
 
     @cached_property
-    def told(self) -> tuple[FactListing, ...]:
+    def state_listings(self) -> tuple[FactListing, ...]:
         """The listing of the facts of each predicate that states are told with."""
-        return (*self.listings, *self._listings(self.static))
+        return (*self.goal_listings, *self._listings(self.static))
 
     def _listings(self, names: Iterable[str]) -> tuple[FactListing, ...]:
         """Where rules are told exactly, they are about one object that stands in two places, too."""
         repeated = self.rules is not None
         return tuple([make_listing(self.domain.vocabulary, name, repeated=repeated) for name in names])
 
-    def fact(self, task: Task, fact: Fact) -> str:
+    def write_fact(self, task: Task, fact: Fact) -> str:
         """A fact about objects of a task."""
-        return self.said(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
+        return self.write_fact_about(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
 
-    def said(self, predicate: str, names: Iterable[str]) -> str:
+    def write_fact_about(self, predicate: str, names: Iterable[str]) -> str:
         """A fact about things with these names."""
         return f"{self._name(predicate)}({', '.join(names)})"
 
-    def goals(self, task: Task) -> str:
+    def describe_goals(self, task: Task) -> str:
         """The goals of a task; its instruction where that is all that is told of them."""
-        if not task.is_told_by_goals:
+        if not task.prompts_state_goals:
             return task.instruction
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
-        return _lines(formula_text(rename_objects(goal.formula, names)) for goal in task.told.goals)
+        return _lines(write_goal(rename_objects(goal.formula, names)) for goal in task.prompted.goals)
 
     def _name(self, predicate: str) -> str:
-        return self.written_as.get(predicate, predicate)
+        return self.answer_names.get(predicate, predicate)
 
     def _arity(self, predicate: str) -> int:
         return self.domain.vocabulary.arity(predicate) or 0
 
 
-def subjects(task: Task) -> list[int]:
+def prompt_objects(task: Task) -> list[int]:
     """The objects that a prompt speaks of: those that an answer may name, and the agent."""
     agent = () if task.scene.agent is None else (task.scene.agent,)
     return list(dict.fromkeys((*task.relevant, *agent)))
@@ -174,7 +176,7 @@ def subjects(task: Task) -> list[int]:
 def _operator_text(operator: Operator) -> str:
     names = {parameter.name: parameter.name for parameter in operator.parameters}
     checks: Sequence[Check] = (*operator.checks, *(check for each in operator.tries for check in each.checks))
-    lines = [titled(operator)]
+    lines = [operator_title(operator)]
     for kind, meaning in _MEANING:
         reasons = dict.fromkeys(c.reason.format_map(names) for c in checks if c.fault is kind)
         if reasons:

@@ -15,8 +15,8 @@ from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Constant
-from eai.tasks.goal_test import alternatives
-from eai.tasks.goal_text import formula_text, make_task
+from eai.tasks.goal_test import alternative_actions
+from eai.tasks.goal_text import make_task, write_goal
 from eai.tasks.task import GoalKind, Task
 from world import toy
 
@@ -28,7 +28,7 @@ def stated(text: str) -> _StatedGoals:
 
 
 def texts(read: _StatedGoals) -> list[tuple[GoalKind, str]]:
-    return [(goal.kind, formula_text(goal.formula)) for goal in read.goals]
+    return [(goal.kind, write_goal(goal.formula)) for goal in read.goals]
 
 
 def test_goals_of_every_kind_are_read_in_the_order_of_kinds() -> None:
@@ -51,7 +51,7 @@ def test_unknown_names_are_kept_as_written() -> None:
     )
     assert [text for _, text in texts(read)] == ["lit(sun)", "shiny(lamp)", "lit(lamp)", "SING"]
     assert read.unknown == ("sun", "shiny", "SING")
-    assert [formula_text(goal.formula) for goal in read.meaningful] == ["lit(lamp)"]
+    assert [write_goal(goal.formula) for goal in read.meaningful] == ["lit(lamp)"]
 
 
 def test_ill_formed_goals_are_left_out() -> None:
@@ -119,8 +119,10 @@ def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualH
         read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         lasting = [{g for g in goals if g.kind is not GoalKind.ACTION} for goals in (read.goals, task.goals)]
         assert lasting[0] == lasting[1], task.id
-        actions = [alternatives(goal)[0] for goal in task.goals_of(GoalKind.ACTION)]
-        assert [alternatives(g) for g in read.goals if g.kind is GoalKind.ACTION] == [(a,) for a in actions]
+        actions = [alternative_actions(goal)[0] for goal in task.goals_of(GoalKind.ACTION)]
+        assert [alternative_actions(g) for g in read.goals if g.kind is GoalKind.ACTION] == [
+            (a,) for a in actions
+        ]
 
 
 def test_a_repeated_class_means_the_object_before_its_last(
@@ -136,4 +138,4 @@ def test_a_repeated_class_means_the_object_before_its_last(
     for times, meant in ((1, lights[1:]), (2, lights[::-1]), (5, lights[::-1])):
         answer = json.dumps({"node goals": [{"name": "light", "state": "ON"}] * times})
         read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
-        assert [formula_text(goal.formula) for goal in read.goals] == [f"ON({name})" for name in meant]
+        assert [write_goal(goal.formula) for goal in read.goals] == [f"ON({name})" for name in meant]

@@ -15,7 +15,7 @@ from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText
-from eai.pddl.planners import available, make_planner
+from eai.pddl.planners import make_planner, resolve_choice
 from eai.pddl.planning import (
     PddlPlanner,
     PlannerChoice,
@@ -308,7 +308,7 @@ def test_an_explanation_says_which_operators_the_planner_got(tmp_path: Path) -> 
         pytest.skip("Fast Downward is not installed")
     usual = make_planner(PlannerChoice.FAST_DOWNWARD, 200)
     assert isinstance(usual, FastDownward)
-    assert (usual.cpu_seconds, usual.memory_mib, usual.seats, usual.remark) == (200, 4096, None, "")
+    assert (usual.cpu_seconds, usual.memory_mib, usual.slots, usual.remark) == (200, 4096, None, "")
     brief = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(seconds=5))
     assert isinstance(brief, FastDownward)
     assert (brief.cpu_seconds, brief.name) == (5, f"{usual.name} (5 s)")
@@ -316,16 +316,16 @@ def test_an_explanation_says_which_operators_the_planner_got(tmp_path: Path) -> 
         shared = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(None, memory, tmp_path))
         assert isinstance(shared, FastDownward)
         assert (shared.cpu_seconds, shared.memory_mib) == (200, limit)
-        assert shared.seats == (seats, tmp_path)
+        assert shared.slots == (seats, tmp_path)
 
 
 def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FastDownward, "is_installed", lambda: True)
-    assert available(PlannerChoice.AUTO) is PlannerChoice.FULL
+    assert resolve_choice(PlannerChoice.AUTO) is PlannerChoice.FULL
     monkeypatch.setattr(FastDownward, "is_installed", lambda: False)
-    assert available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN
+    assert resolve_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN
     assert make_planner(PlannerChoice.AUTO, 200) == BuiltInPlanner()
-    assert available(PlannerChoice.NONE) is PlannerChoice.NONE
+    assert resolve_choice(PlannerChoice.NONE) is PlannerChoice.NONE
 
 
 def test_a_verdict_names_the_planner(rules_with: MakeRules) -> None:

@@ -18,7 +18,7 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from eai.tasks.task_files import write_task_file
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 
 pytestmark = pytest.mark.usefixtures("data_store")
 SOURCE = Source(planner=PlannerChoice.NONE)
@@ -27,7 +27,7 @@ SOURCE = Source(planner=PlannerChoice.NONE)
 def made(like: str, folder: Path) -> Benchmark:
     """Some generated tasks as a file."""
     domain, file = find_benchmark(like).domain, folder / f"made_{like}.jsonl"
-    write_task_file(file, [written(each.task, like, domain, each.about) for each in tasks(like)[:6]])
+    write_task_file(file, [write_task_line(each.task, like, domain, each.about) for each in tasks(like)[:6]])
     return find_benchmark(str(file))
 
 

@@ -26,8 +26,8 @@ from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
 from eai.tasks.special import Ambiguous
 from eai.tasks.task import Task
-from eai.tasks.task_files import problems_of
-from eai.tasks.task_lines import read_line, task_of, written
+from eai.tasks.task_files import find_false_statements
+from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 from eai.world.action import Action
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -74,9 +74,9 @@ def test_they_differ_in_where_the_second_thing_stands(like: str) -> None:
         assert all(second in fact.arguments for fact in changed)
         for task in (clear, unclear):
             assert solves(domain, task, task.script)
-            assert list(problems_of(task, domain)) == []
-            line = written(task, like, domain)
-            assert written(task_of(read_line(line), domain), like, domain) == line
+            assert list(find_false_statements(task, domain)) == []
+            line = write_task_line(task, like, domain)
+            assert write_task_line(task_from_line(read_line(line), domain), like, domain) == line
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -149,7 +149,7 @@ def test_neither_goals_nor_subgoals_are_asked_for_where_words_may_fit_two(
     domain = find_benchmark("behavior").domain
     (clear, unclear), *_ = pairs("behavior")
     plain = replace(clear, id="plain", special=None)
-    lines = [written(task, "behavior", domain) for task in (clear, unclear, plain)]
+    lines = [write_task_line(task, "behavior", domain) for task in (clear, unclear, plain)]
     (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
     benchmark = find_benchmark(f"{tmp_path}/")
     for ability in (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION):

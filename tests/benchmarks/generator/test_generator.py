@@ -25,12 +25,12 @@ from eai.benchmarks.generator.walk import Walk, find_lower_bound
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.logic.traversal import walk
-from eai.pddl.val import VALID, installed_val
+from eai.pddl.val import VALID, find_val
 from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.source import Source
 from eai.tasks.task import Task
-from eai.tasks.task_lines import read_line, task_of, written
+from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute
@@ -44,7 +44,9 @@ pytestmark = pytest.mark.usefixtures("data_store")
 
 def solves(domain: Domain, task: Task, plan: tuple[Action, ...]) -> bool:
     trajectory = execute(domain, task.initial, plan)
-    reached = GoalTest(task).reached(trajectory.final, [action.operator for action in trajectory.executed])
+    reached = GoalTest(task).find_reached(
+        trajectory.final, [action.operator for action in trajectory.executed]
+    )
     return trajectory.failure is None and all(reached)
 
 
@@ -54,7 +56,9 @@ def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
     again = generator.__wrapped__(like).generate_task(str(made.about["seed"]))  # type: ignore[attr-defined]
     domain = find_benchmark(like).domain
     assert isinstance(again, Generated)
-    assert written(again.task, like, domain, again.about) == written(made.task, like, domain, made.about)
+    assert write_task_line(again.task, like, domain, again.about) == write_task_line(
+        made.task, like, domain, made.about
+    )
 
 
 @sweep
@@ -86,7 +90,7 @@ def test_certificates_solve_and_need_every_step(like: str) -> None:
     assert len(tasks(like)) > 10
     for made in tasks(like):
         task, plan = made.task, made.task.script
-        assert not any(GoalTest(task).reached(task.initial, ())), task.id
+        assert not any(GoalTest(task).find_reached(task.initial, ())), task.id
         assert solves(domain, task, plan), task.id
         assert execute(domain, task.initial, plan).additional_steps == 0
         assert not any(solves(domain, task, (*plan[:i], *plan[i + 1 :])) for i in range(len(plan))), task.id
@@ -125,9 +129,9 @@ def naively(
 
 @pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
 def test_certificates_are_valid_by_val(like: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eai.pddl.val._SECONDS", 1200)  # on the clock, of a machine that may be busy
+    monkeypatch.setattr("eai.pddl.val._MAX_SECONDS", 1200)  # on the clock, of a machine that may be busy
     try:
-        val = installed_val()
+        val = find_val()
     except DataError as error:
         pytest.skip(str(error))
     domain = find_benchmark(like).domain
@@ -198,11 +202,11 @@ def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
 
 def test_fingerprints_know_objects_by_category() -> None:
     made = tasks("behavior")[0].task
-    line = written(made, "behavior", find_benchmark("behavior").domain)
+    line = write_task_line(made, "behavior", find_benchmark("behavior").domain)
     for name in line_names(made):
         line = line.replace(f'"{name}"', f'"other_{name}"').replace(f"({name}", f"(other_{name}")
         line = line.replace(f", {name}", f", other_{name}")
-    renamed = task_of(read_line(line), find_benchmark("behavior").domain)
+    renamed = task_from_line(read_line(line), find_benchmark("behavior").domain)
     assert fingerprint_task(renamed) == fingerprint_task(made)
     without = replace(made, goals=made.goals[1:])
     assert fingerprint_task(without)[0] != fingerprint_task(made)[0]

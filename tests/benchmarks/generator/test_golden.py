@@ -32,7 +32,7 @@ from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import Forms, Generated, Reason, Spec, TaskKind, Tier
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 from golden_files import assert_golden
 
 SPECS = {
@@ -62,7 +62,7 @@ def test_equal_seeds_give_what_they_have_given(like: str, data_store: Store) -> 
             if isinstance(outcome, Reason):
                 lines.append(f"{name} {seed}: {outcome.value}")
                 continue
-            line = written(outcome.task, like, benchmark.domain, outcome.about)
+            line = write_task_line(outcome.task, like, benchmark.domain, outcome.about)
             digest = hashlib.sha256(line.encode()).hexdigest()[:12]
             lines.append(f"{name} {seed}: {len(outcome.task.script)} steps, {digest}")
     assert_golden(Path(__file__).with_name(f"golden_{like}.txt"), lines)

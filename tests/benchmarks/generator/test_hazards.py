@@ -19,7 +19,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task
-from eai.tasks.task_lines import read_line, task_of, written
+from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 from eai.world.action import Action
 from eai.world.execution import execute
 
@@ -73,13 +73,13 @@ def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
             hazards_of(other),
         )
         assert one.instruction.startswith(f"{other.instruction} ")
-        assert "always" in wording.goals(one)
-        assert "always" not in wording.goals(other)
+        assert "always" in wording.describe_goals(one)
+        assert "always" not in wording.describe_goals(other)
         assert {goal.kind for goal in report_goals(other, [False] * len(other.goals))} >= {HIDDEN_HAZARD}
-        line = written(other, like, benchmark.domain)
-        read = task_of(read_line(line), benchmark.domain)
+        line = write_task_line(other, like, benchmark.domain)
+        read = task_from_line(read_line(line), benchmark.domain)
         assert read.special == other.special == Hazards(hazards_of(one), untold=True)
-        assert written(read, like, benchmark.domain) == line
+        assert write_task_line(read, like, benchmark.domain) == line
 
 
 def test_a_manifest_counts_them() -> None:

@@ -82,7 +82,7 @@ def test_all_kinds_are_made() -> None:
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_a_naive_twin_judges_random_courses_alike(like: str) -> None:
-    listings = find_benchmark(like).wording(Ability.ACTION_SEQUENCING).listings
+    listings = find_benchmark(like).wording(Ability.ACTION_SEQUENCING).goal_listings
     domain, judged = find_benchmark(like).domain, set()
     for made in tasks(like)[:12]:
         task, rng = made.task, random.Random(made.task.id)
@@ -94,7 +94,7 @@ def test_a_naive_twin_judges_random_courses_alike(like: str) -> None:
             actions = [*begun.executed, *(action for action, _ in steps)]
             course = Trajectory(states, tuple(Step(action, None) for action in actions))
             naive = naively(task, states, actions, listings)
-            assert GoalTest(task).reached(course.final, (), course)[-1] == naive, task.id
+            assert GoalTest(task).find_reached(course.final, (), course)[-1] == naive, task.id
             judged.add(naive)
     assert judged == {True, False}
 
@@ -166,7 +166,7 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
 
 
 def seeker(lamps: Benchmark, task: Task, prior: Prior) -> TemporalGoalFinder:
-    listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
+    listings = lamps.wording(Ability.ACTION_SEQUENCING).goal_listings
     proposals = Proposals(prior, task.scene, {}, {})
     begin = partial(Walk, Planner(lamps.domain), task.initial)
     return TemporalGoalFinder(task, lamps.domain, listings, proposals, random.Random(0), begin)

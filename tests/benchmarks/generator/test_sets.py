@@ -26,7 +26,7 @@ from eai.benchmarks.generator.spec import CANARY, Generated, Reason, Spec, Tier
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.tasks.task_files import write_task_file
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 from eai.world.action import Action
 
 SPEC = Spec("lamps", "0" * 64, Tier.M)
@@ -96,7 +96,7 @@ def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
     """A set by the secret with tasks of these seeds, of which one in three was rejected."""
     light = lamps.tasks(Source())["light"]
     lines = [
-        written(replace(light, id=f"t{n}"), "lamps:lamps", lamps.domain, {"seed": seed})
+        write_task_line(replace(light, id=f"t{n}"), "lamps:lamps", lamps.domain, {"seed": seed})
         for n, seed in enumerate(seeds)
     ]
     file = folder / "test.jsonl"
@@ -176,7 +176,7 @@ def test_sets_of_a_folder_are_those_of_its_world_that_have_tasks(lamps: Benchmar
     light = lamps.tasks(Source())["light"]
 
     def write(name: str, base: str) -> None:
-        write_task_file(tmp_path / name, [written(replace(light, id=name), base, lamps.domain)])
+        write_task_file(tmp_path / name, [write_task_line(replace(light, id=name), base, lamps.domain)])
 
     for name in ("train.jsonl", "test.jsonl.gz", "mine.jsonl"):
         write(name, "lamps:lamps")

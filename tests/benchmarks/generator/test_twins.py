@@ -27,8 +27,8 @@ from eai.planning.search import Limits
 from eai.tasks.goal_test import solves
 from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.special import Impossible
-from eai.tasks.task_files import problems_of
-from eai.tasks.task_lines import read_line, task_of, written
+from eai.tasks.task_files import find_false_statements
+from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 
 pytestmark = pytest.mark.usefixtures("data_store")
 
@@ -67,7 +67,7 @@ def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
         (lost,) = set(solved.initial.facts()) - set(unsolved.initial.facts())
         (kept,) = set(unsolved.initial.facts()) - set(solved.initial.facts())
         assert lost.predicate == kept.predicate
-        named = solved.named_by(solved.goals)
+        named = solved.find_named_objects(solved.goals)
         assert (lost.arguments[0] in named) == (kept.arguments[0] in named)
         assert isinstance(unsolved.special, Impossible)
         (missing,) = unsolved.special.missing
@@ -81,10 +81,10 @@ def test_they_are_written_and_read_and_checked(like: str) -> None:
     made = pairs(like)[0]
     assert made.paired is not None
     for task in (made.task, made.paired.task):
-        line = written(task, like, domain)
-        read = task_of(read_line(line), domain)
-        assert written(read, like, domain) == line
-        assert list(problems_of(read, domain)) == []
+        line = write_task_line(task, like, domain)
+        read = task_from_line(read_line(line), domain)
+        assert write_task_line(read, like, domain) == line
+        assert list(find_false_statements(read, domain)) == []
     names = {made.task.id.replace(made.task.title, ""), made.paired.task.id.replace(made.task.title, "")}
     assert names == {"-a", "-b"}
 
@@ -94,7 +94,7 @@ def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_th
 ) -> None:
     domain, made = find_benchmark("behavior").domain, pairs("behavior")[0]
     assert made.paired is not None
-    lines = [written(task, "behavior", domain) for task in (made.task, made.paired.task)]
+    lines = [write_task_line(task, "behavior", domain) for task in (made.task, made.paired.task)]
     (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
     suites = [eai.open(f"{tmp_path}/", ability) for ability in PAPER_ABILITIES[:3]]
     asked = {suite.ability: set(suite.task_ids) for suite in suites}

@@ -16,7 +16,7 @@ from eai.benchmarks.generator.words import Words, _Reader
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
-from eai.tasks.english import English, Voice, plural
+from eai.tasks.english import English, PhraseStyle, pluralize
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
 from sweeps import swept
@@ -66,17 +66,17 @@ CASES = [
 ]
 
 
-ASKED = Voice(0, True)
+ASKED = PhraseStyle(0, True)
 REQUESTED = [
     ("ON(lamp_1)", ASKED, "switch the lamp on"),
-    ("ON(lamp_1)", Voice(1, True), "turn the lamp on"),
-    ("ON(lamp_1)", Voice(1), "the lamp is turned on"),
-    ("not ON(lamp_1)", Voice(1, True), "switch the lamp off"),
+    ("ON(lamp_1)", PhraseStyle(1, True), "turn the lamp on"),
+    ("ON(lamp_1)", PhraseStyle(1), "the lamp is turned on"),
+    ("not ON(lamp_1)", PhraseStyle(1, True), "switch the lamp off"),
     ("is_clean(cup_1)", ASKED, "see to it that cup_1 is clean"),
     ("inside(me, box_1)", ASKED, "see to it that the robot is inside box_1"),
-    ("forall x: cup. (inside(x, box_1))", Voice(1, True), "put each cup into box_1"),
-    ("forall x: cup. (not inside(x, box_1))", Voice(1, True), "take each cup out of box_1"),
-    ("forall x: cup. (not inside(x, box_1))", Voice(1), "no cup is inside box_1"),
+    ("forall x: cup. (inside(x, box_1))", PhraseStyle(1, True), "put each cup into box_1"),
+    ("forall x: cup. (not inside(x, box_1))", PhraseStyle(1, True), "take each cup out of box_1"),
+    ("forall x: cup. (not inside(x, box_1))", PhraseStyle(1), "no cup is inside box_1"),
     ("exists x: cup. (not inside(x, box_1))", ASKED, "take at least one cup out of box_1"),
     ("exists x: cup. (inside(x, box_1))", ASKED, "put at least one cup inside box_1"),
     (
@@ -84,8 +84,12 @@ REQUESTED = [
         ASKED,
         "put every cup inside some gift box",
     ),
-    ("forpairs x: cup, y: gift_box. (inside(x, y))", Voice(1, True), "put each cup into a separate gift box"),
-    ("forn 1. x: cup. (is_clean(x))", Voice(1), "precisely one cup is clean"),
+    (
+        "forpairs x: cup, y: gift_box. (inside(x, y))",
+        PhraseStyle(1, True),
+        "put each cup into a separate gift box",
+    ),
+    ("forn 1. x: cup. (is_clean(x))", PhraseStyle(1), "precisely one cup is clean"),
     (
         "forn 2. x: cup. (inside(x, box_1))",
         ASKED,
@@ -93,7 +97,7 @@ REQUESTED = [
     ),
     (
         "ON(lamp_1) or inside(cup_1, box_1)",
-        Voice(1, True),
+        PhraseStyle(1, True),
         "see to it that either the lamp is turned on or cup_1 is inside box_1",
     ),
     (
@@ -105,7 +109,7 @@ REQUESTED = [
 
 
 @pytest.mark.parametrize(("text", "voice", "clause"), REQUESTED)
-def test_the_same_is_said_in_several_ways(text: str, voice: Voice, clause: str) -> None:
+def test_the_same_is_said_in_several_ways(text: str, voice: PhraseStyle, clause: str) -> None:
     goal = formula(text)
     assert WORDS.make_clause(goal, voice) == clause
     opening = "Your task is to" if voice.requests else "Make sure that"
@@ -116,7 +120,7 @@ def test_the_same_is_said_in_several_ways(text: str, voice: Voice, clause: str) 
 @pytest.mark.parametrize("requests", [False, True])
 def test_every_voice_gives_the_goal_back(text: str, requests: bool) -> None:
     goal, opening = formula(text), "Please" if requests else "See to it that"
-    clauses = {WORDS.make_clause(goal, Voice(pick, requests)) for pick in range(12)}
+    clauses = {WORDS.make_clause(goal, PhraseStyle(pick, requests)) for pick in range(12)}
     assert [_Reader(WORDS).read_goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(
         clauses
     )
@@ -182,7 +186,7 @@ def test_a_goal_without_sentence_is_refused() -> None:
     ],
 )
 def test_plurals(noun: str, nouns: str) -> None:
-    assert plural(noun) == nouns
+    assert pluralize(noun) == nouns
 
 
 @pytest.mark.usefixtures("data_store")

@@ -81,7 +81,7 @@ def runs(eai: Command, tmp_path: Path) -> Path:
 def answer_of(suite: Suite, task_id: str) -> str:
     """Commands that win a task; of one that is not played none do."""
     task = suite.tasks[task_id]
-    commands = Arena(suite.benchmark).stage(task).reference.commands if task.left_out is None else None
+    commands = Arena(suite.benchmark).stage(task).reference.commands if task.plan_exclusion is None else None
     return "\n".join([*(commands or ()), "DONE"])
 
 

@@ -21,7 +21,7 @@ from eai.results.table import Estimate, Table
 from eai.studies.records import Records
 from eai.studies.registry import find_study
 from eai.tasks.special import Ambiguous, Hazards, Impossible
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 from record_files import write_records
 
 LEFT_ON = "always (lit(lamp) implies eventually not lit(lamp))"
@@ -79,7 +79,7 @@ def test_who_shuts_everything_at_the_end_is_the_floor(tmp_path: Path) -> None:
     answers = {name: as_plan(plan) for name, plan in plans.items()}
     file = tmp_path / "tasks.jsonl"
     safe = {"a": True, "b": False, "c": True, "strange": True}
-    lines = [written(with_hazard(name), "switches", DOMAIN, {SHUT_LAST: safe[name]}) for name in safe]
+    lines = [write_task_line(with_hazard(name), "switches", DOMAIN, {SHUT_LAST: safe[name]}) for name in safe]
     file.write_text("\n".join(lines))
     found = tables(tmp_path, asked, answers, tasks=str(file))
     floor, model = found["safety"].row_dicts()
@@ -89,7 +89,7 @@ def test_who_shuts_everything_at_the_end_is_the_floor(tmp_path: Path) -> None:
 
 def test_tasks_that_say_nothing_of_the_floor_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "tasks.jsonl"
-    file.write_text(written(with_hazard("a"), "switches", DOMAIN))
+    file.write_text(write_task_line(with_hazard("a"), "switches", DOMAIN))
     with pytest.raises(InputError, match="no task has safe_if_shut_last"):
         tables(tmp_path, [with_hazard("a")], {"a": as_plan(SAFE)}, tasks=str(file))
 

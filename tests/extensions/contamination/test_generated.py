@@ -17,7 +17,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.special import Impossible
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 
 pytestmark = pytest.mark.usefixtures("data_store")
 
@@ -26,7 +26,7 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
     domain = find_benchmark("behavior").domain
     twin = pairs("behavior")[0].paired
     assert twin is not None
-    (tmp_path / "tasks.jsonl").write_text(written(twin.task, "behavior", domain), encoding="utf-8")
+    (tmp_path / "tasks.jsonl").write_text(write_task_line(twin.task, "behavior", domain), encoding="utf-8")
     other = find_benchmark(f"obfuscated:{tmp_path}/")
     gold = open_answer_book(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
     assert isinstance(twin.task.special, Impossible)
@@ -41,7 +41,7 @@ def test_tasks_whose_words_may_fit_two_objects_are_not_asked_for(tmp_path: Path)
     domain = find_benchmark("behavior").domain
     (clear, unclear), *_ = test_ambiguity.pairs("behavior")
     plain = replace(clear, id="plain", special=None)
-    lines = [written(task, "behavior", domain) for task in (clear, unclear, plain)]
+    lines = [write_task_line(task, "behavior", domain) for task in (clear, unclear, plain)]
     (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
     twin = find_benchmark(f"obfuscated:{tmp_path}/")
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):

@@ -86,7 +86,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
         assert "  requires: " in prompts[task_id].user
         assert len(prompts[task_id].user.splitlines()) == len(others[task_id].user.splitlines())
     (_, *ours), (_, *theirs) = (
-        find_benchmark(each).wording(ability).operators().splitlines() for each in (told, twin)
+        find_benchmark(each).wording(ability).describe_operators().splitlines() for each in (told, twin)
     )
     assert ours != theirs
     assert [_encoded(cipher(name), line) for line in ours] == theirs
@@ -112,7 +112,7 @@ def test_the_arms_are_compared(eai: Command, tmp_path: Path, monkeypatch: pytest
 
 def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
-    told = find_benchmark("obfuscated:lamps:lamps").wording(PLANNED[0]).operators()
+    told = find_benchmark("obfuscated:lamps:lamps").wording(PLANNED[0]).describe_operators()
     assert (
         "GO(x)\n"
         "  requires: is_a(x, lamp); holds(agent, x); not exists y. (inside(agent, y))\n"
@@ -135,7 +135,7 @@ def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.Monkey
 def test_every_action_has_its_needs_and_effects(name: str) -> None:
     """Also what reads hidden memory, or tries several things; of none there is a word in English."""
     domain = find_benchmark(name).domain
-    told = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0]).operators()
+    told = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0]).describe_operators()
     heads = re.split(r"^(?=\w+\([^)]*\)$)", told, flags=re.MULTILINE)[1:]
     assert len(heads) == len(domain.operators)
     for text, operator in zip(heads, domain.operators, strict=True):
@@ -152,11 +152,11 @@ def test_properties_that_actions_ask_for_are_told(name: str) -> None:
     wording = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0])
     domain = find_benchmark(name).domain
     properties = {_encoded(cipher(name), p.name) for p in domain.vocabulary.predicates if is_property(p)}
-    asked = properties & set(re.findall(r"[\w.-]*\w", wording.operators()))
+    asked = properties & set(re.findall(r"[\w.-]*\w", wording.describe_operators()))
     told, words = set(), cipher(name)
     for task in list(find_benchmark(name).tasks(Source()).values())[::10]:
         for index in range(len(task.scene.objects)):
-            told |= set(wording.object(task, index).rpartition(": ")[2].split(", "))
+            told |= set(wording.describe_object(task, index).rpartition(": ")[2].split(", "))
             having = {each for each in asked if task.initial.has(_decoded(words, each), index)}
-            assert having <= set(wording.object(task, index).rpartition(": ")[2].split(", "))
+            assert having <= set(wording.describe_object(task, index).rpartition(": ")[2].split(", "))
     assert len(asked & told) > len(asked) // 2

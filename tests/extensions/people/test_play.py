@@ -26,7 +26,7 @@ from eai.agents.setting import ACTING
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.special import Ambiguous, Impossible, Special
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 
 DOMAIN = "agents.switches:SWITCHES"
 Playing: TypeAlias = Callable[..., Outcome]
@@ -88,7 +88,7 @@ def test_a_person_may_write_commands_without_a_plan_in_small_letters(
 ) -> None:
     task = make_task("t", "Light the lamp.", initial(), "lit(lamp)", domain=SWITCHES.domain)
     file = tmp_path / "tasks.jsonl"
-    file.write_text(written(replace(task, special=special), DOMAIN, SWITCHES.domain))
+    file.write_text(write_task_line(replace(task, special=special), DOMAIN, SWITCHES.domain))
     assert play(line, tasks="t", domain=str(file)).status == 0
     assert said(out) == [command]
 

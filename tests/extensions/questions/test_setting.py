@@ -22,7 +22,7 @@ from eai.extensions.questions.setting import (
     with_counterparts,
 )
 from eai.planning.planner import Planner
-from eai.tasks.rules import Rules
+from eai.tasks.rules import DomainRules
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -38,7 +38,7 @@ def light(lamps: Benchmark) -> Task:
 
 @pytest.fixture
 def opened(lamps: Benchmark) -> Callable[[Task], Setting]:
-    return lambda task: open_setting(task, Rules(lamps.domain), Planner(lamps.domain), "0")
+    return lambda task: open_setting(task, DomainRules(lamps.domain), Planner(lamps.domain), "0")
 
 
 def steps(task: Task, way: str) -> tuple[Action, ...]:
@@ -176,11 +176,11 @@ PUT(x, y)
 
 
 def test_an_operator_is_told_as_it_is_declared(lamps: Benchmark) -> None:
-    assert Rules(lamps.domain).text({"PUT"}) == PUT
+    assert DomainRules(lamps.domain).write_rules({"PUT"}) == PUT
 
 
 def test_operators_are_told_in_the_order_of_the_declaration(lamps: Benchmark) -> None:
-    text = Rules(lamps.domain).text({"PUT", "GO"})
+    text = DomainRules(lamps.domain).write_rules({"PUT", "GO"})
     assert text.splitlines()[0] == "GO(x)"
     assert text.endswith(PUT)
 
@@ -211,21 +211,21 @@ OPERATORS = (
     w.Operator("TRY", (x,), (), (), tries=(w.Try(on(x), (), (w.Delete(on(x)),)),)),
     w.Operator("LOOK", (), (), ()),
 )
-WORLD = Rules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS))
+WORLD = DomainRules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS))
 
 
 def test_what_cannot_be_told_is_left_out() -> None:
     assert [operator.name for operator in WORLD.operators] == ["START", "LOOK"]
-    assert WORLD.memory == {"hidden"}
+    assert WORLD.hidden_memory == {"hidden"}
     assert WORLD.fluents == {"on", "near"}
-    assert WORLD.written["START"] == {"on", "near"}
-    assert WORLD.predicates({"START"}) == {"on", "near", "tag"}
-    assert WORLD.predicates({"LOOK"}) == frozenset()
-    assert WORLD.predicates({"LOOK"}, [ready(x)]) == {"on", "near"}
+    assert WORLD.changed_predicates["START"] == {"on", "near"}
+    assert WORLD.find_predicates({"START"}) == {"on", "near", "tag"}
+    assert WORLD.find_predicates({"LOOK"}) == frozenset()
+    assert WORLD.find_predicates({"LOOK"}, [ready(x)]) == {"on", "near"}
 
 
 def test_effects_are_told_with_their_conditions_and_definitions_once() -> None:
-    assert WORLD.text({"START", "LOOK"}) == (
+    assert WORLD.write_rules({"START", "LOOK"}) == (
         "START(x): make it run\n"
         '  requirement 1: ready(x)   [otherwise "x is not ready"]\n'
         "  becomes true: on(x)\n"
@@ -244,10 +244,10 @@ def test_effects_are_told_with_their_conditions_and_definitions_once() -> None:
 
 @pytest.mark.parametrize(("domain", "left_out"), [("virtualhome", {"PUTOBJBACK"}), ("behavior", {"CLEAN"})])
 def test_of_households_one_operator_cannot_be_told(domain: str, left_out: set[str]) -> None:
-    rules = Rules(find_benchmark(domain).domain)
-    assert set(rules.domain.arities) - rules.names == left_out
-    text = rules.text(rules.names)
-    assert not any(name in text for name in rules.memory)
+    rules = DomainRules(find_benchmark(domain).domain)
+    assert set(rules.domain.arities) - rules.operator_names == left_out
+    text = rules.write_rules(rules.operator_names)
+    assert not any(name in text for name in rules.hidden_memory)
 
 
 ROBOT, LAMP_1, LAMP_2, BALL, BOX = range(5)
@@ -256,7 +256,7 @@ PRESS_1, PRESS_2 = Action("PRESS", (LAMP_1,)), Action("PRESS", (LAMP_2,))
 
 
 def setting(lamps: Benchmark, task: str = "light") -> Setting:
-    rules, planner = Rules(lamps.domain), Planner(lamps.domain)
+    rules, planner = DomainRules(lamps.domain), Planner(lamps.domain)
     return open_setting(lamps.tasks(Source())[task], rules, planner, "0")
 
 

@@ -26,7 +26,7 @@ from eai.extensions.questions.shortcuts import (
 )
 from eai.extensions.questions.writer import Writer
 from eai.planning.planner import Planner
-from eai.tasks.rules import Rules
+from eai.tasks.rules import DomainRules
 from eai.tasks.source import Source
 from extensions.questions.naive import CHOICE
 from sweeps import swept
@@ -129,7 +129,9 @@ def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
 def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answer(lamps: Benchmark) -> None:
     operators = {"step 1": "TOUCH", "step 2": "GRAB", "step 3": "GRAB", "step 4": "OPEN"}
     right, wrong = ["step 1", "step 2"], ["step 3", "step 4"]
-    world = open_setting(lamps.tasks(Source())["light"], Rules(lamps.domain), Planner(lamps.domain), "0")
+    world = open_setting(
+        lamps.tasks(Source())["light"], DomainRules(lamps.domain), Planner(lamps.domain), "0"
+    )
     about = {step: [name] for step, name in operators.items()}
     item = Item(world.states[0], (), 4, right, wrong, (), about=about)
 

@@ -33,7 +33,7 @@ def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:
     """Whether a goal holds after these steps under `strict` and under `eai-1.0.5`."""
     task = make_task(goal)
     state = after(task, *steps)
-    strict, reference = (test.reached(state, ()) for test in (GoalTest(task), behavior_goal_test(task)))
+    strict, reference = (test.find_reached(state, ()) for test in (GoalTest(task), behavior_goal_test(task)))
     return strict[0], reference[0]
 
 
@@ -81,8 +81,8 @@ def test_a_goal_of_both_kinds_counts_half_as_each() -> None:
     goal = "(and (and (open fridge.n.01_1) (inside peach.n.01_1 fridge.n.01_1)) (dusty plate.n.01_1))"
     task = make_task(goal)
     for goals in (GoalTest(task), behavior_goal_test(task)):
-        assert goals.tallies((True, False)) == (Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
-        assert goals.tallies((False, True)) == (Share(1, 1.5), Share(0, 0.5), Share(0, 0))
+        assert goals.tally_by_kind((True, False)) == (Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
+        assert goals.tally_by_kind((False, True)) == (Share(1, 1.5), Share(0, 0.5), Share(0, 0))
 
 
 def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> None:
@@ -91,7 +91,7 @@ def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> Non
         goals = GoalTest(task)
         number = len(task.goals)
         for i, expected in enumerate(kinds[task_id]):
-            tallies = goals.tallies(tuple(i == j for j in range(number)))
+            tallies = goals.tally_by_kind(tuple(i == j for j in range(number)))
             assert [tallies.state.numerator, tallies.relation.numerator] == expected
 
 
@@ -123,8 +123,8 @@ def test_strict_accepts_options_that_the_reference_drops(behavior_tasks: Behavio
         step for i in range(4) for step in (f"RIGHT_GRASP candle_{i}", f"RIGHT_PLACE_INSIDE basket_{3 - i}")
     ]
     state = after(task, *steps)
-    assert GoalTest(task).reached(state, ()) == (True,)
-    assert behavior_goal_test(task).reached(state, ()) == (False,)
+    assert GoalTest(task).find_reached(state, ()) == (True,)
+    assert behavior_goal_test(task).find_reached(state, ()) == (False,)
 
 
 def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:

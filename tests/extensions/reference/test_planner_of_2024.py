@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
-from eai.pddl.check import Offence, PddlFinding
+from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
@@ -46,29 +46,29 @@ def solvable(*actions: PddlAction, init: str = "", goal: str = "(goal)") -> bool
 @pytest.mark.parametrize(
     ("precondition", "effect", "offence"),
     [
-        ("(and (at ?x)", "(goal)", Offence.UNBALANCED),
-        ("(at ?x))", "(goal)", Offence.UNBALANCED),
-        ("(at ?é)", "(goal)", Offence.MALFORMED),
-        ("(dark ?x)", "(goal)", Offence.UNKNOWN_PREDICATE),
-        ("(at ?x)", "(dark)", Offence.UNKNOWN_PREDICATE),
-        ("(at ?x ?x)", "(goal)", Offence.WRONG_ARITY),
-        ("(at (at ?x))", "(goal)", Offence.MALFORMED),
-        ("(and ())", "(goal)", Offence.MALFORMED),
-        ("(not ())", "(goal)", Offence.MALFORMED),
-        ("(and ready)", "(goal)", Offence.MALFORMED),
-        ("(when (ready) (goal))", "(goal)", Offence.EFFECT_IN_CONDITION),
-        ("(ready)", "(or (goal) (ready))", Offence.CONDITION_IN_EFFECT),
-        ("(ready)", "(not (not (goal)))", Offence.CONDITION_IN_EFFECT),
-        ("(ready)", "(not (and (goal)))", Offence.CONDITION_IN_EFFECT),
-        ("(ready)", "(room ?x)", Offence.UNKNOWN_PREDICATE),
-        ("(not (ready) (goal))", "(goal)", Offence.MALFORMED),
-        ("(exists (?y - (either room thing)) (at ?y))", "(goal)", Offence.UNSUPPORTED),
-        ("(exists (?y -) (at ?y))", "(goal)", Offence.MALFORMED),
-        ("(forall (?y) (in ?y ?z))", "(goal)", Offence.UNBOUND_VARIABLE),
-        ("(not (exists (?y) (in ?y ?z)))", "(goal)", Offence.UNBOUND_VARIABLE),
+        ("(and (at ?x)", "(goal)", Violation.UNBALANCED),
+        ("(at ?x))", "(goal)", Violation.UNBALANCED),
+        ("(at ?é)", "(goal)", Violation.MALFORMED),
+        ("(dark ?x)", "(goal)", Violation.UNKNOWN_PREDICATE),
+        ("(at ?x)", "(dark)", Violation.UNKNOWN_PREDICATE),
+        ("(at ?x ?x)", "(goal)", Violation.WRONG_ARITY),
+        ("(at (at ?x))", "(goal)", Violation.MALFORMED),
+        ("(and ())", "(goal)", Violation.MALFORMED),
+        ("(not ())", "(goal)", Violation.MALFORMED),
+        ("(and ready)", "(goal)", Violation.MALFORMED),
+        ("(when (ready) (goal))", "(goal)", Violation.EFFECT_IN_CONDITION),
+        ("(ready)", "(or (goal) (ready))", Violation.CONDITION_IN_EFFECT),
+        ("(ready)", "(not (not (goal)))", Violation.CONDITION_IN_EFFECT),
+        ("(ready)", "(not (and (goal)))", Violation.CONDITION_IN_EFFECT),
+        ("(ready)", "(room ?x)", Violation.UNKNOWN_PREDICATE),
+        ("(not (ready) (goal))", "(goal)", Violation.MALFORMED),
+        ("(exists (?y - (either room thing)) (at ?y))", "(goal)", Violation.UNSUPPORTED),
+        ("(exists (?y -) (at ?y))", "(goal)", Violation.MALFORMED),
+        ("(forall (?y) (in ?y ?z))", "(goal)", Violation.UNBOUND_VARIABLE),
+        ("(not (exists (?y) (in ?y ?z)))", "(goal)", Violation.UNBOUND_VARIABLE),
     ],
 )
-def test_what_every_planner_refuses(precondition: str, effect: str, offence: Offence) -> None:
+def test_what_every_planner_refuses(precondition: str, effect: str, offence: Violation) -> None:
     found = read(precondition, effect)
     assert isinstance(found, PddlFinding), found
     assert found.offence is offence

@@ -125,7 +125,7 @@ BOTH = pytest.mark.parametrize("kind", [GoalTest, _GoalTest], ids=["strict", "re
 
 def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> GoalTallies:
     test = kind(task)
-    return test.tallies(test.reached(task.initial, actions))
+    return test.tally_by_kind(test.find_reached(task.initial, actions))
 
 
 def actions_met(kind: type[GoalTest], goals: list[str], actions: list[str]) -> Share:
@@ -214,14 +214,14 @@ def test_action_goals_can_be_taken_in_the_order_of_the_data_set(
 @BOTH
 def test_each_goal_by_itself(kind: type[GoalTest]) -> None:
     task = make_task(goals=("action GRAB", TWO_RELATIONS[0], OPEN_FRIDGE, "action WASH"))
-    assert kind(task).reached(task.initial, ["GRAB", "WASH"]) == (True, True, False, True)
-    assert kind(task).reached(task.initial, ["GRAB"]) == (True, True, False, False)
+    assert kind(task).find_reached(task.initial, ["GRAB", "WASH"]) == (True, True, False, True)
+    assert kind(task).find_reached(task.initial, ["GRAB"]) == (True, True, False, False)
 
 
 @BOTH
 def test_an_answer_that_never_ran_satisfies_none_of_all_goals(kind: type[GoalTest]) -> None:
     test = kind(make_task(goals=(*TWO_RELATIONS, OPEN_FRIDGE, "action GRAB")))
-    assert test.tallies(test.none_reached) == GoalTallies(Share(0, 1), Share(0, 2), Share(0, 1))
+    assert test.tally_by_kind(test.none_reached) == GoalTallies(Share(0, 1), Share(0, 2), Share(0, 1))
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from eai.results.record import Record
 from eai.results.responses import Response
 from eai.studies.report.explorer import Course
 from eai.tasks.source import Source
-from eai.tasks.wording import subjects
+from eai.tasks.wording import prompt_objects
 from eai.world.execution import execute
 from experiments import experiment
 from extensions.scenes.tile_facts import told_by
@@ -109,5 +109,5 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
         assert {str(each) for each in words.describe(task).facts} <= first
         if ability is Ability.ACTION_SEQUENCING:
             end = execute(benchmark.domain, task.initial, task.script).final
-            there = words.describe(replace(task, initial=end), subjects(task)).facts
+            there = words.describe(replace(task, initial=end), prompt_objects(task)).facts
             assert {str(each) for each in there} <= last

@@ -88,9 +88,9 @@ def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Stor
     (request,) = served.log.requests
     shown, told = request["messages"][-1]["content"]
     assert shown["image_url"]["url"] == url_of(drawn, "image/png")
-    facts = wording.initial(task).splitlines()
+    facts = wording.describe_initial(task).splitlines()
     assert all((fact in told["text"]) is (scene == "both") for fact in facts)
-    assert wording.objects(task) in told["text"]
+    assert wording.describe_objects(task) in told["text"]
     said = (
         "The picture shows the same."
         if scene == "both"
@@ -109,7 +109,7 @@ def test_a_task_shows_pictures(data_store: Store, scene: str, told: bool) -> Non
     assert isinstance(picture, ContentImage)
     assert picture.image.startswith("data:image/png;base64,")
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
-    facts = scene_words(suite.benchmark).wording.initial(suite.tasks[JARS]).splitlines()
+    facts = scene_words(suite.benchmark).wording.describe_initial(suite.tasks[JARS]).splitlines()
     assert all((fact in sample.input[-1].text) is told for fact in facts)
 
 

@@ -20,7 +20,7 @@ from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort, SearchResult
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.goal_test import GoalTest
-from eai.tasks.planning import planning_goal
+from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -61,7 +61,9 @@ def succeeds(domain: Domain, task: Task, plan: PlanSteps) -> bool:
         return False
     trajectory = execute(domain, task.initial, [step for step in plan if step is not None])
     taken = [action.operator for action in trajectory.executed]
-    return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, taken, trajectory))
+    return trajectory.failure is None and all(
+        GoalTest(task).find_reached(trajectory.final, taken, trajectory)
+    )
 
 
 def one_edit(
@@ -119,7 +121,7 @@ def restricted(scorer: ActionSequencing, plan: PlanSteps, actions: Sequence[Acti
     repairer = Repairer(
         planner(scorer.domain),
         task.initial,
-        planning_goal(task),
+        to_planning_goal(task),
         tuple(dict.fromkeys([*task.relevant, *named])),
     )
     repairer.conflict_changes.actions_of = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
@@ -155,7 +157,7 @@ def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) ->
         repairer = Repairer(
             planner(scorer.domain),
             scorer.task.initial,
-            planning_goal(scorer.task),
+            to_planning_goal(scorer.task),
             scorer.task.relevant,
         )
         at_least, at_most = 0, float("inf")
@@ -185,7 +187,7 @@ def test_a_plan_from_the_initial_state_is_searched_for_once(monkeypatch: pytest.
         return plan(*given)
 
     monkeypatch.setattr(Planner, "plan", counted)
-    repairer = Repairer(planner(scorer.domain), task.initial, planning_goal(task), task.relevant)
+    repairer = Repairer(planner(scorer.domain), task.initial, to_planning_goal(task), task.relevant)
     repairer.repair((), Effort(1))
     assert len(calls) == 2, "from where the plan leads, and from the start"
     repairer.repair((), Effort(1))

@@ -67,8 +67,8 @@ def test_a_circle_of_supports_is_not_believed() -> None:
 def test_a_prompt_tells_the_perceived_scene() -> None:
     task = believed_task(kitchen_task(), WORDS, seen("lit lamp_2", objects=("cup_1", "lamp_2", "lamp_7")))
     wording = KITCHEN.observed_wording()
-    assert wording.initial(task) == "lit(lamp_2)"
-    assert wording.objects(task).splitlines() == [
+    assert wording.describe_initial(task) == "lit(lamp_2)"
+    assert wording.describe_objects(task).splitlines() == [
         "robot [robot]: -",
         "cup_1 [cup]: -",
         "lamp_2 [lamp]: can_light",

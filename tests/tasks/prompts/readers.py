@@ -44,7 +44,7 @@ def reader_of(benchmark: Benchmark, ability: Ability, task: Task) -> Reader:
     stored, convention = STORED.get(domain.name, _as_stated), _CONVENTIONS.get(domain.name, _is_heading)
     if domain.name == "behavior-1k" and plain_name(benchmark.name) != benchmark.name:
         stored, convention = partial(_stored, relations=_BEHAVIOR_1K), _is_heading
-    renamed = {written: name for name, written in wording.written_as.items()}
+    renamed = {written: name for name, written in wording.answer_names.items()}
     renamed |= {wording.object_name(task, i): thing.name for i, thing in enumerate(task.scene.objects)}
     return Reader(domain, ListingReader(benchmark.notation.plans.decode_names, convention), stored, renamed)
 

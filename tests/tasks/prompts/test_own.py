@@ -35,7 +35,7 @@ def toy_questions() -> Questions:
     answers = {"1": "GO(shed), PRESS(lamp)", "2": "LIFT(red), GO(shed)"}
     return Questions(
         Ability.ACTION_SEQUENCING.value,
-        Wording.of(toy.DOMAIN),
+        Wording.of_domain(toy.DOMAIN),
         "a robot",
         {"1": light, "2": carry},
         "The answer is a list of actions with their arguments.",

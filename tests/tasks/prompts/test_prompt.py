@@ -18,7 +18,7 @@ def test_digest_covers_both_messages_and_where_they_meet() -> None:
 
 def test_files_have_the_shape_of_the_reference(tmp_path: Path) -> None:
     prompts = {"27_2": Prompt("ask ünder", "be brief"), "1_1": Prompt("?", "be brief")}
-    files = PromptFiles.of(prompts)
+    files = PromptFiles.from_prompts(prompts)
     assert json.loads(files.prompts) == [
         {"identifier": "27_2", "llm_prompt": "ask ünder"},
         {"identifier": "1_1", "llm_prompt": "?"},
@@ -28,7 +28,7 @@ def test_files_have_the_shape_of_the_reference(tmp_path: Path) -> None:
     assert files.system is not None
     (tmp_path / "s.json").write_bytes(files.system)
     assert read_system_file(tmp_path / "s.json") == "be brief"
-    assert PromptFiles.of({"1_1": Prompt("?")}).system is None
+    assert PromptFiles.from_prompts({"1_1": Prompt("?")}).system is None
 
 
 @pytest.mark.parametrize(

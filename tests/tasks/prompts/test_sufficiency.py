@@ -54,13 +54,13 @@ def fetched(data_store: Store, activity_store: Store) -> Source:
 
 def gold_plan(benchmark: Benchmark, task: Task) -> Sequence[Action]:
     """Return a plan that reaches all goals in the true world; empty if no plan can."""
-    if task.left_out is not None or task.has_no_plan:
+    if task.plan_exclusion is not None or task.has_no_plan:
         return ()
     plan = task.script or find_plan(task, Planner(benchmark.domain), Limits(10_000)).plan
     trajectory = execute(benchmark.domain, task.initial, plan)
     taken = [action.operator for action in trajectory.executed]
     assert trajectory.failure is None, task.id
-    assert all(GoalTest(task).reached(trajectory.final, taken, trajectory)), task.id
+    assert all(GoalTest(task).find_reached(trajectory.final, taken, trajectory)), task.id
     return plan
 
 
@@ -168,7 +168,9 @@ def test_gold_plans_work_in_the_worlds_of_openings(
 ) -> None:
     benchmark = find_benchmark(name)
     rules = Rules(view=view, until="done")
-    tasks = [t for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every) if t.left_out is None]
+    tasks = [
+        t for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every) if t.plan_exclusion is None
+    ]
 
     def opening(benchmark: Benchmark, task: Task) -> str:
         return Game(staged(task, benchmark, rules)).briefing()

@@ -51,7 +51,7 @@ def world(name: str) -> tuple[Domain, Task]:
 
 def told(ability: Ability, domain: Domain, task: Task) -> str:
     """The question about a task that stands alone."""
-    wording = Wording.of(domain)
+    wording = Wording.of_domain(domain)
     questions = Questions(ability.value, wording, "an agent", {task.id: task}, "", lambda task_id: "")
     return render(questions, Templates())[task.id].user
 
@@ -155,5 +155,8 @@ def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
 
 def test_conventions_and_who_the_agent_is_are_both_told() -> None:
     domain, task = world("toy")
-    wording = replace(Wording.of(domain), conventions=lambda task: "A lamp that is on is warm.")
-    assert wording.objects(task).split("\n\n")[1:] == ["A lamp that is on is warm.", "The agent is robot."]
+    wording = replace(Wording.of_domain(domain), conventions=lambda task: "A lamp that is on is warm.")
+    assert wording.describe_objects(task).split("\n\n")[1:] == [
+        "A lamp that is on is warm.",
+        "The agent is robot.",
+    ]

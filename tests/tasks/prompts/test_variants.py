@@ -47,11 +47,15 @@ def test_a_question_states_what_the_plain_one_states(
         wording, tasks = benchmark.wording(ability), benchmark.tasks_for(ability, source)
         for task_id in list(plain)[:3]:
             task, question = tasks[task_id], other[task_id].user
-            facts = [wording.vocabulary(), wording.objects(task), wording.initial(task)]
+            facts = [
+                wording.describe_vocabulary(),
+                wording.describe_objects(task),
+                wording.describe_initial(task),
+            ]
             if ability is Ability.GOAL_INTERPRETATION:
                 facts.append(task.instruction)
             else:
-                facts += [wording.operators(), wording.goals(task)]
+                facts += [wording.describe_operators(), wording.describe_goals(task)]
             for fact in facts:
                 assert fact in question
                 assert fact in plain[task_id].user

@@ -30,9 +30,9 @@ def serve(
     shaping: Annotated[
         Shaping, typer.Option(help="What answers and episodes are paid for.")
     ] = TRAINING.reward,
-    turns: Annotated[int, typer.Option(min=1, help=Rules.about("max_steps"))] = 50,
-    observe: Annotated[Observe, typer.Option(help=Rules.about("observe"))] = TRAINING.observe,
-    feedback: Annotated[Feedback, typer.Option(help=Rules.about("feedback"))] = TRAINING.feedback,
+    turns: Annotated[int, typer.Option(min=1, help=Rules.describe_option("max_steps"))] = 50,
+    observe: Annotated[Observe, typer.Option(help=Rules.describe_option("observe"))] = TRAINING.observe,
+    feedback: Annotated[Feedback, typer.Option(help=Rules.describe_option("feedback"))] = TRAINING.feedback,
     host: Annotated[
         str,
         typer.Option(help="Where to listen. There is no password: other than this machine at your own risk."),

@@ -19,7 +19,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.reward import open_reward_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source, given
-from eai.tasks.task_lines import read_line, task_of, written
+from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 
 _TOGETHER = 8
 """How many new tasks are asked about together: prompts show another of them as example."""
@@ -64,7 +64,7 @@ def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier
             replace_tasks(base, split.value, given(*[each.task for each in batch])), ability
         )
         for each in batch:
-            line = written(each.task, domain, base.domain, each.about)
+            line = write_task_line(each.task, domain, base.domain, each.about)
             yield Asked(f"{domain}/{ability.value}/{each.task.id}", asked[each.task.id], line)
 
 
@@ -77,5 +77,5 @@ def suite_of_one(line: str, ability: Ability) -> Suite:
     """
     read = read_line(line)
     base = find_benchmark(read.base)
-    made = replace_tasks(base, "generated", given(task_of(read, base.domain)))
+    made = replace_tasks(base, "generated", given(task_from_line(read, base.domain)))
     return open_suite(made, ability, source=Source(planner=PlannerChoice.NONE))

@@ -55,7 +55,7 @@ class ActionSequencing(PlanScorer):
         self.domain = domain
         self.notation = notation
         self.goals = goals or GoalTest(task)
-        self.excluded = task.left_out
+        self.excluded = task.plan_exclusion
         self._object = notation.objects(task)
         self._known: dict[WrittenStep, Action] = {}
         self._outcomes: KnownOutcomes = {}
@@ -220,7 +220,7 @@ class ActionSequencing(PlanScorer):
             success=success,
             error=error,
             additional_steps=additional,
-            partial=self.goals.partial(self._final(execution), execution.taken_actions, reached),
+            partial=self.goals.find_partial_success(self._final(execution), execution.taken_actions, reached),
         )
 
     def _verdict(
@@ -240,7 +240,7 @@ class ActionSequencing(PlanScorer):
             success=success,
             error=error,
             additional_steps=additional_steps,
-            goals=self.goals.tallies(reached),
+            goals=self.goals.tally_by_kind(reached),
             repairs=plan.repairs,
             spans=plan.spans,
             goals_satisfied=reached,
@@ -263,7 +263,7 @@ class ActionSequencing(PlanScorer):
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the executed plan reaches the goal."""
-        return self.goals.reached(
+        return self.goals.find_reached(
             self._final(execution),
             execution.taken_actions,
             execution.whole_trajectory or execution.trajectory,

@@ -99,7 +99,7 @@ class GoalInterpretation(Scorer):
     """The scorer of one task. Goals over time are left out, since answers cannot state them."""
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
-        self.task = task = task.at_the_end
+        self.task = task = task.without_goals_over_time
         self.notation = notation
         self.lexicon = GoalLexicon(task, domain, notation)
         self.gold = _GoldGoals(notation.alternatives(task), self.lexicon)

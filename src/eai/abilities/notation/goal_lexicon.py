@@ -120,7 +120,7 @@ def _object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
     """Return the parts of a right answer: the first option of each goal about the end."""
-    task = task.at_the_end
+    task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
     options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
     conditions = dict.fromkeys(condition for option in options for condition in option)

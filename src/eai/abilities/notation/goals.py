@@ -24,7 +24,7 @@ from eai.abilities.verdict import Span, Unreadable
 from eai.logic.choice import Choice, ground
 from eai.logic.formula import Formula
 from eai.logic.traversal import MAX_COUNT_DIGITS
-from eai.tasks.goal_text import formula_text
+from eai.tasks.goal_text import write_goal
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
@@ -331,7 +331,7 @@ class GoalNotation(ABC):
         return tuple(
             Alternatives(
                 goal.kind.value,
-                formula_text(goal.formula),
+                write_goal(goal.formula),
                 ground(goal.formula, task.scene.names_of_category),
             )
             for goal in task.goals

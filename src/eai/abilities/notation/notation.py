@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.notation.goals import GoalNotation, JsonGoals
 from eai.abilities.notation.plans import JsonPlans, PlanNotation
 from eai.abilities.protocol import Ability
-from eai.tasks.english import PLAIN, English
+from eai.tasks.english import PLAIN_ENGLISH, English
 
 if TYPE_CHECKING:
     from eai.abilities.notation.subgoals import SubgoalNotation
@@ -36,4 +36,4 @@ class Notation:
     formats: Mapping[Ability, str] = field(default_factory=dict)
     wordings: Callable[[Ability], Wording] | None = None
     also_observed: tuple[str, ...] = ()
-    english: English = PLAIN
+    english: English = PLAIN_ENGLISH

@@ -15,7 +15,7 @@ from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import spell_names
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.lexicon import FormulaLexicon, declared_lexicon
+from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -74,7 +74,7 @@ class SubgoalNotation:
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the vocabulary of subgoals about a scene."""
-        return declared_lexicon(self.domain, scene)
+        return make_declared_lexicon(self.domain, scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or why it cannot be read."""
@@ -131,7 +131,7 @@ class SubgoalNotation:
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
         terms = tuple([Constant(before.scene.objects[i].name) for i in fact.arguments])
-        for name in lexicon.predicates_of(len(terms), first=fact.predicate):
+        for name in lexicon.candidate_predicates(len(terms), first=fact.predicate):
             atom = Atom(name, terms)
             if self.domain.holds(atom, after) is truth and self.domain.holds(atom, before) is not truth:
                 return lexicon.write_literal(GroundAtom(name, fact.arguments, truth))

@@ -273,7 +273,7 @@ class Programs:
     ) -> _Requirement:
         if self.lexicon.is_unobserved(formula):
             raise _not_executable(formula)
-        meaning = self.lexicon.meaning(formula)
+        meaning = self.lexicon.to_domain_names(formula)
 
         def check(why: _FailureReason) -> Check:
             reason = f"{print_ltl(formula)} does not hold, and {why.words}"
@@ -365,7 +365,7 @@ class _ProgramBuilder:
             return self._add_condition(formula, number, then)
         match formula:
             case f.Occurs():
-                action = self._lexicon.action(formula)
+                action = self._lexicon.to_action(formula)
                 return self._add(
                     Perform(self._programs.make_action_planner(action), number, then, MAX_ACTIONS)
                 )
@@ -441,7 +441,7 @@ class _ProgramBuilder:
                 instances = self._instantiate(variable, body, self._extent.all_objects(variable))
                 yield from self._list_alternatives(f.And(tuple(instances)))
             case _:
-                literal = self._lexicon.literal(formula)
+                literal = self._lexicon.to_literal(formula)
                 yield () if literal is None else (literal,)
 
     def _drop_unobserved(self, formula: f.Formula) -> f.Formula:

@@ -86,7 +86,7 @@ class SubgoalDecomposition(Scorer):
         self.notation = notation or SubgoalNotation(domain)
         self._refinement = refinement
         self.goals = goals or GoalTest(task)
-        self.excluded = task.left_out
+        self.excluded = task.plan_exclusion
         self.lexicon = self.notation.lexicon(task.scene)
         self.temporal_goal = self._read_temporal_goal()
         self._goal = self._make_goal()
@@ -120,12 +120,18 @@ class SubgoalDecomposition(Scorer):
 
     def _read_temporal_goal(self) -> Formula | None:
         text = self.task.temporal_goal
-        return None if text is None else self.lexicon.meaning(read_formula(text, self.lexicon.signature)[0])
+        return (
+            None
+            if text is None
+            else self.lexicon.to_domain_names(read_formula(text, self.lexicon.signature)[0])
+        )
 
     def _make_goal(self) -> GoalProgress:
         actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
-        on_course = self.goals.all_over_time if self.goals.watches else None
-        return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting, on_course)
+        on_course = self.goals.meets_goals_over_time if self.goals.has_goals_over_time else None
+        return GoalProgress(
+            self.temporal_goal or actions, self.task.scene, self.goals.meets_goals_about_states, on_course
+        )
 
     def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         return search(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
@@ -140,7 +146,7 @@ class SubgoalDecomposition(Scorer):
             error=error_of(branch, self.domain, self.task.scene),
             additional_steps=kinds.count(FaultKind.ADDITIONAL_STEP),
             category=category_of(outcome),
-            goals=self.goals.tallies(reached),
+            goals=self.goals.tally_by_kind(reached),
             repairs=compiled.repairs,
             spans=compiled.spans,
             goals_satisfied=reached,
@@ -165,7 +171,7 @@ class SubgoalDecomposition(Scorer):
             error=rejected.error,
             additional_steps=0,
             category=rejected.category,
-            goals=self.goals.tallies(reached),
+            goals=self.goals.tally_by_kind(reached),
             repairs=rejected.repairs,
             spans=rejected.spans,
             goals_satisfied=reached,
@@ -184,7 +190,9 @@ class SubgoalDecomposition(Scorer):
     def _compute_partial_success(self, outcome: ExplorationResult) -> Share:
         best = Share(0, 0)
         for branch in self._list_branches(outcome):
-            share = self.goals.partial(branch.state, list_executed(branch), self._test_goals(branch))
+            share = self.goals.find_partial_success(
+                branch.state, list_executed(branch), self._test_goals(branch)
+            )
             if (
                 share.numerator * best.denominator > best.numerator * share.denominator
                 or not best.denominator
@@ -200,8 +208,8 @@ class SubgoalDecomposition(Scorer):
 
     def _test_goals(self, branch: Branch) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the branch reaches the goal."""
-        trajectory = branch.trajectory if self.goals.watches else None
-        return self.goals.reached(branch.state, list_executed(branch), trajectory)
+        trajectory = branch.trajectory if self.goals.has_goals_over_time else None
+        return self.goals.find_reached(branch.state, list_executed(branch), trajectory)
 
     def _test_goals_unexecuted(self) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order, for an answer that is not executed."""
@@ -220,7 +228,7 @@ class SubgoalDecomposition(Scorer):
             if steps and steps[-1].outcome == error.kind.value:
                 why = steps[-1].reason
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {why}")
-            named = object_names(self.lexicon.meaning(compiled.subgoals[error.step]))
+            named = object_names(self.lexicon.to_domain_names(compiled.subgoals[error.step]))
             if error.kind is FaultKind.AFFORDANCE and not {*error.objects} <= {*named}:
                 notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")
         if best is not branch:

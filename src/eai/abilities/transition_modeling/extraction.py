@@ -28,7 +28,7 @@ from eai.abilities.answer_text import ANY_VALUE, AnswerForm, JsonObject, ParsedA
 from eai.abilities.reasoning import blank_out, thoughts_in
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
-from eai.pddl.check import Offence, PddlError, PddlFinding
+from eai.pddl.check import PddlError, PddlFinding, Violation
 from eai.pddl.model import NO_EFFECT, PddlAction
 from eai.pddl.reader import Group, PddlReader, error_at, read_group
 
@@ -291,9 +291,9 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
     keywords = list(_PART.finditer(text, offset))
     between = text[offset : keywords[0].start() if keywords else len(text)].strip()
     if not name or name.startswith(":") or (keywords and between):
-        raise error_at(text, 0, Offence.MALFORMED, "(:action NAME ...)")
+        raise error_at(text, 0, Violation.MALFORMED, "(:action NAME ...)")
     if not keywords and not between.startswith(")"):
-        raise error_at(text, 0, Offence.UNBALANCED, "a partner for this opening parenthesis")
+        raise error_at(text, 0, Violation.UNBALANCED, "a partner for this opening parenthesis")
     bounds = [*(match.start() for match in keywords), len(text)]
     return [
         _OperatorPart(match.group(1).lower(), text[match.end() : end], match is keywords[-1])
@@ -311,7 +311,7 @@ def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
         group = read_group(part.text)
     except PddlError as error:
         closed = part.text.rstrip() + ")"
-        if part.last or error.offence is not Offence.UNBALANCED or len(_CONNECTIVE.findall(closed)) > 1:
+        if part.last or error.offence is not Violation.UNBALANCED or len(_CONNECTIVE.findall(closed)) > 1:
             raise
         return read_group(closed), (_CLOSING,)
     rest = part.text[group.end :].strip()
@@ -322,7 +322,7 @@ def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
         return group, (_STRAY,) if ")" in rest[1:] else ()
     if not part.last and _STRAYS.fullmatch(rest):
         return group, (_STRAY,) if rest else ()
-    raise error_at(part.text, group.end, Offence.MALFORMED, "one list behind a keyword")
+    raise error_at(part.text, group.end, Violation.MALFORMED, "one list behind a keyword")
 
 
 def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlAction:

@@ -19,9 +19,9 @@ from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorSt
 from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add_confusions
 from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
+from eai.pddl.matching import OperatorMatch, match_missing_operator, match_operators
 from eai.pddl.model import PddlAction
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refuse_task
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
@@ -45,7 +45,7 @@ def plan_flaw(
             is missed.
     """
     domain = replace(task.domain.header, actions=tuple(task.gold.values()))
-    return Executor(domain, task.problem).flaw(to_gold_steps(task, written, plan))
+    return Executor(domain, task.problem).find_flaw(to_gold_steps(task, written, plan))
 
 
 def to_gold_steps(
@@ -301,12 +301,12 @@ def _compare_operator(task: TransitionTask, name: str, read: _ReadOperator | Non
         findings = (*findings, *_check_operator(task, action))
     else:
         status = OperatorStatus.MISSING if read is None else OperatorStatus.UNREADABLE
-        match = missing_operator(gold)
+        match = match_missing_operator(gold)
     return OperatorReport(name, status, match.precondition, match.effect, findings), match
 
 
 def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
-    return check_action(action, Declarations.of(task.domain.header))
+    return check_action(action, Declarations.of_domain(task.domain.header))
 
 
 def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart) -> WrittenOperator:
@@ -332,5 +332,5 @@ def _make_planning_task(
     task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
     if refusals:
-        return refusal(refusals[0])
+        return refuse_task(refusals[0])
     return PlanningTask(replace(task.domain.header, actions=actions), task.problem)

@@ -17,7 +17,7 @@ from eai.abilities.transition_modeling.verdict import (
     clause_content,
 )
 from eai.abilities.verdict import ALL, Confusion
-from eai.pddl.check import Offence
+from eai.pddl.check import Violation
 from eai.pddl.matching import OperatorMatch, SideMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 from eai.tasks.operator_task import TransitionTask
@@ -189,7 +189,7 @@ def _describe_unbound(report: OperatorReport, side: str) -> str:
     A clause with such a variable may resemble a gold clause.
     """
     place = f"{side} of {report.name}"
-    kind = Offence.UNBOUND_VARIABLE
+    kind = Violation.UNBOUND_VARIABLE
     names = [
         f"?{finding.name}"
         for finding in report.offences

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, add_confusions, credit_parts
 from eai.base.json_value import Json
-from eai.pddl.check import Offence, PddlFinding
+from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.task import Category
@@ -144,12 +144,12 @@ _STATUS_FAULTS = {
 
 
 _OFFENCE_FAULTS = {
-    Offence.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
-    Offence.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
-    Offence.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
-    Offence.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
-    Offence.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
-    Offence.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
+    Violation.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
+    Violation.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
+    Violation.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
+    Violation.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
+    Violation.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
+    Violation.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
 }
 """Kind of fault for each kind of defect of an operator. All other defects are parsing errors."""
 

@@ -28,11 +28,11 @@ from eai.benchmarks.errata import load_errata
 from eai.benchmarks.published import make_prompt_reader, open_behavior
 from eai.benchmarks.reference_wheel import find_published_id
 from eai.benchmarks.registry import TITLES
-from eai.tasks.english import english_of
+from eai.tasks.english import read_english
 from eai.tasks.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import once_per_store
 from eai.tasks.task import Task
-from eai.tasks.wording import ObjectName, Wording, declared_name
+from eai.tasks.wording import ObjectName, Wording, find_declared_name
 
 _NOTATION = BehaviorGoals()
 
@@ -151,7 +151,7 @@ def wording(ability: Ability) -> Wording:
     """Return the wording of an ability. Subgoals also name hands; goal interpretation names instances."""
     if ability is Ability.GOAL_INTERPRETATION:
         return Wording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
-    predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), declared_name
+    predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), find_declared_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_dotted_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
@@ -172,7 +172,7 @@ def _describe_halves(name: ObjectName, task: Task) -> str:
 
 def _write_dotted_name(task: Task, index: int) -> str:
     """Return an object's name in subgoals: ``rag.51`` for ``rag_51``."""
-    return ".".join(declared_name(task, index).rsplit("_", 1))
+    return ".".join(find_declared_name(task, index).rsplit("_", 1))
 
 
 def _get_instance_name(task: Task, index: int) -> str:
@@ -200,7 +200,7 @@ def behavior() -> Benchmark:
             formats=read_formats("eai.benchmarks.behavior"),
             wordings=wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
-            english=english_of("eai.benchmarks.behavior"),
+            english=read_english("eai.benchmarks.behavior"),
         ),
         DataSet(
             TITLES[NAME],

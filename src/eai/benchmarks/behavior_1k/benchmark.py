@@ -13,8 +13,8 @@ from eai.benchmarks.behavior_1k.conventions import describe_conventions, describ
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet
-from eai.tasks.english import English, english_of
-from eai.tasks.operator_task import TransitionTask, declared_tasks
+from eai.tasks.english import English, read_english
+from eai.tasks.operator_task import TransitionTask, make_transition_tasks
 from eai.tasks.source import OpenTasks, Source, TaskSet, once_per_store
 from eai.tasks.task import Category, Task
 from eai.tasks.wording import Wording
@@ -30,7 +30,7 @@ _UNCHANGING = tuple(
 
 @cache
 def _load_english() -> English:
-    return english_of("eai.benchmarks.behavior_1k")
+    return read_english("eai.benchmarks.behavior_1k")
 
 
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
@@ -59,7 +59,7 @@ def _open_operators(source: Source) -> TaskSet[TransitionTask]:
     )
     domain = replace(build_domain(), vocabulary=replace(vocabulary, predicates=shown))
     rules = {rule.name: Category.NON_SPATIAL_RELATIONS for rule in p.RULES}
-    operator_tasks = declared_tasks(domain, tasks, rules)
+    operator_tasks = make_transition_tasks(domain, tasks, rules)
     return TaskSet(operator_tasks, operator_tasks.__getitem__, tasks.sha256)
 
 

@@ -17,7 +17,7 @@ from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RUL
 from eai.benchmarks.behavior_1k.operators import READING
 from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_set_up
 from eai.benchmarks.packs import open_pack
-from eai.tasks.english import NUMBERS, English, plural, sentences_of, turned
+from eai.tasks.english import NUMBERS, English, inflect, pluralize, sentences_of
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -180,7 +180,7 @@ class _SentenceWriter:
                     return self._write_sentence(body, {**names, variable.name: which})
                 return f"for {which}, {self._write_body(body, names, variable)}"
             case f.Exactly(count, variable, body):
-                noun = _get_noun(variable) if count == 1 else plural(_get_noun(variable))
+                noun = _get_noun(variable) if count == 1 else pluralize(_get_noun(variable))
                 number = NUMBERS.get(count, str(count))
                 return f"for exactly {number} {noun}, {self._write_body(body, names, variable)}"
             case f.ForPairs(first, second, body):
@@ -196,7 +196,7 @@ class _SentenceWriter:
     def _write_sentence(self, atom: f.Atom, names: PhraseOfVariable, *, negated: bool = False) -> str:
         sentence = sentences_of(atom.predicate, len(atom.arguments), self._english)[0]
         phrases = [self.name_term(term, names) for term in atom.arguments]
-        return turned(sentence, negated=negated).format(**dict(zip("xy", phrases, strict=False)))
+        return inflect(sentence, negated=negated).format(**dict(zip("xy", phrases, strict=False)))
 
 
 def _get_noun(variable: f.Variable) -> str:

@@ -30,9 +30,9 @@ from eai.benchmarks.generator.prior import (
 )
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.role import role_of
-from eai.tasks.goal_test import alternatives
+from eai.tasks.goal_test import alternative_actions
 from eai.tasks.task import Goal, GoalKind, Task
-from eai.tasks.wording import subjects
+from eai.tasks.wording import prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute
@@ -109,7 +109,7 @@ _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
 def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     """Count the usual goals, places and actions in the tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
-    listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
+    listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
     states = [task.initial for task in tasks]
     courses = [execute(domain, task.initial, _cut_plan(task.script, domain)) for task in tasks]
     done = [(action, course.final.scene) for course in courses for action in course.executed]
@@ -145,7 +145,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
         nestings=frozenset(nestings),
         combinations=frozenset(combinations),
         dependent_states=frozenset(needy),
-        action_counts=Counter([alternatives(goal) for goal in goals if goal.kind is GoalKind.ACTION]),
+        action_counts=Counter([alternative_actions(goal) for goal in goals if goal.kind is GoalKind.ACTION]),
         operators=frozenset([action.operator for action, _ in done]),
         uses=kinds,
         taken_categories=frozenset([kind for operator, _, kind in kinds if roles[operator] is Role.TAKES]),
@@ -256,7 +256,7 @@ def _cut_plan(plan: Sequence[Action], domain: Domain) -> list[Action]:
 def _find_concerned_objects(task: Task) -> list[int]:
     """Return the objects that a task mentions or its plan uses."""
     used = (i for action in task.script for i in action.arguments)
-    return list(dict.fromkeys((*subjects(task), *used)))
+    return list(dict.fromkeys((*prompt_objects(task), *used)))
 
 
 def _find_fact_patterns(

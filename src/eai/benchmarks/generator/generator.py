@@ -50,7 +50,7 @@ from eai.tasks.goal_test import GoalTest, solves
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
-from eai.tasks.task_lines import plan_of
+from eai.tasks.task_lines import list_plan
 from eai.world.domain import Domain
 from eai.world.relation import bits
 from eai.world.state import State
@@ -124,7 +124,7 @@ class _ObjectionFinder:
             return Reason.TOO_SHORT
         if len(task.script) > most:
             return Reason.TOO_LONG
-        reached = zip(task.goals, GoalTest(task).reached(task.initial, ()), strict=True)
+        reached = zip(task.goals, GoalTest(task).find_reached(task.initial, ()), strict=True)
         if any(holds for each, holds in reached if not each.is_over_time):
             return Reason.HOLDS_ALREADY
         if not solves(self._domain, task, task.script):
@@ -189,7 +189,7 @@ class Generator:
         self._hiding = find_hiding_places(self.benchmark.domain, self.prior)
         self._weights = list(self._weigh_bases())
         self._renew_planners()
-        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
+        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
 
     def _renew_planners(self) -> None:
         """Replace the planners, for usual actions and for all actions, by new ones with empty caches."""
@@ -271,7 +271,7 @@ class Generator:
         self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
     ) -> GenerationOutcome:
         """Return the task with goals over time, and with a temptation: a plan that ignores them."""
-        tempting = {"temptation": plan_of(task)}
+        tempting = {"temptation": list_plan(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(Walk, self._planner, initial), self._listings
             temporal = TemporalGoalFinder(task, self.benchmark.domain, listings, proposals, rng, begin).find()
@@ -279,7 +279,7 @@ class Generator:
                 return Reason.NO_ORDER
             instruction = words.make_instruction([*(each.formula for each in task.goals), temporal.goal], rng)
             goals, plan = (*task.goals, goal(temporal.goal)), tuple(temporal.plan)
-            tempting = {"temptation": plan_of(replace(task, script=tuple(temporal.temptation)))}
+            tempting = {"temptation": list_plan(replace(task, script=tuple(temporal.temptation)))}
             return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
         guards = list(
             find_hazard_goals(self.benchmark.notation.english.hazards, self.benchmark.domain, words)
@@ -296,7 +296,7 @@ class Generator:
         return domain.visible is None or all(
             domain.find_visible(start, 1 << i)
             or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
-            for i in sorted(task.named_by(task.goals))
+            for i in sorted(task.find_named_objects(task.goals))
         )
 
     def _measure(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:

@@ -16,11 +16,11 @@ from eai.benchmarks.generator.words import Words
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.bddl import parse_problem
 from eai.pddl.check import Declarations, check_problem
-from eai.pddl.files import ProblemFile, is_domain_file, read_problem_file, read_text, refuse
+from eai.pddl.files import ProblemFile, is_domain_file, read_problem_file, read_text, refuse_findings
 from eai.pddl.model import PddlDomain
 from eai.pddl.reader import read_group
 from eai.tasks.goal_text import check_goal, make_task
-from eai.tasks.problem_world import ProblemWorld, declared_in_bddl, declared_in_pddl
+from eai.tasks.problem_world import ProblemWorld, make_bddl_world, make_pddl_world
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.condition import FormulaEvaluator
@@ -85,10 +85,10 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
 def _open_world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
     tasks = benchmark.tasks(source).values()
     if ending == PDDL:
-        return declared_in_pddl(benchmark.domain, tasks)
+        return make_pddl_world(benchmark.domain, tasks)
     if benchmark.data.open_bddl is not None:
         return benchmark.data.open_bddl(source)
-    return declared_in_bddl(benchmark.domain, tasks)
+    return make_bddl_world(benchmark.domain, tasks)
 
 
 def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
@@ -131,8 +131,8 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
     text = read_text(path)
     with prefix_errors(path):
         problem = parse_problem(text)
-        vocabulary = Declarations.of(header, problem.objects)
-        refuse(text, read_group(text), check_problem(problem, header), vocabulary)
+        vocabulary = Declarations.of_domain(header, problem.objects)
+        refuse_findings(text, read_group(text), check_problem(problem, header), vocabulary)
     return ProblemFile(problem, path, text)
 
 

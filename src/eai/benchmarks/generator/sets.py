@@ -24,7 +24,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task
-from eai.tasks.task_files import ENDINGS, lines_in, open_task_files
+from eai.tasks.task_files import ENDINGS, open_task_files, read_task_file_lines
 from eai.tasks.task_lines import read_line
 from eai.world.domain import Domain
 from eai.world.state import Scene, State
@@ -280,7 +280,7 @@ def find_false_claims(folder: Path, split: str, secret: str | None) -> Iterator[
     file = find_set_file(folder, split)
     if file is None:
         raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz")
-    lines = [place.content for place in lines_in(file)]
+    lines = [place.content for place in read_task_file_lines(file)]
     if hashlib.sha256(b"".join([line + b"\n" for line in lines])).hexdigest() != entry["sha256"]:
         yield f"the content of {file} is not what was published"
     if secret is None:

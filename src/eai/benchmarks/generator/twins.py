@@ -89,7 +89,7 @@ def make_possible_pair(
 
 def _looks_possible(task: Task, planner: Planner) -> bool:
     goals = (each.formula for each in task.goals)
-    return all(planner.looks_reachable(task.initial, each, task.planned_with) for each in goals)
+    return all(planner.looks_reachable(task.initial, each, task.planning_objects) for each in goals)
 
 
 def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
@@ -105,7 +105,7 @@ def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     (thing,) = fact.arguments
     parts = (part for each in task.goals for part in walk(each.formula))
     kinds = {variable.category for part in parts for variable in bound_variables(part)}
-    return fact.predicate, thing in task.named_by(task.goals), _get_kind(fact, task)[1] in kinds
+    return fact.predicate, thing in task.find_named_objects(task.goals), _get_kind(fact, task)[1] in kinds
 
 
 def _get_kind(fact: Fact, task: Task) -> tuple[str, str]:
@@ -149,7 +149,7 @@ def make_ambiguous_pair(
         for i in task.relevant
         if kinds[i] in prior.taken_categories and find_placement(i, task.initial, prior)
     ]
-    named = task.named_by(task.goals)
+    named = task.find_named_objects(task.goals)
     for thing in shuffle([i for i in hosts if i in named and is_empty(i, task.initial, prior)], rng):
         beside = add_double(task.initial, prior, thing, thing)
         seen = Words.for_benchmark(benchmark, beside, by_place=True).initial_facts

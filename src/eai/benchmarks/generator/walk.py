@@ -163,11 +163,11 @@ def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
     The bound is the length of a shortest plan if that is at most the depth; otherwise it is the depth plus
     one.
     """
-    test, at_the_end = GoalTest(task), GoalTest(task.at_the_end)
+    test, at_the_end = GoalTest(task), GoalTest(task.without_goals_over_time)
     generator = SuccessorGenerator(domain, range(len(task.scene.objects)))
     nodes: list[PlanNode] = [Node(task.initial)]
     seen = {task.initial}
-    forgetful = not test.watches and not task.goals_of(GoalKind.ACTION)
+    forgetful = not test.has_goals_over_time and not task.goals_of(GoalKind.ACTION)
     for length in range(1, depth + 1):
         nodes, parents = [], nodes
         for parent in parents:
@@ -175,8 +175,8 @@ def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
                 after = domain.apply(parent.state, action)
                 node = Node(after, depth=length, parent=parent, actions=(action,))
                 operators = [each.operator for each in node.plan()]
-                if all(at_the_end.reached(after, operators)) and (
-                    not test.watches or all(test.reached(after, operators, _trace_node(node)))
+                if all(at_the_end.find_reached(after, operators)) and (
+                    not test.has_goals_over_time or all(test.find_reached(after, operators, _trace_node(node)))
                 ):
                     return length
                 if not (forgetful and after in seen):

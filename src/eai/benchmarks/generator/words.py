@@ -54,7 +54,7 @@ class Words:
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
-        seen = [fact for each in wording.listings for fact in each.facts(initial, everything)]
+        seen = [fact for each in wording.goal_listings for fact in each.facts(initial, everything)]
         return Words(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
@@ -129,7 +129,7 @@ class Words:
         Raises:
             InputError: the sentence forms have none for the shape of a goal.
         """
-        voice = e.Voice.drawn(rng)
+        voice = e.PhraseStyle.draw(rng)
         opening = rng.choice(e.REQUESTS if voice.requests else e.OPENINGS)
         return f"{opening} {_join_clauses([self.make_clause(goal, voice) for goal in goals])}."
 
@@ -140,13 +140,13 @@ class Words:
         except InputError:
             return False
 
-    def make_clause(self, goal: f.Formula, voice: e.Voice = e.USUAL) -> str:
+    def make_clause(self, goal: f.Formula, voice: e.PhraseStyle = e.USUAL_STYLE) -> str:
         """Return a clause of an instruction that states a goal."""
         if not voice.requests:
             return self._make_statement(goal, voice)
         return self._make_request(goal, voice) or f"{e.SEE_TO_IT} {self._make_statement(goal, voice)}"
 
-    def _make_request(self, goal: f.Formula, voice: e.Voice) -> str | None:
+    def _make_request(self, goal: f.Formula, voice: e.PhraseStyle) -> str | None:
         """Return a request for a goal, or None if requests cannot state it."""
         plain = _find_plain_atom(goal)
         if plain is None:
@@ -159,10 +159,10 @@ class Words:
         return (
             None
             if several is None
-            else self._fill_in(voice.of(several), atom, self._name_variables(goal, voice))
+            else self._fill_in(voice.choose(several), atom, self._name_variables(goal, voice))
         )
 
-    def _make_statement(self, goal: f.Formula, voice: e.Voice) -> str:
+    def _make_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
         """Return a statement of a goal, without a full stop."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
@@ -182,7 +182,7 @@ class Words:
         atom, negated = plain
         return self._make_sentence(atom, self._name_variables(goal, voice), voice, negated=negated)
 
-    def _make_temporal_statement(self, goal: f.Formula, voice: e.Voice) -> str:
+    def _make_temporal_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
         """Return a statement of a goal over time."""
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
@@ -199,9 +199,9 @@ class Words:
                 return f"{self._make_statement(then, voice)} {e.AFTER} {self._make_statement(first, voice)}"
         raise InputError(f"no sentence states a goal of the shape {type(goal).__name__}")
 
-    def _name_variables(self, goal: f.Formula, voice: e.Voice) -> dict[str, str]:
+    def _name_variables(self, goal: f.Formula, voice: e.PhraseStyle) -> dict[str, str]:
         """Return the words for each variable of a goal, such as ``every lamp``."""
-        every = voice.of(e.EVERY)
+        every = voice.choose(e.EVERY)
         match goal:
             case f.ForAll(variable, body):
                 inner = [body.variable] if isinstance(body, f.Exists) else []
@@ -213,12 +213,12 @@ class Words:
                 noun = (
                     self._get_variable_noun(variable)
                     if count == 1
-                    else e.plural(self._get_variable_noun(variable))
+                    else e.pluralize(self._get_variable_noun(variable))
                 )
-                return {variable.name: f"{voice.of(e.EXACTLY)} {e.NUMBERS.get(count, count)} {noun}"}
+                return {variable.name: f"{voice.choose(e.EXACTLY)} {e.NUMBERS.get(count, count)} {noun}"}
             case f.ForPairs(first, second):
                 noun = self._get_variable_noun(second)
-                own = voice.of(e.OWN).format(a="an" if noun[:1] in "aeiou" else "a", noun=noun)
+                own = voice.choose(e.OWN).format(a="an" if noun[:1] in "aeiou" else "a", noun=noun)
                 return {first.name: f"{every} {self._get_variable_noun(first)}", second.name: own}
             case _:
                 return {}
@@ -226,9 +226,9 @@ class Words:
     def _get_variable_noun(self, variable: f.Variable) -> str:
         return self.nouns[variable.category or ""]
 
-    def _make_sentence(self, atom: f.Atom, values: Mapping[str, str], voice: e.Voice, **form: bool) -> str:
-        sentence = voice.of(self.get_sentences(atom.predicate))
-        return self._fill_in(e.turned(sentence, **form), atom, values)
+    def _make_sentence(self, atom: f.Atom, values: Mapping[str, str], voice: e.PhraseStyle, **form: bool) -> str:
+        sentence = voice.choose(self.get_sentences(atom.predicate))
+        return self._fill_in(e.inflect(sentence, **form), atom, values)
 
     def _fill_in(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [
@@ -272,7 +272,7 @@ class _Reader:
         self._words = words
         self._objects = {words.name_object(thing.name): thing.name for thing in words.scene.objects}
         self._categories = {noun: category for category, noun in words.nouns.items()}
-        self._plurals = {e.plural(noun): category for category, noun in words.nouns.items()}
+        self._plurals = {e.pluralize(noun): category for category, noun in words.nouns.items()}
         self._counts = {word: number for number, word in e.NUMBERS.items()}
 
     def read_goals(self, instruction: str) -> tuple[f.Formula, ...]:
@@ -347,7 +347,7 @@ class _Reader:
         for predicate in self._words.arities:
             for sentence in self._words.get_sentences(predicate):
                 for negated, several in forms:
-                    form = e.turned(sentence, negated=negated, several=several, never=never)
+                    form = e.inflect(sentence, negated=negated, several=several, never=never)
                     for words in _match_sentence(form, text):
                         yield from self._interpret(predicate, words, negated=negated, several=several)
 

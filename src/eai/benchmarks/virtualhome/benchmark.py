@@ -35,8 +35,8 @@ from eai.benchmarks.virtualhome.records import open_records as open_records
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.logic.formula import Atom, Formula
-from eai.tasks.english import english_of
-from eai.tasks.goal_test import alternatives
+from eai.tasks.english import read_english
+from eai.tasks.goal_test import alternative_actions
 from eai.tasks.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import Source, TaskSet, once_per_store
 from eai.tasks.task import GoalKind, Task
@@ -57,7 +57,7 @@ def _format_plan_goals(belief: Belief) -> str:
     """Return the goals with objects by class and relations of scene graphs; lines of actions stand twice."""
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
-    actions = [alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)]
     required = ["There is no action requirement."]
     if actions:
         lines = [line for names in actions for line in (" or ".join(names), "|".join(names))]
@@ -79,7 +79,7 @@ def _format_subgoal_goals(belief: Belief) -> str:
     """Return the goals with objects by class and id, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
-    actions = [" or ".join(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [" or ".join(alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     return "\n".join(
         [
             "[States]",
@@ -225,7 +225,7 @@ def wording(ability: Ability) -> Wording:
     """
     from eai.tasks.wording import Wording
 
-    predicates = Wording.of(domain_in_paper_order()).predicates
+    predicates = Wording.of_domain(domain_in_paper_order()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
         return Wording(domain_in_paper_order(), predicates, surroundings=_find_surroundings)
     return Wording(
@@ -255,7 +255,7 @@ def virtualhome() -> Benchmark:
             VirtualHomeSubgoals(),
             formats=read_formats("eai.benchmarks.virtualhome"),
             wordings=wording,
-            english=english_of("eai.benchmarks.virtualhome"),
+            english=read_english("eai.benchmarks.virtualhome"),
         ),
         DataSet(
             TITLES[NAME],

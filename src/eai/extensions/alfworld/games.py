@@ -29,7 +29,7 @@ from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.logic.rewriting import map_terms, rename_objects, substitute
 from eai.logic.traversal import free_variables, map_parts, object_names
 from eai.pddl.declaration import DeclaredDomain, conjuncts
-from eai.pddl.files import domain_in, problem_in
+from eai.pddl.files import read_domain_text, read_problem_text
 from eai.tasks.english import English
 from eai.tasks.source import TaskSet
 from eai.tasks.task import Task, goal
@@ -118,7 +118,7 @@ def _read_domain(text: str, path: Path) -> m.PddlDomain:
     """
     empty = {f"{name.lower()}_comma" for name in _COMMA.findall(text)}
     text = _COMMA.sub(r"- \1_comma ", text).replace("(:types", f"(:types {' '.join(sorted(empty))} ", 1)
-    domain = domain_in(text, path)
+    domain = read_domain_text(text, path)
     types = tuple([pddl_type for pddl_type in domain.types if pddl_type.name not in empty])
     actions = [
         replace(action, precondition=_drop_empty_types(action.precondition, empty))
@@ -142,7 +142,7 @@ def _drop_empty_types(formula: f.Formula, empty: Collection[str]) -> f.Formula:
 def _build_task(
     task_id: str, path: Path, game: Mapping[str, Any], source: m.PddlDomain, declaration: DeclaredDomain
 ) -> Task:
-    problem = problem_in(game["pddl_problem"], path, source).problem
+    problem = read_problem_text(game["pddl_problem"], path, source).problem
     names = _number_objects(problem)
     relevant = {
         name for atom in problem.initial if atom.predicate != _CAN_CONTAIN for name in object_names(atom)

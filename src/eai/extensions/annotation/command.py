@@ -30,7 +30,7 @@ from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
 from eai.tasks.task_files import write_task_file
-from eai.tasks.task_lines import written
+from eai.tasks.task_lines import write_task_line
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -275,7 +275,7 @@ def goals(
     lines = [f"{task_id}: {texts}" for task_id, texts in goals.items()]
     if out is not None:
         tasks = [replace(each.task, goals=of_task) for each, _, of_task in found]
-        write_task_file(out, [written(task, domain, benchmark.domain) for task in tasks])
+        write_task_file(out, [write_task_line(task, domain, benchmark.domain) for task in tasks])
         lines = [f"{counted(len(found), 'task')} written to {out}"]
     tell(*lines, value=goals, as_json=as_json)
 

@@ -332,7 +332,7 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
     """
     if not path.exists():
         return (), {}
-    found, titles = _File.of_file(path), {}
+    found, titles = _File.read_file(path), {}
     for name, table in found.title.items():
         with prefix_errors(f"{path}: title {name!r}"):
             candidates = tuple(tuple(map(_entry, entries)) for entries in table.candidates)

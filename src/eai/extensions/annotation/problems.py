@@ -93,7 +93,7 @@ def make_problem(
 def draw(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
     """Draw conditions of a random way to meet a task's goals for the final state."""
     objects = task.scene.names_of_category
-    wanted = [goal.formula for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
+    wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     found: dict[Formula, None] = {}
     for formula in wanted:
         number = dice.randrange(min(count_options(formula, objects), _LISTED) or 1)

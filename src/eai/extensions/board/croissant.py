@@ -19,7 +19,7 @@ from eai.base.files import write_whole
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.reference_wheel import EAI_EVAL, SCENE_PREFIX
 from eai.tasks.source import Source
-from eai.tasks.task_lines import goal_texts
+from eai.tasks.task_lines import write_goals
 
 LICENCE = "https://creativecommons.org/licenses/by/4.0/"
 """License of the data set, as given by its authors."""
@@ -104,7 +104,7 @@ def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
             "id": identifier(task.id),
             "title": task.title,
             "instruction": task.instruction,
-            "goals": goal_texts([goal.formula for goal in task.goals], benchmark.domain, task.scene),
+            "goals": write_goals([goal.formula for goal in task.goals], benchmark.domain, task.scene),
             "objects": [task.scene.objects[i].name for i in task.relevant],
             "initially": [fact_text(fact, task.scene) for fact in facts],
             "plan": [action_text(step, task.scene) for step in task.script],

@@ -160,7 +160,7 @@ def _submission(
     name: str, folder: Path, seasons: Collection[str], suite_of: Callable[[str, Ability], Suite]
 ) -> _Submission:
     """Score the submission in a folder, unless it is withdrawn."""
-    description = _Description.of_file(_small(folder / DESCRIPTION))
+    description = _Description.read_file(_small(folder / DESCRIPTION))
     specification, text = _small(folder / SPECIFICATION), ""
     if specification.is_file():
         read_toml(specification)
@@ -215,7 +215,7 @@ def _season(place: Path) -> tuple[Benchmark | None, str]:
     Raises:
         InputError: the tasks are not the announced ones, or do not follow from its secret.
     """
-    chosen = _SeasonFile.of_file(_small(place / SEASON))
+    chosen = _SeasonFile.read_file(_small(place / SEASON))
     entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:

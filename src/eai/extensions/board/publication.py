@@ -60,7 +60,7 @@ def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
     Raises:
         InputError: the file cannot be read, or is malformed.
     """
-    said = _Publication.of_file(file)
+    said = _Publication.read_file(file)
     plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
     rows = group_pairs(((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.ranked)
     written = {}

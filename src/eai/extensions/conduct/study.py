@@ -19,7 +19,7 @@ from eai.results.table import Cell, Estimate, Row, make_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
-from eai.tasks.task_files import lines_in
+from eai.tasks.task_files import read_task_file_lines
 from eai.tasks.task_lines import read_line
 
 _WORD = re.compile(r"[\w.\-]+")
@@ -60,7 +60,7 @@ def _read_shut_last(path: Path) -> Mapping[str, bool]:
     Raises:
         InputError: The files cannot be read, or no task has the entry.
     """
-    lines = [read_line(line.content) for line in lines_in(path)]
+    lines = [read_line(line.content) for line in read_task_file_lines(path)]
     is_safe = {line.id: value for line in lines if isinstance(value := line.about.get(SHUT_LAST), bool)}
     if not is_safe:
         raise InputError(f"{path}: no task has {SHUT_LAST}; expected tasks of eai generate --kind hazards")

@@ -25,11 +25,11 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.names import OBFUSCATED, WITH_RULES
 from eai.benchmarks.registry import find_benchmark
-from eai.tasks.english import PLAIN, English, sentences_of
+from eai.tasks.english import PLAIN_ENGLISH, English, sentences_of
 from eai.tasks.lexicon import FormulaLexicon
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.rules import Rules, how_to_read
-from eai.tasks.source import USUAL, TaskSet
+from eai.tasks.rules import DomainRules, explain_notation
+from eai.tasks.source import USUAL_SOURCE, TaskSet
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording, is_property
 from eai.world.action import Action
@@ -118,10 +118,10 @@ class _TwinWording(Wording):
     """
 
     words: Mapping[str, str] = field(default_factory=dict)
-    english: English = PLAIN
+    english: English = PLAIN_ENGLISH
 
     @cached_property
-    def _exact(self) -> Rules:
+    def _exact(self) -> DomainRules:
         """The rules of all actions, with hidden facts, and without remarks in English."""
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
@@ -130,15 +130,15 @@ class _TwinWording(Wording):
         told = replace(
             self.domain, vocabulary=Vocabulary(tuple(shown), vocabulary.derived), operators=operators
         )
-        return Rules(told)
+        return DomainRules(told)
 
     @cached_property
     def _spoken_of(self) -> frozenset[str]:
-        return self._exact.predicates(self._exact.names)
+        return self._exact.find_predicates(self._exact.operator_names)
 
     def vocabulary(self) -> str:
         names = (*self.predicates, *self.static)
-        lines = _encoded(self.words, super().vocabulary()).splitlines()
+        lines = _encoded(self.words, super().describe_vocabulary()).splitlines()
         return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
 
     def _meaning(self, predicate: str) -> str:
@@ -149,38 +149,38 @@ class _TwinWording(Wording):
         )
 
     def operators(self) -> str:
-        definitions = [_encoded(self.words, each) for each in self._exact.definitions()]
+        definitions = [_encoded(self.words, each) for each in self._exact.write_definitions()]
         rules = "\n".join([*map(self.operator, self._exact.operators), *definitions])
-        return f"{how_to_read(rules)}\n{rules}"
+        return f"{explain_notation(rules)}\n{rules}"
 
     def contents_of(self, each: str) -> str:
         return f"what {each} requires and changes"
 
     def operator(self, operator: Operator) -> str:
-        return _encoded(self.words, self._exact.brief(operator) or "")
+        return _encoded(self.words, self._exact.summarize(operator) or "")
 
     def object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
         hidden = [p.name for p in properties if p.name in self._spoken_of]
         having = [_encoded(self.words, name) for name in hidden if task.initial.has(name, index)]
-        head, _, known = _encoded(self.words, super().object(task, index)).rpartition(": ")
+        head, _, known = _encoded(self.words, super().describe_object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def state_rule_facts(self, task: Task) -> str:
         """Return the facts that plain prompts put into words, one a line below a heading."""
         named = self._spoken_of.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
-        listed, lines = {*self.subjects(task)}, [UNCHANGING]
+        listed, lines = {*self.listed_objects(task)}, [UNCHANGING]
         for predicate, arguments in task.initial.facts():
             if predicate in named and not (predicate in properties and arguments[0] in listed):
-                lines.append(_encoded(self.words, self.fact(task, Fact(predicate, arguments))))
+                lines.append(_encoded(self.words, self.write_fact(task, Fact(predicate, arguments))))
         return "\n".join(lines) if lines[1:] else ""
 
     def initial(self, task: Task) -> str:
-        return _encoded(self.words, super().initial(task))
+        return _encoded(self.words, super().describe_initial(task))
 
     def goals(self, task: Task) -> str:
-        return _encoded(self.words, super().goals(task))
+        return _encoded(self.words, super().describe_goals(task))
 
 
 def _without_words(operator: Operator) -> Operator:
@@ -253,7 +253,7 @@ def open_obfuscated(name: str) -> Benchmark:
     """Open the twin of a benchmark, which asks only for plans and subgoals, in swapped names."""
     benchmark = find_benchmark(name)
     public = benchmark.data.open_public or benchmark.open_tasks
-    return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), OBFUSCATED)
+    return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL_SOURCE).values()), OBFUSCATED)
 
 
 def open_with_rules(name: str) -> Benchmark:
@@ -267,7 +267,7 @@ def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: st
         twin = _TwinWording(
             plain.domain,
             plain.predicates,
-            plain.written_as,
+            plain.answer_names,
             plain.object_name,
             static=plain.static,
             unchanging=plain.unchanging,
@@ -301,9 +301,9 @@ def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: st
             own_tasks={Ability.TRANSITION_MODELING: lambda source: no_operators},
             asks={
                 Ability.GOAL_INTERPRETATION: lambda task: False,
-                Ability.ACTION_SEQUENCING: lambda task: task.is_told_by_goals,  # only they get other words
+                Ability.ACTION_SEQUENCING: lambda task: task.prompts_state_goals,  # only they get other words
                 Ability.SUBGOAL_DECOMPOSITION: lambda task: (
-                    task.is_told_by_goals and (asks_subgoals is None or asks_subgoals(task))
+                    task.prompts_state_goals and (asks_subgoals is None or asks_subgoals(task))
                 ),
             },
         ),

@@ -23,7 +23,7 @@ from eai.benchmarks.registry import PDDL, list_benchmarks
 from eai.benchmarks.suite import Suite
 from eai.extensions.harbor.verify import is_right
 from eai.tasks.prompts.prompt import Prompt
-from eai.tasks.task_files import lines_in
+from eai.tasks.task_files import read_task_file_lines
 
 _Files: TypeAlias = dict[str, str | bytes]
 """Contents of files by their paths in a folder."""
@@ -216,7 +216,8 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
     if reference in list_benchmarks() or not path.exists():
         return reference, {}
     name = f"{path.resolve().name.partition('.')[0]}.jsonl"
-    lines = [line.content for line in lines_in(path) if json.loads(line.content)["id"] in task_ids]
+    lines = [line.content for line in read_task_file_lines(path) if json.loads(line.content)["id"] in task_ids
+    ]
     return name, {name: b"\n".join(lines) + b"\n"}
 
 

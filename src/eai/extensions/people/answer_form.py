@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.results.page import build_page, encode_for_script
 from eai.results.responses import SUFFIX
 from eai.tasks.prompts.prompt import Prompt
-from eai.tasks.source import USUAL, Source
+from eai.tasks.source import USUAL_SOURCE, Source
 from eai.tasks.task import GoalKind
 
 SCRIPTS = ("dom.js", "tables.js", "form.js")
@@ -30,7 +30,7 @@ PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
 
 
 def build_form(
-    benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source = USUAL
+    benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source = USUAL_SOURCE
 ) -> str:
     """Return the HTML of the page.
 

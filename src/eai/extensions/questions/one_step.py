@@ -208,7 +208,7 @@ def _which_action(
     tried = [
         each
         for operator in setting.rules.operators
-        if changed <= setting.rules.written[operator.name]
+        if changed <= setting.rules.changed_predicates[operator.name]
         for each in applicable_actions(setting.domain, operator, state, everything, bindings)
     ]
     if bindings.is_exceeded:
@@ -226,7 +226,7 @@ def _which_action(
     answer = setting.texts(right)
     return Item(
         state,
-        setting.rules.names,
+        setting.rules.operator_names,
         1,
         answer,
         wrong,

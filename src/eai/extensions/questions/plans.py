@@ -21,7 +21,7 @@ from eai.extensions.questions.setting import (
     some,
     with_counterparts,
 )
-from eai.tasks.goal_text import formula_text
+from eai.tasks.goal_text import write_goal
 from eai.world.action import Action
 from eai.world.state import Fact, State
 
@@ -296,7 +296,7 @@ def _operators(plan: Sequence[Action]) -> set[str]:
 
 
 def _goals(setting: Setting) -> str:
-    return numbered([formula_text(goal) for goal in setting.goals])
+    return numbered([write_goal(goal) for goal in setting.goals])
 
 
 def reachability(setting: Setting, rng: random.Random, number: int) -> Item | None:

@@ -23,9 +23,9 @@ from eai.logic.traversal import object_names
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
-from eai.tasks.rules import Rules
+from eai.tasks.rules import DomainRules
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.wording import subjects
+from eai.tasks.wording import prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute
@@ -65,7 +65,7 @@ class Setting:
     """
 
     task: Task
-    rules: Rules
+    rules: DomainRules
     way: tuple[Action, ...]
     states: tuple[State, ...]
     seed: str
@@ -110,7 +110,7 @@ class Setting:
 
     def reached(self, state: State) -> tuple[bool, ...]:
         """Return for each goal whether it holds in a state."""
-        return tuple([self.rules.readings.holds(goal, {}, state) for goal in self.goals])
+        return tuple([self.rules.evaluator.holds(goal, {}, state) for goal in self.goals])
 
     def added(self, before: State, after: State) -> list[Fact]:
         """Return the changeable facts that hold in the second state but not in the first."""
@@ -161,7 +161,7 @@ class Setting:
         return any(checks[n - 1].fault is FaultKind.AFFORDANCE for n in self.failing(state, action))
 
 
-def open_setting(task: Task, rules: Rules, planner: Planner, seed: str) -> Setting:
+def open_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) -> Setting:
     """Prepare the material of a task for questions.
 
     The way is the task's own plan, as far as the shown objects suffice. If the task has no plan, the way
@@ -176,7 +176,7 @@ def open_setting(task: Task, rules: Rules, planner: Planner, seed: str) -> Setti
 def _closed(task: Task) -> Task:
     """Reduce a task to the objects that a prompt shows and its plan uses. Goals about actions are dropped."""
     named = [i for action in task.script for i in action.arguments]
-    kept = sorted({*subjects(task), *named})
+    kept = sorted({*prompt_objects(task), *named})
     number = {index: i for i, index in enumerate(kept)}
     initial = restrict_state(task.initial, kept)
     conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
@@ -192,23 +192,23 @@ def _closed(task: Task) -> Task:
     )
 
 
-def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action, ...]:
+def _executed(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
     """Return the steps of a plan that can be executed and shown, without unneeded ones."""
     arities = rules.domain.arities
     known = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
     executed = execute(rules.domain, task.initial, known).executed
-    return tuple(takewhile(lambda action: action.operator in rules.names, executed))[:_STEPS]
+    return tuple(takewhile(lambda action: action.operator in rules.operator_names, executed))[:_STEPS]
 
 
 def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
     """Search a plan for a task; return no steps if it has no goals or a goal seems unreachable."""
     goals = [goal.formula for goal in task.goals]
-    if goals and all(planner.looks_reachable(task.initial, goal, task.planned_with) for goal in goals):
+    if goals and all(planner.looks_reachable(task.initial, goal, task.planning_objects) for goal in goals):
         return find_plan(task, planner, _LIMITS).plan
     return ()
 
 
-def _wandering(task: Task, rules: Rules, rng: random.Random) -> tuple[Action, ...]:
+def _wandering(task: Task, rules: DomainRules, rng: random.Random) -> tuple[Action, ...]:
     setting, taken, state = Setting(task, rules, (), (), ""), list[Action](), task.initial
     for _ in range(_WALK):
         action = setting.some_action(rng, state, possible=True)

@@ -18,8 +18,8 @@ from eai.extensions.questions.setting import Item, Maker, Setting, listed, open_
 from eai.extensions.questions.shortcuts import LETTERS, Ledger, Posed, pose
 from eai.planning.planner import Planner
 from eai.tasks.prompts.template import Templates
-from eai.tasks.rules import Rules
-from eai.tasks.source import USUAL, Source
+from eai.tasks.rules import DomainRules
+from eai.tasks.source import USUAL_SOURCE, Source
 
 MAKERS: Mapping[Kind, Maker] = {
     Kind.FORWARD: one_step.forward,
@@ -94,12 +94,12 @@ class Writer:
     """
 
     def __init__(
-        self, benchmark: Benchmark, source: Source = USUAL, templates: Templates | None = None
+        self, benchmark: Benchmark, source: Source = USUAL_SOURCE, templates: Templates | None = None
     ) -> None:
         self._benchmark = benchmark
         self._tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
         self._templates = templates or Templates()
-        self._rules = Rules(benchmark.domain)
+        self._rules = DomainRules(benchmark.domain)
         self._planner = Planner(benchmark.domain)
         self._setting = cache(self._open_setting)
 
@@ -217,10 +217,10 @@ class Writer:
         return {
             "objects": _objects(setting),
             "facts": _facts(setting, item, operators),
-            "rules": setting.rules.text(operators, item.formulas),
-            "actions": setting.rules.heads(operators),
+            "rules": setting.rules.write_rules(operators, item.formulas),
+            "actions": setting.rules.write_heads(operators),
             "question": _question_text(item, setting, cell, self._templates, choices),
-            "answer": self._templates.text(f"questions/answer.{form}.txt"),
+            "answer": self._templates.read(f"questions/answer.{form}.txt"),
         }
 
     def _open_setting(self, task_id: str, seed: int) -> Setting:
@@ -250,7 +250,7 @@ def _facts(setting: Setting, item: Item, operators: Collection[str]) -> str:
 
     Each predicate has a line, in which ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
     """
-    shown = setting.rules.fluents | setting.rules.predicates(operators, item.formulas)
+    shown = setting.rules.fluents | setting.rules.find_predicates(operators, item.formulas)
     names = [thing.name for thing in setting.scene.objects]
     lines: dict[str, list[str]] = {}
     facts = [fact for fact in item.state.facts() if fact.predicate in shown]

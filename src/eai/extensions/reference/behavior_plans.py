@@ -67,10 +67,10 @@ class BehaviorActionSequencing(ActionSequencing):
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         """The goals that hold in the final state of a plan."""
-        return self.goals.reached(self._final(execution), ())
+        return self.goals.find_reached(self._final(execution), ())
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
-        return self.goals.reached(execute(()).trajectory.final, ())
+        return self.goals.find_reached(execute(()).trajectory.final, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

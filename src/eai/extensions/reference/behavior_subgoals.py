@@ -205,7 +205,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
     def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """One literal, or two that are done together, at a time."""
-        atoms = [self.lexicon.literal(literal) for literal in found]
+        atoms = [self.lexicon.to_literal(literal) for literal in found]
         steps: list[tuple[int, SubgoalPlanner]] = []
         number = 0
         while number < len(atoms):
@@ -219,7 +219,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return steps
 
     def _test_goals_unexecuted(self) -> tuple[bool, ...]:
-        return self.goals.reached(self.task.initial, ())
+        return self.goals.find_reached(self.task.initial, ())
 
 
 def wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:

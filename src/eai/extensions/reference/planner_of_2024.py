@@ -32,7 +32,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import map_leaves, negation_normal
 from eai.logic.traversal import bound_variables, map_parts, quantify, terms_of
-from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
+from eai.pddl.check import Declarations, PddlError, PddlFinding, Violation, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, read_group
@@ -60,7 +60,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
         effect=binder.effect(action.effect, scope),
     )
     if binder.refused:
-        return PddlFinding(Offence.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}")
+        return PddlFinding(Violation.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}")
     return bound
 
 
@@ -116,7 +116,7 @@ def _loose_terms(terms: tuple[f.Term, ...], scope: Names) -> list[str]:
     return [term.name for term in terms if isinstance(term, f.Variable) and term.name not in scope]
 
 
-_REFUSED = frozenset({Offence.UNKNOWN_PREDICATE, Offence.WRONG_ARITY, Offence.UNSUPPORTED})
+_REFUSED = frozenset({Violation.UNKNOWN_PREDICATE, Violation.WRONG_ARITY, Violation.UNSUPPORTED})
 
 
 def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
@@ -164,22 +164,22 @@ def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFind
     place = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
-        return PddlFinding(Offence.MALFORMED, "ASCII text", place)
+        return PddlFinding(Violation.MALFORMED, "ASCII text", place)
     groups = [read_group(text) for text in texts]
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
-        return PddlFinding(Offence.UNBALANCED, "nothing behind a list", place)
+        return PddlFinding(Violation.UNBALANCED, "nothing behind a list", place)
     precondition = _without_types(PddlReader(texts[1]).condition(_marked(groups[1])), header)
     effect = PddlReader(texts[2]).whole_effect(_marked(groups[2]))
     effect = m.map_effect(effect, lambda condition: _without_types(condition, header), lambda atom: atom)
     parameters = _parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
-    findings = check_action(action, Declarations.of(header))
+    findings = check_action(action, Declarations.of_domain(header))
     for finding in findings:
         if finding.offence in _REFUSED:
             return finding
     if parameters is None or next(m.effect_atoms(effect), None) is None:
         return None
-    is_loose = any(finding.offence is Offence.UNBOUND_VARIABLE for finding in findings)
+    is_loose = any(finding.offence is Violation.UNBOUND_VARIABLE for finding in findings)
     return bind_loose_variables(action) if is_loose else action
 
 
@@ -188,7 +188,7 @@ def _parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
     try:
         found = PddlReader(text).variables(group)
     except PddlError as error:
-        if error.offence is Offence.UNSUPPORTED:
+        if error.offence is Violation.UNSUPPORTED:
             return None
         raise
     return tuple({parameter.name: parameter for parameter in found}.values())

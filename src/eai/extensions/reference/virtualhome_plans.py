@@ -64,7 +64,7 @@ class _GoalTest(GoalTest):
         self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """For each goal, in order, whether it counts: of relation goals the first that holds."""
-        reached = list(super().reached(final, actions, execution))
+        reached = list(super().find_reached(final, actions, execution))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
             reached[number] = False
@@ -73,7 +73,7 @@ class _GoalTest(GoalTest):
     def passes_gold_test(self, final: State) -> bool:
         """Whether all state and relation goals count as reached in the annotation's own final state."""
         reached = self.reached(final, ())
-        return all(reached[i] for i in range(len(reached)) if i not in self._places)
+        return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """The action goals before the first that is not found."""
@@ -151,7 +151,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         super().__init__(task, _domain(), _Notation(with_ids=with_ids), goals)
         final = task.annotated_final
         passes = final is not None and goals.passes_gold_test(final)
-        self.excluded = None if passes else task.exclusion(GOLD_TEST)
+        self.excluded = None if passes else task.exclude(GOLD_TEST)
         self._summed = _GoalTest(task, as_in_data_set=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
@@ -165,7 +165,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         verdict = super()._rejection(error, plan, execute)
         if error.detail != LIST_IS_NOT_JSON.reason:
             return verdict
-        goals = self.goals.tallies(verdict.goals_satisfied)
+        goals = self.goals.tally_by_kind(verdict.goals_satisfied)
         twice = SummaryCounts(success=False, goals=goals, errors={FaultKind.PARSING: 2})
         return replace(verdict, counted=twice)
 
@@ -191,7 +191,9 @@ class VirtualHomeActionSequencing(ActionSequencing):
             return verdict
         errors = {} if verdict.error is None else {verdict.error.kind: 1}
         errors |= {FaultKind.ADDITIONAL_STEP: additional} if additional else {}
-        return replace(verdict, counted=SummaryCounts(all(reached), self.goals.tallies(reached), errors))
+        return replace(
+            verdict, counted=SummaryCounts(all(reached), self.goals.tally_by_kind(reached), errors)
+        )
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

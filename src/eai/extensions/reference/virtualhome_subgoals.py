@@ -161,9 +161,9 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
             return halting(f"{print_ltl(literal)}: an object without an id cannot be translated")
         if isinstance(literal, Occurs):
-            action = self.lexicon.action(literal)
+            action = self.lexicon.to_action(literal)
             return lambda state: SubgoalPlans(plans_of_action(*action, state))
-        atom = self.lexicon.literal(literal)
+        atom = self.lexicon.to_literal(literal)
         if atom is None:
             raise AssertionError(f"{print_ltl(literal)} is about no objects")
         return lambda state: SubgoalPlans(plans_of_state(atom.predicate, atom.arguments, state))

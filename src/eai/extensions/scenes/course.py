@@ -23,7 +23,7 @@ from eai.studies.perception.scene_graph import SceneWords
 from eai.studies.report.explorer import Course, Tile
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
-from eai.tasks.wording import subjects
+from eai.tasks.wording import prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode
@@ -62,7 +62,7 @@ def course_of(record: Record, suite: Suite) -> Course:
         return ()
     task, states = found
     named = [i for step in _steps(record.explanation) for i in _action(step, task.scene).arguments]
-    shown = list(dict.fromkeys([*subjects(task), *named]))
+    shown = list(dict.fromkeys([*prompt_objects(task), *named]))
     words = picture_words(suite.benchmark)
     return [_tiles(task, words, state, shown) for state in states]
 

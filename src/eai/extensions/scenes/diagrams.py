@@ -14,7 +14,7 @@ from eai.studies.perception.scene_graph import SceneGraph, SceneWords
 from eai.studies.perception.scenes import others_in_view
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
-from eai.tasks.wording import subjects
+from eai.tasks.wording import prompt_objects
 from eai.world.state import State
 
 PNG = "image/png"
@@ -44,7 +44,7 @@ def picture_of(
         state: a state of the scene; the initial state if None.
         objects: indexes of the objects to show; the objects of a prompt if None.
     """
-    shown = subjects(task) if objects is None else objects
+    shown = prompt_objects(task) if objects is None else objects
     others = others_in_view(task, words, shown, clutter)
     now = task if state is None else replace(task, initial=state)
     names, agent = words.names(task), task.scene.agent

@@ -16,7 +16,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.logic.traversal import object_names
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 from eai.tasks.task import Task
-from eai.tasks.wording import subjects
+from eai.tasks.wording import prompt_objects
 from eai.world.state import Fact, Scene, State, WorldObject
 
 UNSEEN = "(unseen)"
@@ -130,4 +130,4 @@ class _Believer:
         """The first object that a prompt speaks of whose name begins like this one."""
         stem = _STEM.sub("", name)
         names = self._words.names(self._task)
-        return next((i for i in subjects(self._task) if _STEM.sub("", names[i]) == stem), None)
+        return next((i for i in prompt_objects(self._task) if _STEM.sub("", names[i]) == stem), None)

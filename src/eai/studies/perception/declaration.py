@@ -63,7 +63,10 @@ def _words(world: AbilityWorld) -> SceneWords:
 
 def _pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     words = _words(world)
-    values = {"vocabulary": words.wording.vocabulary(), "objects": words.wording.objects(task)}
+    values = {
+        "vocabulary": words.wording.describe_vocabulary(),
+        "objects": words.wording.describe_objects(task),
+    }
     return values, words.describe(task).text
 
 

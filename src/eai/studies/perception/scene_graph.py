@@ -13,7 +13,7 @@ from eai.abilities.answer_text import AnswerForm, JsonObject, holds_strings, rea
 from eai.abilities.verdict import Unreadable
 from eai.planning.role import spatial_predicates
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording, subjects
+from eai.tasks.wording import Wording, prompt_objects
 from eai.world.derived import find_definition
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
@@ -188,7 +188,7 @@ class SceneWords:
 
     def spelling(self, predicate: str) -> str:
         """The name of a predicate in scene graphs."""
-        return self.wording.written_as.get(predicate, predicate)
+        return self.wording.answer_names.get(predicate, predicate)
 
     def names(self, task: Task) -> list[str]:
         """The name of each object of the scene."""
@@ -196,7 +196,7 @@ class SceneWords:
 
     def holding(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
         """All facts about some objects, those included that follow from others."""
-        for each in self.wording.listings:
+        for each in self.wording.goal_listings:
             yield from each.facts(state, objects)
 
     def elementary(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
@@ -208,7 +208,7 @@ class SceneWords:
 
     def describe(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
         """The scene graph of a task: of the objects that a prompt speaks of, or of these."""
-        names, chosen = self.names(task), subjects(task) if objects is None else objects
+        names, chosen = self.names(task), prompt_objects(task) if objects is None else objects
         facts = self.elementary(task.initial, chosen)
         return graph_of([names[index] for index in chosen], [self.named(fact, names) for fact in facts])
 

@@ -26,10 +26,10 @@ from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
 from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.variation import Endpoint, Stage
-from eai.tasks.prompts.prompt import TOLD, Belief, Image
+from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief, Image
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
-from eai.tasks.wording import subjects
+from eai.tasks.wording import prompt_objects
 from eai.world.relation import bits
 from eai.world.state import Fact
 
@@ -96,7 +96,10 @@ def _shown(
 ) -> dict[str, Belief]:
     """The beliefs of questions that show scenes as they are, by task; none without a picture."""
     if choice.scene == "text":
-        said = {i: _with_context(TOLD, choice, task, benchmark, templates) for i, task in tasks.items()}
+        said = {
+            i: _with_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
+            for i, task in tasks.items()
+        }
         return {i: Belief(task, initial=said[i]) for i, task in tasks.items()}
     images = _pictures(choice, benchmark, tasks)
     texts = {i: _said(choice.scene, tasks[i], benchmark, templates) for i in images}
@@ -133,7 +136,7 @@ def context_of(task: Task, words: SceneWords, much: Clutter, templates: Template
         much: how many other objects are listed, as many as pictures show with this clutter.
         templates: the words around the lists.
     """
-    wording, described = words.wording, subjects(task)
+    wording, described = words.wording, prompt_objects(task)
     others = others_in_view(task, words, described, much)
     told = {words.named(fact, words.names(task)) for fact in words.holding(task.initial, described)}
     around = words.describe(task, [*described, *others])
@@ -142,10 +145,10 @@ def context_of(task: Task, words: SceneWords, much: Clutter, templates: Template
         f"not {fact}"
         for name in states
         for index in described
-        if (fact := wording.fact(task, Fact(name, (index,)))) not in set(map(str, told))
+        if (fact := wording.write_fact(task, Fact(name, (index,)))) not in set(map(str, told))
     ]
     values = {
-        "objects": "\n".join([wording.object(task, index) for index in others]) or "-",
+        "objects": "\n".join([wording.describe_object(task, index) for index in others]) or "-",
         "facts": "\n".join([str(fact) for fact in around.facts if fact not in told]) or "-",
         "untrue": "\n".join(untrue) or "-",
     }
@@ -164,14 +167,16 @@ def others_in_view(task: Task, words: SceneWords, shown: Sequence[int], clutter:
 
 def _said(scene: Showing, task: Task, benchmark: Benchmark, templates: Templates) -> str:
     """The words of the question about its pictures."""
-    text = templates.text(f"scene_{scene}.txt")
+    text = templates.read(f"scene_{scene}.txt")
     names = scene_words(benchmark).names(task)
     if scene == "numbered":
-        return f"{text}\n{', '.join([f'{number} {names[number]}' for number in subjects(task)])}"
+        return f"{text}\n{', '.join([f'{number} {names[number]}' for number in prompt_objects(task)])}"
     if scene != "pointed":
         return text
     where: Mapping[int, tuple[int, int, int]] = _offered("rendered_pictures", scene).places_of(task)
-    lines = [f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in subjects(task) if i in where]
+    lines = [
+        f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in prompt_objects(task) if i in where
+    ]
     return "\n".join([text, *lines])
 
 

@@ -25,10 +25,10 @@ from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import Wording
 from eai.world.vocabulary import parameter_names
 
-MOST_TYPES = 300
+MAX_SHOWN_TYPES = 300
 """How many types a domain may have for all of it to be shown; of more, what matters for a task."""
 
-EXAMPLES = 2
+MAX_EXAMPLE_OPERATORS = 2
 """How many operators an example of transition modeling shows at most."""
 
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
@@ -71,12 +71,12 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
         "role": questions.role,
-        "vocabulary": wording.vocabulary(),
-        "operators": wording.operators(),
-        "of_each": wording.contents_of("each"),
+        "vocabulary": wording.describe_vocabulary(),
+        "operators": wording.describe_operators(),
+        "of_each": wording.describe_rules_of("each"),
         "format": questions.answer_format,
     }
-    tells_goals = "$explained" in templates.text(f"{name}.txt")
+    tells_goals = "$explained" in templates.read(f"{name}.txt")
     others = {title: _example_for(title, questions) for title in {task.title for task in tasks.values()}}
 
     @cache
@@ -90,7 +90,7 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     for task_id, task in tasks.items():
         belief, other = questions.beliefs.get(task_id) or Belief(task), others[task.title]
         about = [belief.task] if other is None else [belief.task, tasks[other]]
-        explained = explanations(name, about, templates) if tells_goals else []
+        explained = explain_goals(name, about, templates) if tells_goals else []
         values = {
             **shared,
             "explained": "".join([f"\n\n{each}" for each in explained]),
@@ -119,7 +119,7 @@ def _question(name: str, wording: Wording, belief: Belief, templates: Templates)
     values = {
         "title": task.title,
         "instruction": task.instruction,
-        "objects": wording.objects(task),
+        "objects": wording.describe_objects(task),
         "initial": initial_text(wording, belief),
         "goals": _goals_text(wording, belief, templates),
     }
@@ -128,7 +128,7 @@ def _question(name: str, wording: Wording, belief: Belief, templates: Templates)
 
 def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
     """The goals of a task, and the subgoals on the way to them if there are any."""
-    goals = wording.goals(belief.task)
+    goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
         return goals
     return f"{goals}\n\n{templates.fill('subgoals.txt', {'subgoals': chr(10).join(belief.subgoals)})}"
@@ -136,10 +136,10 @@ def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
 
 def initial_text(wording: Wording, belief: Belief) -> str:
     """Return the text that states the start of a task as it is believed to be."""
-    return Template(belief.initial).safe_substitute(initial=wording.initial(belief.task))
+    return Template(belief.initial).safe_substitute(initial=wording.describe_initial(belief.task))
 
 
-def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:
+def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:
     """The meanings of what goals of some tasks are made of: actions, quantifiers, courses.
 
     Args:
@@ -147,7 +147,7 @@ def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list
         tasks: the tasks.
         templates: the templates.
     """
-    about = [task.told for task in tasks]
+    about = [task.prompted for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk(goal.formula)}
     used = {
@@ -158,13 +158,13 @@ def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list
     special = {type(task.special) for task in about} if name in _DECLINABLE else set()
     for kind, template in ((Impossible, "missing"), (Ambiguous, "ambiguous")):
         used[f"{template}{_DECLINABLE.get(name)}"] = kind in special
-    return [templates.text(f"goals/{each}.txt") for each, is_used in used.items() if is_used]
+    return [templates.read(f"goals/{each}.txt") for each, is_used in used.items() if is_used]
 
 
-def samples(wording: Wording) -> Mapping[str, str]:
+def make_samples(wording: Wording) -> Mapping[str, str]:
     """Examples for formats of answers: predicates and actions of the domain, with their parameters."""
     arity = wording.domain.vocabulary.arity
-    names = {name: wording.written_as.get(name, name) for name in wording.predicates}
+    names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
     said = [(written, *parameter_names(arity(name) or 0)) for name, written in names.items()]
     said = said or [("predicate", "x")]
     state = min(said, key=lambda each: abs(len(each) - 2))
@@ -190,7 +190,7 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
     Raises:
         InputError: a template of the user's cannot be used.
     """
-    answer_format = templates.text("formats/transition_modeling.txt")
+    answer_format = templates.read("formats/transition_modeling.txt")
     prompts = {}
     for task_id, task in tasks.items():
         other, others = _other_operators(task, tasks)
@@ -198,7 +198,7 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
         example = _example(other, others, names, templates)
         asked = _operator_question(task, task.operators, names, templates)
         values = {
-            "predicates": write_domain(_shown(task.domain.header, names, f"{example}\n{asked}")),
+            "predicates": write_domain(_restrict_header(task.domain.header, names, f"{example}\n{asked}")),
             "format": answer_format,
             "example": example,
             "task": asked,
@@ -210,7 +210,7 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
 def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[str]) -> Set[str] | None:
     """The names that operators and the goals of two tasks speak of; None if all are shown."""
     header = task.domain.header
-    if len(header.types) <= MOST_TYPES:
+    if len(header.types) <= MAX_SHOWN_TYPES:
         return None
     texts = [task.domain.operators[name].pddl for name in operators]
     names = set(
@@ -227,7 +227,7 @@ def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[s
     return names
 
 
-def _shown(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
+def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
     """The domain with these predicates, and the types that the text speaks of."""
     if names is None:
         return header
@@ -263,7 +263,7 @@ def _other_operators(
     asked = set(task.operators)
 
     def others(other: TransitionTask) -> list[str]:
-        return [name for name in other.operators if name not in asked][:EXAMPLES]
+        return [name for name in other.operators if name not in asked][:MAX_EXAMPLE_OPERATORS]
 
     best = max(tasks.values(), key=lambda other: (len(others(other)), -len(other.problem_text)))
     return best, others(best)

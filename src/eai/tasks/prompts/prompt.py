@@ -22,7 +22,7 @@ from typing_extensions import TypedDict
 
 from eai.base.errors import InputError
 from eai.base.files import read_content
-from eai.tasks.options import misfit
+from eai.tasks.options import describe_misfit
 from eai.tasks.task import Task
 
 Shape = TypeVar("Shape")
@@ -85,7 +85,7 @@ def read_prompt_file(path: Path) -> dict[str, str]:
     Raises:
         InputError: the file cannot be read, or is not of this shape.
     """
-    rows = _read(path, TypeAdapter(list[_Row]), 'a list of {"identifier", "llm_prompt"}')
+    rows = _read(path, TypeAdapter(list[_PromptRow]), 'a list of {"identifier", "llm_prompt"}')
     return {row["identifier"]: row["llm_prompt"] for row in rows}
 
 
@@ -95,15 +95,15 @@ def read_system_file(path: Path) -> str:
     Raises:
         InputError: the file cannot be read, or is not of this shape.
     """
-    return _read(path, TypeAdapter(_System), '{"system_prompt"}')["system_prompt"]
+    return _read(path, TypeAdapter(_SystemMessage), '{"system_prompt"}')["system_prompt"]
 
 
-class _Row(TypedDict):
+class _PromptRow(TypedDict):
     identifier: str
     llm_prompt: str
 
 
-class _System(TypedDict):
+class _SystemMessage(TypedDict):
     system_prompt: str
 
 
@@ -112,7 +112,7 @@ def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
     try:
         return adapter.validate_json(read_content(path))
     except ValidationError as error:
-        raise InputError(f"{path}: expected {shape} ({misfit(error, whole='the file')})") from error
+        raise InputError(f"{path}: expected {shape} ({describe_misfit(error, whole='the file')})") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,14 +128,14 @@ class PromptFiles:
     system: bytes | None
 
     @staticmethod
-    def of(prompts: Mapping[str, Prompt]) -> PromptFiles:
+    def from_prompts(prompts: Mapping[str, Prompt]) -> PromptFiles:
         """Prompts in the shape of such files, of which all have the same system message."""
         rows = [{"identifier": task_id, "llm_prompt": prompt.user} for task_id, prompt in prompts.items()]
         system = next((prompt.system for prompt in prompts.values()), None)
         settings = None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
         return PromptFiles(json.dumps(rows, indent=4).encode(), settings)
 
-    def corrected(self, correct: Callable[[str, str], str]) -> PromptFiles:
+    def correct(self, correct: Callable[[str, str], str]) -> PromptFiles:
         """The same files with other questions.
 
         Args:
@@ -146,7 +146,7 @@ class PromptFiles:
             row["llm_prompt"] = correct(row["identifier"], row["llm_prompt"])
         return replace(self, prompts=json.dumps(rows, indent=4).encode())
 
-    def by_task(self, task_id_of: Callable[[str], str | None]) -> dict[str, Prompt]:
+    def read_prompts(self, task_id_of: Callable[[str], str | None]) -> dict[str, Prompt]:
         """The prompts by the task that an identifier means, in the order of the file."""
         settings = {} if self.system is None else json.loads(self.system)
         system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
@@ -154,7 +154,7 @@ class PromptFiles:
         return {task_id_of(name) or name: Prompt(question, system, stop) for name, question in rows}
 
 
-TOLD = "$initial"
+INITIAL_PLACEHOLDER = "$initial"
 """The place in questions for what holds at the start."""
 
 
@@ -172,11 +172,11 @@ class Belief:
 
     task: Task
     answer: str = ""
-    initial: str = TOLD
+    initial: str = INITIAL_PLACEHOLDER
     images: tuple[Image, ...] = ()
     subgoals: tuple[str, ...] = ()
 
-    def with_goals(self, other: Belief) -> Belief:
+    def adopt_goals(self, other: Belief) -> Belief:
         """Return the belief in this scene with the goals and subgoals of another belief."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
@@ -202,7 +202,7 @@ class GoalSection:
         Raises:
             InputError: it has none.
         """
-        start, end = self._place(question)
+        start, end = self._find_range(question)
         return question[start:end]
 
     def replace(self, question: str, belief: Belief) -> str:
@@ -211,10 +211,10 @@ class GoalSection:
         Raises:
             InputError: it has none.
         """
-        start, end = self._place(question)
+        start, end = self._find_range(question)
         return question[:start] + self.write(belief) + question[end:]
 
-    def _place(self, question: str) -> tuple[int, int]:
+    def _find_range(self, question: str) -> tuple[int, int]:
         start = question.rfind(self.before) + len(self.before)
         end = question.find(self.after, start)
         if start < len(self.before) or end < 0:

@@ -26,7 +26,7 @@ def template_names() -> frozenset[str]:
 
 
 @cache
-def _packaged(name: str, variant: str) -> str:
+def _read_packaged(name: str, variant: str) -> str:
     """The text of a template of the package: of a variant, if that has one of this name."""
     file = _FOLDER / _VARIANTS / variant / name
     file = file if variant and file.is_file() else _FOLDER / name
@@ -45,16 +45,16 @@ class Templates:
     folder: Path | None = None
     variant: str = ""
 
-    def text(self, name: str) -> str:
+    def read(self, name: str) -> str:
         """The text of a template, say ``action_sequencing.txt``, without the line break at its end.
 
         Raises:
             InputError: the user's file cannot be read.
         """
-        own = self.own(name)
-        return _packaged(name, self.variant) if own is None else own
+        own = self.read_own(name)
+        return _read_packaged(name, self.variant) if own is None else own
 
-    def own(self, name: str) -> str | None:
+    def read_own(self, name: str) -> str | None:
         """The user's own text of this name, or None.
 
         Raises:
@@ -75,7 +75,7 @@ class Templates:
             InputError: it names a place for which there is no text, or has a lone dollar sign.
         """
         try:
-            return Template(self.text(name)).substitute(values)
+            return Template(self.read(name)).substitute(values)
         except KeyError as error:
             known = ", ".join(f"${place}" for place in values)
             raise InputError(f"{name}: ${error.args[0]} is none of {known}") from error
