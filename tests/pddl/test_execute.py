@@ -67,7 +67,7 @@ def fact(predicate: str, *names: str) -> Atom:
     ],
 )
 def test_plans(steps: tuple[str, ...], flaw: tuple[int, str] | None) -> None:
-    assert EXECUTOR.flaw(plan(*steps)) == flaw
+    assert EXECUTOR.find_flaw(plan(*steps)) == flaw
 
 
 def test_conditions_of_an_effect_are_read_before_it() -> None:

@@ -46,7 +46,7 @@ def check_plans(world: World) -> None:
     is_recursive = bool(DerivedPredicates(world.source.axioms).circles)
     assert by_problem.end is (SearchEnd.STATES if is_recursive else end)
     if by_problem.end is SearchEnd.SOLVED:
-        assert world.executor.flaw(by_problem.plan) is None
+        assert world.executor.find_flaw(by_problem.plan) is None
     if shortest is not None:
         conditions = [each.formula for each in task.goals]
         assert find_unreachable_goals(domain, task.initial, task.relevant, conditions) == []

@@ -135,7 +135,9 @@ class Trial:
     def is_goal_reached(self, episode: Episode) -> bool:
         """Whether all goals hold in an episode now."""
         trajectory = episode.trajectory
-        return all(self.scorer.goals.find_reached(episode.state, _operator_names(trajectory.executed), trajectory))
+        return all(
+            self.scorer.goals.find_reached(episode.state, _operator_names(trajectory.executed), trajectory)
+        )
 
     def _find_goal_step(self, start: int) -> int | None:
         """Return the number of steps after ``start`` until all goals held; None if they never did."""

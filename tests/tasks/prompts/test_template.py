@@ -14,10 +14,10 @@ def test_braces_and_percent_signs_mean_themselves(tmp_path: Path) -> None:
 
 
 def test_files_of_the_user_replace_single_ones(tmp_path: Path) -> None:
-    ours = Templates().text("example.txt")
+    ours = Templates().read("example.txt")
     (tmp_path / "example.txt").write_text("mine $task")
-    assert Templates(tmp_path).text("example.txt") == "mine $task" != ours
-    assert Templates(tmp_path).text("action_sequencing.txt") == Templates().text("action_sequencing.txt")
+    assert Templates(tmp_path).read("example.txt") == "mine $task" != ours
+    assert Templates(tmp_path).read("action_sequencing.txt") == Templates().text("action_sequencing.txt")
 
 
 @pytest.mark.parametrize(

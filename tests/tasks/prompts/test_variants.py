@@ -27,7 +27,7 @@ SIDES = ("and", "or", "not", "exists", "forall", "when")
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_wording_has_every_place_but_the_example(variant: PromptSet, ability: Ability) -> None:
     """What fills the places are the rules and facts; only an example may be left out."""
-    plain, other = (Templates(variant=name).text(f"{ability.value}.txt") for name in ("eai", variant))
+    plain, other = (Templates(variant=name).read(f"{ability.value}.txt") for name in ("eai", variant))
     assert plain != other
     assert set(PLACE.findall(plain)) - set(PLACE.findall(other)) <= {"example"}
     assert set(PLACE.findall(other)) <= set(PLACE.findall(plain))
@@ -64,7 +64,7 @@ def test_a_question_states_what_the_plain_one_states(
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_rules_of_operators_are_in_every_wording(variant: PromptSet) -> None:
-    text = Templates(variant=variant).text("transition_modeling.txt")
+    text = Templates(variant=variant).read("transition_modeling.txt")
     assert all(re.search(rf"\b{word}\b", text) for word in SIDES)
     filled = Template(text).safe_substitute(predicates="P", format="F", task="T", example="E")
     assert "$" not in filled

@@ -176,7 +176,8 @@ def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
                 node = Node(after, depth=length, parent=parent, actions=(action,))
                 operators = [each.operator for each in node.plan()]
                 if all(at_the_end.find_reached(after, operators)) and (
-                    not test.has_goals_over_time or all(test.find_reached(after, operators, _trace_node(node)))
+                    not test.has_goals_over_time
+                    or all(test.find_reached(after, operators, _trace_node(node)))
                 ):
                     return length
                 if not (forgetful and after in seen):

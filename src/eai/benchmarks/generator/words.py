@@ -226,7 +226,9 @@ class Words:
     def _get_variable_noun(self, variable: f.Variable) -> str:
         return self.nouns[variable.category or ""]
 
-    def _make_sentence(self, atom: f.Atom, values: Mapping[str, str], voice: e.PhraseStyle, **form: bool) -> str:
+    def _make_sentence(
+        self, atom: f.Atom, values: Mapping[str, str], voice: e.PhraseStyle, **form: bool
+    ) -> str:
         sentence = voice.choose(self.get_sentences(atom.predicate))
         return self._fill_in(e.inflect(sentence, **form), atom, values)
 

@@ -216,7 +216,8 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
     if reference in list_benchmarks() or not path.exists():
         return reference, {}
     name = f"{path.resolve().name.partition('.')[0]}.jsonl"
-    lines = [line.content for line in read_task_file_lines(path) if json.loads(line.content)["id"] in task_ids
+    lines = [
+        line.content for line in read_task_file_lines(path) if json.loads(line.content)["id"] in task_ids
     ]
     return name, {name: b"\n".join(lines) + b"\n"}
 
