@@ -64,7 +64,7 @@ def stages(name: str, rules: Rules, sample: int) -> tuple[list[Stage], int]:
     """The tasks of a sample that have a reference, and how many have none."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
-    ids = [task_id for task_id in tasks if tasks[task_id].left_out is None]
+    ids = [task_id for task_id in tasks if tasks[task_id].plan_exclusion is None]
     chosen = ids[:: max(1, len(ids) // sample)] if sample else ids
     playable = []
     for number, task_id in enumerate(chosen, 1):

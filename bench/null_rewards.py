@@ -126,7 +126,7 @@ def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
 def playable(environment: TextEnvironment) -> list[str]:
     """The tasks that have goals."""
     tasks = environment.benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
-    return [task_id for task_id in environment.task_ids if tasks[task_id].left_out is None]
+    return [task_id for task_id in environment.task_ids if tasks[task_id].plan_exclusion is None]
 
 
 def done_at_once(name: str, reward: Shaping) -> float:

@@ -46,7 +46,7 @@ def stages(name: str, store: Store, rules: Rules = STANDARD) -> list[Stage]:
     """Some tasks of a household."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
-    ids = [task_id for task_id in tasks if tasks[task_id].left_out is None]
+    ids = [task_id for task_id in tasks if tasks[task_id].plan_exclusion is None]
     return [staged(tasks[task_id], benchmark, rules) for task_id in ids[:: EVERY[name]]]
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from eai.world.state import Scene, State
 
 TaskExclusion = NewType("TaskExclusion", str)
-"""Reason for leaving a task out of all statistics. A task makes it (`Task.exclusion`), never an answer."""
+"""Reason for leaving a task out of all statistics. A task makes it (`Task.exclude`), never an answer."""
 
 NO_GOALS = "the task has no goals"
 """The reason for excluding a task without goals: no answer to it can fail."""
