@@ -57,7 +57,7 @@ def run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
     """The flag of a parameter."""
     section, _, option = FLAGS[parameter].partition(".")
     chosen = type(RunSpec.model_fields[section].default)
-    default = chosen.default_of(option)
+    default = chosen.format_default(option)
     return options.flag_of(chosen, option, panel, *names, show_default=default or False, **more)
 
 

@@ -136,7 +136,7 @@ class _TwinWording(Wording):
     def _spoken_of(self) -> frozenset[str]:
         return self._exact.find_predicates(self._exact.operator_names)
 
-    def vocabulary(self) -> str:
+    def describe_vocabulary(self) -> str:
         names = (*self.predicates, *self.static)
         lines = _encoded(self.words, super().describe_vocabulary()).splitlines()
         return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
@@ -148,18 +148,18 @@ class _TwinWording(Wording):
             **{x: x for x in parameter_names(arity)}
         )
 
-    def operators(self) -> str:
+    def describe_operators(self) -> str:
         definitions = [_encoded(self.words, each) for each in self._exact.write_definitions()]
-        rules = "\n".join([*map(self.operator, self._exact.operators), *definitions])
+        rules = "\n".join([*map(self.describe_operator, self._exact.operators), *definitions])
         return f"{explain_notation(rules)}\n{rules}"
 
-    def contents_of(self, each: str) -> str:
+    def describe_rules_of(self, each: str) -> str:
         return f"what {each} requires and changes"
 
-    def operator(self, operator: Operator) -> str:
+    def describe_operator(self, operator: Operator) -> str:
         return _encoded(self.words, self._exact.summarize(operator) or "")
 
-    def object(self, task: Task, index: int) -> str:
+    def describe_object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
         hidden = [p.name for p in properties if p.name in self._spoken_of]
         having = [_encoded(self.words, name) for name in hidden if task.initial.has(name, index)]
@@ -176,10 +176,10 @@ class _TwinWording(Wording):
                 lines.append(_encoded(self.words, self.write_fact(task, Fact(predicate, arguments))))
         return "\n".join(lines) if lines[1:] else ""
 
-    def initial(self, task: Task) -> str:
+    def describe_initial(self, task: Task) -> str:
         return _encoded(self.words, super().describe_initial(task))
 
-    def goals(self, task: Task) -> str:
+    def describe_goals(self, task: Task) -> str:
         return _encoded(self.words, super().describe_goals(task))
 
 

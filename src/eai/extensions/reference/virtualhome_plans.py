@@ -60,7 +60,7 @@ class _GoalTest(GoalTest):
         self._relations = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.RELATION]
         self.reorders = list(self._order) != list(numbers)
 
-    def reached(
+    def find_reached(
         self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """For each goal, in order, whether it counts: of relation goals the first that holds."""
@@ -72,10 +72,10 @@ class _GoalTest(GoalTest):
 
     def passes_gold_test(self, final: State) -> bool:
         """Whether all state and relation goals count as reached in the annotation's own final state."""
-        reached = self.reached(final, ())
+        reached = self.find_reached(final, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
-    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+    def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """The action goals before the first that is not found."""
         text = " ".join(actions)
         position = 0
@@ -185,7 +185,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         verdict = super()._judge(execution, plan)
         reached = verdict.goals_satisfied
         if self._summed is not self.goals:
-            reached = self._summed.reached(execution.trajectory.final, execution.taken_actions)
+            reached = self._summed.find_reached(execution.trajectory.final, execution.taken_actions)
         additional = execution.trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict

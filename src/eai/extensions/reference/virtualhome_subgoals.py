@@ -172,6 +172,6 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
 class _ActionsSingly(GoalTest):
     """Action goals are met in any order, up to the first that is not met (``my_scene_evaluate``)."""
 
-    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+    def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         met = [not set(wanted).isdisjoint(actions) for wanted in goals]
         return range((*met, False).index(False))
