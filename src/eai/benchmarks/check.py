@@ -93,7 +93,6 @@ def _find_problems(task: Task, domain: Domain) -> Iterator[str]:
 
 
 def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
-    """Yield the formulas of a domain, each with the name of its operator or predicate."""
     for operator in domain.operators:
         yield f"operator {operator.name}", conditions_of(operator)
     for derived in domain.vocabulary.derived:
@@ -102,7 +101,6 @@ def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
 
 
 def _list_kinds(formula: f.Formula) -> Iterator[str]:
-    """Yield the object kinds over which a formula quantifies."""
     for subformula in walk(formula):
         yield from filter(None, [variable.category for variable in bound_variables(subformula)])
 

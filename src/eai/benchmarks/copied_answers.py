@@ -75,12 +75,10 @@ def copy_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
 
 
 def _join_formulas(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]) -> f.Formula:
-    """Return some formulas joined by a connective; a single formula stays unchanged."""
     return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
 def _require_action(action: str, arity: int) -> f.Formula:
-    """Return the condition that an action is taken, on any objects."""
     variables = [f.Variable(f"x{i}") for i in range(arity)]
     taken: f.Formula = f.Occurs(action, tuple(variables))
     return quantify(f.Exists, variables, taken)

@@ -87,7 +87,6 @@ def _join_segments(segments: Iterable[_Segment], answer: WrittenAnswer) -> Writt
 def _corrupt_parts(
     book: AnswerBook, parts: Iterable[str], rate: float, rng: random.Random
 ) -> Iterator[_Segment]:
-    """Yield the parts of a gold answer, some of them corrupted."""
     pending = list(parts)
     while pending:
         gold_part = pending.pop(0)

@@ -171,7 +171,6 @@ def _open_own_tasks(path: Path) -> Benchmark | None:
 
 
 def _make_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark:
-    """Return a benchmark that has only an ability's own tasks."""
     from eai.benchmarks.benchmark import Benchmark, DataSet
     from eai.tasks.source import given
     from eai.world.domain import Domain

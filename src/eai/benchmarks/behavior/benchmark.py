@@ -74,7 +74,6 @@ def _read_entries(belief: Belief) -> Iterator[object]:
 
 
 def _map_instances(belief: Belief) -> Mapping[str, str]:
-    """Return the name of each object by its instance name."""
     objects = belief.task.scene.objects
     return {instance: obj.name for instance, obj in zip(_NOTATION.names(belief.task), objects, strict=True)}
 
@@ -162,7 +161,6 @@ def wording(ability: Ability) -> Wording:
 
 
 def _describe_halves(name: ObjectName, task: Task) -> str:
-    """Return a line for each sliceable object with its halves."""
     halves = group_pairs((whole, half) for half, whole in task.initial.relation(part_of.name).pairs())
     return "\n".join(
         f"SLICE makes {' and '.join([name(task, half) for half in half_indices])} of {name(task, whole)}."

@@ -116,7 +116,6 @@ class _Converter:
 
 
 def _read_taxonomy(node: Mapping[str, Any]) -> Iterator[tuple[str, _TaxonomyEntry]]:
-    """Yield the entry of each model category at or below a node of the taxonomy."""
     kind = _TaxonomyEntry(node["name"], tuple(sorted(node["abilities"])))
     for model in node["igibson_categories"]:
         yield model, kind
@@ -125,13 +124,11 @@ def _read_taxonomy(node: Mapping[str, Any]) -> Iterator[tuple[str, _TaxonomyEntr
 
 
 def _read_prompt_objects(prompt: str) -> list[dict[str, str]]:
-    """Return the interactable objects that a prompt lists, each with name and category."""
     task = prompt.rpartition("Your task:")[2].partition("interactable objects:")[2]
     return [ast.literal_eval(line) for line in task.splitlines() if line.startswith("{")]
 
 
 def _parse_model(name: str) -> str:
-    """Return the model category at the start of an object's name."""
     match = _MODEL.fullmatch(name)
     if match is None:
         raise DataError(f"{name!r} is not an object's name; expected a model and a number, as in `rag_51`")

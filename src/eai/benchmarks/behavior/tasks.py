@@ -203,7 +203,6 @@ class _BehaviorTaskBuilder:
                         yield Fact(p.much_larger.name, (i, j))
 
     def _yield_situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
-        """Yield the initial states and positions."""
         for state, name in yield_initial_states(self._record, self._evidence):
             yield Fact(f"is_{state}", (self._index[name],))
         for predicate, source, target in relations:
@@ -214,7 +213,6 @@ class _BehaviorTaskBuilder:
         yield from self._yield_robot_floor()
 
     def _yield_robot_floor(self) -> Iterator[Fact]:
-        """Yield the floor below the robot."""
         floors = {obj.instance: obj.name for obj in self._record.objects if obj.is_floor}
         for fact in self._record.problem.initial:
             source, *target = (term.name for term in fact.arguments)

@@ -59,15 +59,12 @@ class SceneReader:
         return self._state.has(predicate.name, *[self._index[name] for name in names])
 
     def _find_things(self, predicate: Predicate) -> list[str]:
-        """Return the names of all objects with a predicate."""
         return [self._names[i] for i in bits(self._state.mask(predicate.name))]
 
     def _find_targets(self, predicate: Predicate, name: str) -> list[str]:
-        """Return the names of the targets of an object under a relation."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
 
     def _find_sources(self, predicate: Predicate, name: str) -> list[str]:
-        """Return the names of the sources of an object under a relation."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
 
@@ -132,7 +129,6 @@ class _ConventionWriter(SceneReader):
                 yield f"- {name} can be attached to {_join_names(fitting)}."
 
     def _describe_removal(self, substance: str) -> str:
-        """Return the ways to remove a substance from an object."""
         wiping = {how: self._find_sources(manner, substance) for manner, how in _WIPING_WORDS.items()}
         ways = [f"by wiping with {_join_names(tools)} ({how})" for how, tools in wiping.items() if tools]
         washing, solvents = (
@@ -170,7 +166,6 @@ class _ConventionWriter(SceneReader):
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
     def _describe_products(self, name: str) -> Iterator[str]:
-        """Yield the products of cutting and heating an object."""
         halves = self._find_sources(p.part_of, name)
         if halves:
             yield f"- SLICE makes {_join_names(halves)} of {name}."
@@ -180,7 +175,6 @@ class _ConventionWriter(SceneReader):
                 yield f"- {words.format(_join_names(made), name)}"
 
     def _describe_recipe(self, recipe: str) -> str:
-        """Return a recipe as a sentence."""
         vessels, sources = self._find_targets(p.made_in, recipe), self._find_targets(p.heated_by, recipe)
         if self._has(p.by_stirring, recipe):
             how = "by stirring, in any vessel"
@@ -202,7 +196,6 @@ class _ConventionWriter(SceneReader):
         return f"- {_join_names(made)} {are} made{state} {how} of {taken}{over}{alone}."
 
     def _describe_ingredients(self, recipe: str, role: Predicate) -> str:
-        """Return the ingredients in a role, with notes on those that must be raw or cooked."""
         raw, cooked = self._find_targets(p.raw, recipe), self._find_targets(p.cooked_first, recipe)
         notes = {**dict.fromkeys(raw, " (not cooked)"), **dict.fromkeys(cooked, " (cooked)")}
         return _join_names([f"{name}{notes.get(name, '')}" for name in self._find_targets(role, recipe)])

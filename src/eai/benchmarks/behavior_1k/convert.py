@@ -141,8 +141,6 @@ def _read_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] 
 
 
 def _read_rules(files: Bundle) -> dict[str, object]:
-    """Return the rules that turn objects into others."""
-
     def rules(name: str) -> Any:
         return _read_json(files, f"{_RULES}/{name}.json")
 

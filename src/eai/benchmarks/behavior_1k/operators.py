@@ -94,7 +94,6 @@ def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
 
 
 def _go_to(obj: Variable) -> Effect:
-    """Return the effect that moves the robot to the floor of an object."""
     return Let(F, p.floor_of(obj, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
 
 
@@ -134,7 +133,6 @@ def release() -> Operator:
 def _make_placing_action(
     name: str, text: str, effects: tuple[Effect, ...], *checks: Check, others: tuple[Variable, ...] = (Y,)
 ) -> Operator:
-    """Return an action that puts a held object somewhere."""
     needed = [require_in_hand(X)]
     for other in others:
         needed += [
@@ -199,7 +197,6 @@ def _make_state_action(
     to: bool,
     hand: Check = HAND_FREE,
 ) -> Operator:
-    """Return an action that sets or clears a state of an object."""
     already = f"{{x}} is {'' if to else 'not '}{state.name.removeprefix('is_').replace('_', ' ')} already"
     checks = (
         require_ability(X, ability, f"is not {ability.name}"),

@@ -173,7 +173,6 @@ class _SceneMaker:
         return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
     def _add_object(self, synset: str) -> str:
-        """Add an undeclared object of a kind, and return its name."""
         stem, number = k.lemma(synset), 1
         while f"{stem}_{number}" in self._kind_of_each:
             number += 1
@@ -313,7 +312,6 @@ class _SceneMaker:
                 yield p.chills, (name, other)
 
     def _yield_removal(self, name: str, kind: str) -> _SceneFacts:
-        """Yield the substances that a tool, washer or sink removes, and their solvents."""
         washes = kind == k.WASHER or self._kinds.has(kind, "drains")
         for other, substance in self._kind_of_each.items():
             if not self._kinds.has(substance, "substance"):
@@ -337,7 +335,6 @@ class _SceneMaker:
             yield from ((p.dissolved_by, (name, solvent)) for solvent in self._find_objects(kind))
 
     def _yield_products(self, name: str, kind: str) -> _SceneFacts:
-        """Yield the products of an object, and the objects that it fits."""
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
         is_substance = self._kinds.has(kind, "substance")
@@ -356,7 +353,6 @@ class _SceneMaker:
                 yield from ((p.fits, (name, other)) for other in self._find_objects(to))
 
     def _yield_halves(self) -> _SceneFacts:
-        """Yield the facts that relate each half to its whole."""
         for whole, (half, number) in self._kinds.rules.slice.items():
             halves = [name for name in self._find_objects(half) if name in self._future]
             for position, name in enumerate(self._find_objects(whole)):
@@ -364,7 +360,6 @@ class _SceneMaker:
                     yield p.part_of, (half_name, name)
 
     def _yield_situation(self) -> _SceneFacts:
-        """Yield initial states and positions."""
         placed: set[str] = set()
         present = {substance for _, substance in self._gives}
         for predicate, names in self._activity.yield_facts():
@@ -387,7 +382,6 @@ class _SceneMaker:
         yield from self._yield_floors()
 
     def _yield_floors(self) -> _SceneFacts:
-        """Yield the floor of each object's room, and the robot's floor."""
         floors = [name for name, kind in self._declared_kinds.items() if k.lemma(kind) in GROUND]
         for name, kind in self._kind_of_each.items():
             room = self._rooms.get(name)

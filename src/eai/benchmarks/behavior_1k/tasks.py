@@ -29,7 +29,6 @@ PhraseOfVariable = Mapping[str, str]
 
 
 def _read_own_file(name: str) -> bytes:
-    """Return a file of this package: the table of evidence, or the gold plans."""
     return (files("eai.benchmarks.behavior_1k") / name).read_bytes()
 
 

@@ -266,7 +266,6 @@ def _find_differences(before: Sequence[T], after: Sequence[T]) -> list[T]:
 
 
 def _read_script(source: _SourceTask) -> tuple[str, str, list[object]]:
-    """Return title, description and steps of a script file."""
     title, description, *lines = source.script.splitlines()
     if source.annotation.get("title", title) != title:
         raise DataError(

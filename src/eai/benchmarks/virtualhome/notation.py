@@ -127,7 +127,6 @@ _FORM = sections_form(_check_sections, _find_flaw)
 
 
 def _read_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
-    """Return the goals of a section, and its ill-formed entries."""
     if not isinstance(section, list):
         return [] if section is None else [(kind, str(section))]
     return [_read_goal(FIELDS[kind], entry) or (kind, str(entry)) for entry in section if entry != _NOTHING]
@@ -143,7 +142,6 @@ def _read_goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
 
 
 def _write_entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
-    """Return the section and the fields of a goal."""
     if goal.is_action:
         entry = {"action": goal.predicate, "description": goal.predicate.lower()}
         return GoalKind.ACTION, entry
