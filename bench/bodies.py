@@ -29,7 +29,7 @@ from eai.extensions.scenes.camera import Camera, View
 from eai.extensions.scenes.scene import BodyScene
 from eai.planning.search import Limits
 from eai.results.rate import Rate
-from eai.studies.perception.belief import perceiving, scene_words
+from eai.studies.perception.belief import apply_scene_graphs, scene_words
 from eai.studies.perception.scene_graph import SceneGraph, graph_of
 
 VIEWS: tuple[View, ...] = ("head", "near")
@@ -127,7 +127,7 @@ def told(suite: Suite, seen: Mapping[str, Seen]) -> None:
         sum(len(each.graph.facts) for each in seen.values()), sum(each.facts for each in seen.values())
     )
     print(f"seen: things {share(things)}, facts {share(facts)}")
-    believed = perceiving(suite.benchmark, {i: each.graph for i, each in seen.items()})
+    believed = apply_scene_graphs(suite.benchmark, {i: each.graph for i, each in seen.items()})
     book = open_planned_book(believed, Ability.ACTION_SEQUENCING, limits=Limits(200))
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in seen]
     won = Rate(sum(isinstance(v, PlanVerdict) and bool(v.success) for v in verdicts), len(verdicts))

@@ -55,16 +55,16 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        (with_options("noise.missing=0.1"), "perception.noise: means nothing with perception.scene text"),
+        (with_options("noise.missing=0.1"), "perception.noise: has no effect with perception.scene text"),
         (with_options("scene=noisy"), "perception.scene noisy: expected rates of errors"),
         (
             with_options("scene=image", "noise.missing=0.1"),
-            "perception.noise: means nothing with perception.scene image",
+            "perception.noise: has no effect with perception.scene image",
         ),
         (with_options("scene=predicted"), "perception.scene predicted: expected perception.scene_model"),
         (
             with_options("scene=image", "scene_model=eai/captioner"),
-            "perception.scene_model: means nothing with perception.scene image",
+            "perception.scene_model: has no effect with perception.scene image",
         ),
         (
             with_options("scene=predicted", "scene_model=eai/oracle"),
@@ -76,11 +76,11 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
         ),
         (
             (*with_options("scene=image", "images=x"), *CONTINUED),
-            "perception.scene image: not with attempts.replans, slip or until; the scene is seen at",
+            "perception.scene image: not with attempts.replans, slip or until; the scene is only shown at",
         ),
         (
             (*with_options("scene=image"), *CONTINUED, "--with", "attempts.feedback_form=chat"),
-            "perception.scene image: not with attempts.replans, slip or until; pictures of a world that has",
+            "perception.scene image: not with attempts.replans, slip or until; a chat cannot show pictures",
         ),
         (
             (*with_options("scene=image"), "--ability", "transition_modeling"),
@@ -88,7 +88,7 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
         ),
         (
             with_options("scene=image", "images=x", "clutter=some"),
-            "perception.clutter: is of schematic pictures",
+            "perception.clutter: applies to schematic pictures",
         ),
         (with_options("scene=image", "images=nowhere"), "images nowhere: no picture of 1 of 1 tasks"),
         (

@@ -40,7 +40,7 @@ from eai.results.options import ScoringOptions
 from eai.results.trials import open_trials
 from eai.run.job import Job, Pace
 from eai.run.tasks import obtain_answers
-from eai.studies.pipeline.stage_one import believe
+from eai.studies.pipeline.stage_one import make_goal_beliefs
 from eai.studies.variation import Endpoint
 
 EXPERIMENT = AttemptOptions(3, feedback="explained", slip=0.05, slip_seed=0)
@@ -65,7 +65,7 @@ def make_work(kind: str, tasks: int) -> Work:
     if kind == "pipeline":
         book = open_answer_book(suite.benchmark, Ability.GOAL_INTERPRETATION)
         stated = {task_id: book[task_id].text for task_id in task_ids}
-        believed = believe(("oracle", stated), suite.benchmark, suite.source)
+        believed = make_goal_beliefs(("oracle", stated), suite.benchmark, suite.source)
     prompts = library.open(suite.benchmark, suite.ability, None if believed is None else believed.beliefs)
     asked = {task_id: prompts[task_id] for task_id in task_ids}
     arguments: dict[str, Json] = {} if kind == "acting" else {"rate": 0.2}

@@ -226,4 +226,4 @@ def test_goal_options_by_decade_equal_the_papers_figure(data_store: Store) -> No
     assert decades == [82, 7, 7, 1, 2, 1]
     assert sum(found["annotated_steps"].counts.values()) == 100
     assert sum(found["actions"].counts.values()) == 1455
-    assert all(list(each.counts) == sorted(each.counts) for each in found.values() if each.of == "tasks")
+    assert all(list(each.counts) == sorted(each.counts) for each in found.values() if each.unit == "tasks")

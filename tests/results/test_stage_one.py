@@ -22,8 +22,8 @@ from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.studies.pipeline.stage_one import (
-    believe,
-    read_believed,
+    make_goal_beliefs,
+    read_goal_beliefs,
     read_interpretations,
 )
 from eai.tasks.source import Source
@@ -42,7 +42,7 @@ def source(data_store: Store) -> Source:
 
 
 def believed(answer: str, source: Source) -> BeliefSet:
-    return believe(("m", {JARS: answer}), BEHAVIOR, source)
+    return make_goal_beliefs(("m", {JARS: answer}), BEHAVIOR, source)
 
 
 LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
@@ -157,4 +157,4 @@ def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None
 
 def test_only_plans_and_subgoals_have_a_first_stage(source: Source, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="those of transition_modeling do not"):
-        read_believed(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)
+        read_goal_beliefs(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)

@@ -122,7 +122,7 @@ def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) 
     tables = Records((tmp_path / "runs",), note=notes.append).tables()
     assert {line.experiment for line in tables.answers} == {None}
     assert len(notes) == 1
-    assert "left out, as they are of experiments: runs with scene-" in notes[0]
+    assert "left out because they are experiments: runs with scene-" in notes[0]
 
 
 def test_two_studies_that_change_the_same_option_are_refused_with_a_reason() -> None:

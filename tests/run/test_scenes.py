@@ -17,7 +17,7 @@ from eai.results.codec import read_summary, record_from_json
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.noise import noise_of, perceive
+from eai.studies.perception.noise import parse_noise, perceive
 from eai.studies.perception.verdict import Perceived
 from processes import own_process
 from run.child import (
@@ -47,7 +47,7 @@ def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store)
     listed = own.partition("Objects [kind]: properties\n")[2].partition("\n\n")[0].splitlines()
     suite = open_suite("behavior", PLANS)
     words = scene_words(suite.benchmark)
-    seen = perceive(suite.tasks[JARS], words, noise_of(settings))
+    seen = perceive(suite.tasks[JARS], words, parse_noise(settings))
     there = {*words.names(suite.tasks[JARS])}
     assert {line.partition(" [")[0] for line in listed} == {*seen.names}
     assert {*seen.names} - there
@@ -85,18 +85,18 @@ def test_invalid_scene_options_are_refused(data_store: Store) -> None:
         ({"scene": "image"}, "published prompts tell of scenes in their own way"),
         ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
         ({"scene": "predicted"}, "scene: Inspect tasks have no second model for scenes; use eai run"),
-        ({"scene": "image", "noise": "missing=0.1"}, "means nothing with perception.scene image"),
+        ({"scene": "image", "noise": "missing=0.1"}, "has no effect with perception.scene image"),
         ({"scene": "noisy", "prompts": "eai"}, "expected rates of errors"),
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
         (
             {"scene": "numbered", "prompts": "eai", "replans": 1, "world": "continue"},
-            "perception.scene numbered: not with attempts.replans, slip or until; the scene is seen at the",
+            "perception.scene numbered: not with attempts.replans, slip or until; the scene is only ",
         ),
-        ({"noise": "missing=0.1"}, "means nothing with perception.scene text"),
+        ({"noise": "missing=0.1"}, "has no effect with perception.scene text"),
     ):
         with pytest.raises(InputError, match=message):
             MAKE(tasks=[JARS], **wrong)
-    with pytest.raises(InputError, match="questions of transition_modeling tell of no scene"):
+    with pytest.raises(InputError, match="questions of transition_modeling describe no scene"):
         TASKS["behavior_transition_modeling"](scene="image", prompts="eai")
 
 
@@ -111,7 +111,7 @@ def test_records_of_a_log_have_the_perceived_scene(
     scored = process.submit(score_in_child, path.result(), asked).result()
     suite = open_suite("behavior", PLANS)
     task, words = suite.tasks[JARS], scene_words(suite.benchmark)
-    expected = perception_errors(task, words, perceive(task, words, noise_of(settings)))
+    expected = perception_errors(task, words, perceive(task, words, parse_noise(settings)))
     for log in (read_eval_log(path.result()), read_eval_log(scored)):
         (sample,) = log.samples or ()
         record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})

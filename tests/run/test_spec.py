@@ -14,7 +14,7 @@ from eai.base.files import read_toml
 from eai.run.spec import RunSpec, find_study_of_option, read_spec, save
 from eai.studies.perception.choice import Perception
 from eai.studies.perception.noise import Noise
-from eai.studies.registry import studies_of_runs
+from eai.studies.registry import list_run_studies
 
 EVERYTHING: dict[str, dict[str, Any]] = {
     "model": {"name": ["openai/gpt-4o"], "args": {"rate": 0.2, "deep": {"a b": [1, True]}, "limit": 1e-9}},
@@ -47,8 +47,8 @@ def test_studies_that_change_different_options_are_combined(tables: dict[str, An
     spec = read_spec(tables)
     choices = {each.choice for each in spec.studies.values() if each.choice}
     assert {*spec.variation.choice.split(" and ")} == choices
-    assert set(spec.variation.abilities([])) <= {
-        ability for each in spec.studies.values() for ability in each.abilities([])
+    assert set(spec.variation.select_abilities([])) <= {
+        ability for each in spec.studies.values() for ability in each.select_abilities([])
     }
 
 
@@ -90,9 +90,9 @@ def test_any_arguments_are_read_as_they_were_written(
 
 def test_each_option_belongs_to_one_study() -> None:
     """Therefore Inspect's arguments do not name a study."""
-    names = [name for study in studies_of_runs() for name in study.options.model_fields]
+    names = [name for study in list_run_studies() for name in study.options.model_fields]
     assert [find_study_of_option(name) for name in names] == [
-        s.key for s in studies_of_runs() for _ in s.options.model_fields
+        s.key for s in list_run_studies() for _ in s.options.model_fields
     ]
 
 
@@ -131,15 +131,15 @@ def test_keys_of_servers_are_never_written_to_a_file(tmp_path: Path) -> None:
         ),
         (
             {"attempts": ONWARD, "perception": {"scene": "rendered"}},
-            "perception.scene rendered: not with attempts.replans, slip or until; the scene is seen at the ",
+            "perception.scene rendered: not with attempts.replans, slip or until; the scene is only shown ",
         ),
         (
             {"attempts": {**ONWARD, "feedback_form": "chat"}, "perception": {"scene": "image"}},
-            "perception.scene image: not with attempts.replans, slip or until; pictures of a world that has ",
+            "perception.scene image: not with attempts.replans, slip or until; a chat cannot show pictures ",
         ),
         (
             {"perception": {"scene": "noisy", "noise": {"missing": 0.1}, "context": "some"}},
-            "perception.context: means nothing with perception.scene noisy",
+            "perception.context: has no effect with perception.scene noisy",
         ),
     ],
 )

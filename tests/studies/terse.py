@@ -15,7 +15,7 @@ from eai.results.record import Record
 from eai.results.table import Table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import Ask, Endpoint, Stage, Variation
+from eai.studies.variation import AskModel, Endpoint, FirstStage, Variation
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief
 
@@ -34,13 +34,15 @@ class Limit(Variation):
         return "terse.characters" if self.characters else ""
 
     @property
-    def states(self) -> Literal["", "scene", "goals"]:
+    def changed_part(self) -> Literal["", "scene", "goals"]:
         return "scene"
 
-    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage:
-        return Stage(library, wanted, ask, self._limited)
+    def make_stage(
+        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+    ) -> FirstStage:
+        return FirstStage(library, wanted, ask, self._limited)
 
-    def _limited(self, stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+    def _limited(self, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: Belief(task, initial=told) for task_id, task in suite.tasks.items()}
         return BeliefSet(beliefs, Experiment(), "there is no such task")

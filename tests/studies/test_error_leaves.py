@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.results.table import Table
 from eai.results.tidy import TidyTables
-from eai.studies.errors.study import _Leaf, error_tables, leaf_of
+from eai.studies.errors.study import _ErrorLeaf, error_tables, find_leaf
 from eai.tasks.source import Source
 from oracle import MODELS
 from record_files import write_records
@@ -28,26 +28,26 @@ def rows(table: Table) -> list[dict[str, Any]]:
 @pytest.mark.parametrize(
     ("changes", "leaf"),
     [
-        ({"outcome": "success"}, _Leaf("success")),
-        ({"outcome": "not_answered"}, _Leaf("not_answered")),
-        ({"outcome": "parsing"}, _Leaf("grammar", "parsing")),
+        ({"outcome": "success"}, _ErrorLeaf("success")),
+        ({"outcome": "not_answered"}, _ErrorLeaf("not_answered")),
+        ({"outcome": "parsing"}, _ErrorLeaf("grammar", "parsing")),
         (
             {"outcome": "hallucination", "error_check": "unknown_object"},
-            _Leaf("grammar", "hallucination", "object"),
+            _ErrorLeaf("grammar", "hallucination", "object"),
         ),
-        ({"outcome": "wrong_order"}, _Leaf("runtime", "wrong_order")),
+        ({"outcome": "wrong_order"}, _ErrorLeaf("runtime", "wrong_order")),
         (
             {"outcome": "goal_missed", "executable": True, "state_met": 0.5, "state_total": 1.0},
-            _Leaf("goal", "goal_missed", "state"),
+            _ErrorLeaf("goal", "goal_missed", "state"),
         ),
-        ({"outcome": "goal_missed", "executable": None}, _Leaf("goal_missed")),
+        ({"outcome": "goal_missed", "executable": None}, _ErrorLeaf("goal_missed")),
     ],
 )
-def test_every_answer_is_at_one_leaf(changes: dict[str, Any], leaf: _Leaf) -> None:
+def test_each_answer_has_one_leaf_of_the_taxonomy(changes: dict[str, Any], leaf: _ErrorLeaf) -> None:
     made = TidyTables(Source(Store()))
     made.add(action_run())
     answer = replace(made.answers[0], relation_met=None, error_check=None)
-    assert leaf_of(replace(answer, **changes)) == leaf
+    assert find_leaf(replace(answer, **changes)) == leaf
 
 
 def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
@@ -65,7 +65,7 @@ def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
     assert {row["predicate"] for row in rows(found["predicates"])} == {"near", "can_open"}
 
 
-def test_what_is_closed_is_overlooked_most() -> None:
+def test_closed_containers_are_the_most_overlooked_precondition() -> None:
     """The paper says so without a number; here it is of nine models, 219 of 410 errors."""
     found = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
     why = error_tables(found.answers, found.clauses, examples=3, explorer=None)[1]
@@ -87,7 +87,7 @@ finally:
 """
 
 
-def test_an_analysis_of_records_loads_no_engine_of_benchmarks(tmp_path: Path) -> None:
+def test_the_analysis_of_errors_loads_no_engine_of_benchmarks(tmp_path: Path) -> None:
     """Nor do its plots, which name benchmarks."""
     write_records(tmp_path / "records.jsonl", action_run())
     arguments = ["analyze", "errors", str(tmp_path), "--out", str(tmp_path / "out")]

@@ -22,7 +22,7 @@ def answers(tmp_path: Path) -> list[AnswerLine]:
     return made.answers
 
 
-def test_every_answer_that_counts_is_at_one_outcome(tmp_path: Path) -> None:
+def test_each_counted_answer_has_one_outcome_in_the_flow(tmp_path: Path) -> None:
     given = answers(tmp_path)
     given.append(replace(given[0], task="another", outcome="excluded"))
     rows = flow_table(given).row_dicts()
@@ -45,6 +45,6 @@ def test_the_figure_names_worlds_abilities_outcomes_and_additional_steps(tmp_pat
     assert any(text.endswith("with additional steps") for text in texts)
 
 
-def test_one_suite_has_no_flow_of_all(tmp_path: Path) -> None:
+def test_a_single_suite_has_no_flow_figure(tmp_path: Path) -> None:
     plans = [each for each in answers(tmp_path) if each.ability == "action_sequencing"]
     assert list(draw_flows(flow_table(plans))) == []

@@ -28,7 +28,7 @@ def nine() -> dict[str, list[dict[str, Any]]]:
     return {table.name: table.row_dicts() for table in found}
 
 
-def test_goals_by_predicate_are_the_authors_cell_by_cell(nine: dict[str, list[dict[str, Any]]]) -> None:
+def test_goals_by_predicate_equal_the_authors_figures(nine: dict[str, list[dict[str, Any]]]) -> None:
     authors = read_shared("paper", "goal_interpretation_behavior_by_predicate.json")["rows"]
     ours = {
         (row["model"], row["predicate"]): [row["matched"], row["wrong"], row["missing"]]
@@ -43,14 +43,14 @@ def test_goals_by_predicate_are_the_authors_cell_by_cell(nine: dict[str, list[di
     assert {cell: ours.get(cell, [0, 0, 0]) for cell in cells} == cells
 
 
-def test_two_in_five_wrong_goals_hold_at_the_start(nine: dict[str, list[dict[str, Any]]]) -> None:
+def test_two_fifths_of_wrong_goals_hold_at_the_start(nine: dict[str, list[dict[str, Any]]]) -> None:
     together = {row["reason"]: row["share"] for row in nine["reasons"] if row["model"] == "all models"}
     assert isinstance(together["initial"], Estimate)
     assert (together["initial"].numerator, together["initial"].denominator) == (1411, 3390)
     assert sum(share.numerator for share in together.values()) == 3390
 
 
-def test_what_all_models_miss_is_found(nine: dict[str, list[dict[str, Any]]]) -> None:
+def test_a_goal_that_all_models_miss_is_listed(nine: dict[str, list[dict[str, Any]]]) -> None:
     """The paper's example: that the shoes are to be on the floor is said by none."""
     missed = {row["goal"] for row in nine["shared"] if row["missing"] == row["models"] == 9}
     assert {f"onfloor(gym_shoe.n.01_{i}, floor.n.01_1)" for i in range(1, 5)} <= missed

@@ -16,7 +16,7 @@ def bounds(effect: Estimate) -> tuple[float, float]:
     return effect.low, effect.high
 
 
-def test_log_odds_are_those_of_the_counts() -> None:
+def test_log_odds_of_two_groups_equal_those_of_their_counts() -> None:
     """Of two groups the maximum is known: 30 of 40, and 10 of 40."""
     group = [1.0] * 40 + [0.0] * 40
     success = [1.0] * 30 + [0.0] * 10 + [1.0] * 10 + [0.0] * 30
@@ -33,7 +33,7 @@ def test_log_odds_are_those_of_the_counts() -> None:
     )  # Woolf's, by Student's quantile
 
 
-def test_near_copies_say_less() -> None:
+def test_similar_observations_give_wider_intervals() -> None:
     group, success = [1.0] * 40 + [0.0] * 40, ([1.0] * 30 + [0.0] * 10) + ([1.0] * 10 + [0.0] * 30)
     columns = np.column_stack([group, np.ones(80)])
     alone = fit_logit(columns, np.array(success), [str(n) for n in range(80)])
@@ -42,12 +42,12 @@ def test_near_copies_say_less() -> None:
     assert high - low > 2 * (most - least)
 
 
-def test_there_is_no_maximum_where_a_column_tells_success() -> None:
+def test_a_column_that_separates_success_has_no_effect_estimate() -> None:
     columns = np.column_stack([[1.0] * 5 + [0.0] * 5, np.ones(10)])
     assert fit_logit(columns, np.array([1.0] * 5 + [0.0] * 5), list("abcdefghij")) == [Estimate(None)] * 2
 
 
-def test_rank_correlation_is_spearmans() -> None:
+def test_rank_correlation_equals_spearmans() -> None:
     found = rank_correlation([1, 2, 3, 4, 5, 6], [1, 3, 2, 5, 4, 6], list("abcdef"))
     assert found.value == pytest.approx(1 - 6 * 4 / (6 * 35))
     assert found.low is not None

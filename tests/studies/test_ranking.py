@@ -4,10 +4,10 @@ import pytest
 
 from eai.studies.prompts.study import (
     average_ranks,
+    count_shared_best,
     holm,
     kendall_tau_b,
     kendall_w,
-    shared_at_top,
     two_way_shares,
 )
 
@@ -23,11 +23,11 @@ from eai.studies.prompts.study import (
         ([1], [1], None),
     ],
 )
-def test_tau(first: list[float], second: list[float], tau: float | None) -> None:
+def test_kendalls_tau_of_known_orders(first: list[float], second: list[float], tau: float | None) -> None:
     assert kendall_tau_b(first, second) == (None if tau is None else pytest.approx(tau))
 
 
-def test_tau_and_w_are_those_of_scipy() -> None:
+def test_tau_and_w_equal_those_of_scipy() -> None:
     stats = pytest.importorskip("scipy.stats")
     first, second = [3, 1, 4, 1, 5, 9, 2, 6], [2, 7, 1, 8, 2, 8, 1, 8]
     assert kendall_tau_b(first, second) == pytest.approx(float(stats.kendalltau(first, second).statistic))
@@ -47,23 +47,23 @@ def test_tau_and_w_are_those_of_scipy() -> None:
         ([], None),
     ],
 )
-def test_concordance(ratings: list[list[float]], w: float | None) -> None:
+def test_concordance_of_known_orders(ratings: list[list[float]], w: float | None) -> None:
     assert kendall_w(ratings) == (None if w is None else pytest.approx(w))
 
 
-def test_ranks_and_tops() -> None:
+def test_ranks_are_averaged_and_shared_best_items_counted() -> None:
     assert average_ranks([5, 1, 5]) == [2.5, 1, 2.5]
-    assert shared_at_top([9, 8, 7, 1], [9, 1, 8, 7], 3) == 2
-    assert shared_at_top([1, 1, 1, 1], [1, 1, 1, 1], 3) == 3
+    assert count_shared_best([9, 8, 7, 1], [9, 1, 8, 7], 3) == 2
+    assert count_shared_best([1, 1, 1, 1], [1, 1, 1, 1], 3) == 3
 
 
-def test_holm() -> None:
+def test_holms_correction_of_known_p_values() -> None:
     assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
     assert holm([0.6, 0.9]) == pytest.approx([1.0, 1.0])
     assert holm([]) == []
 
 
-def test_variance_by_rows_and_columns() -> None:
+def test_variance_is_split_into_rows_columns_and_rest() -> None:
     assert two_way_shares([[1, 2], [3, 4]]) == pytest.approx((0.8, 0.2, 0.0))
     assert two_way_shares([[1, 0], [0, 1]]) == pytest.approx((0.0, 0.0, 1.0))
     assert two_way_shares([[5, 5], [5, 5]]) is None

@@ -78,7 +78,7 @@ def test_every_folder_of_studies_has_one_value_and_every_value_is_registered() -
     assert {place.partition(":")[0] for place in declared(registry.GROUP).values()} == modules
 
 
-def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(
+def test_a_study_of_another_distribution_is_found_and_run(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "brevity.py").write_text(STRANGER)
@@ -87,7 +87,7 @@ def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: brevity\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text(f"[{registry.GROUP}]\nbrevity = brevity:BREVITY\n")
     monkeypatch.syspath_prepend(tmp_path)
-    registry._registered.cache_clear()
+    registry._find_entries.cache_clear()
     try:
         told = eai("analyze").out
         assert "brevity" in told
@@ -99,16 +99,16 @@ def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(
         assert row["answers"] == row["short_denominator"]
         assert "brevity has most" in eai("analyze", "brevity", runs, "--with", "least=1", "--out", out).err
     finally:
-        registry._registered.cache_clear()
+        registry._find_entries.cache_clear()
 
 
-def test_a_name_that_there_is_not_is_told_with_its_neighbours(eai: Command, tmp_path: Path) -> None:
+def test_an_unknown_study_is_refused_with_similar_names(eai: Command, tmp_path: Path) -> None:
     assert "did you mean errors?" in eai("analyze", "error", tmp_path).err
     with pytest.raises(InputError, match="did you mean goals"):
         registry.find_study("goal")
 
 
-def test_errors_enter_few_modules(tmp_path: Path) -> None:
+def test_the_study_of_errors_imports_few_modules(tmp_path: Path) -> None:
     """No benchmark is opened, for titles of plots neither, and no other study."""
     runs = write_runs(tmp_path / "runs", [action_run("first")])
     words = [sys.executable, "-c", ENTERED, "analyze", "errors", str(runs), "--out", str(tmp_path / "out")]

@@ -21,7 +21,14 @@ from eai.results.responses import read_responses
 from eai.results.summary import keep_attempts, summarise_by_attempt
 from eai.results.table import Estimate
 from eai.results.trials import make_trial_record
-from eai.studies.attempts.study import _analyze, _Choices, arms_of, remarks, success_by_attempt, tables
+from eai.studies.attempts.study import (
+    _analyze,
+    _ReplanningChoices,
+    group_arms,
+    replanning_tables,
+    success_by_attempt,
+    write_remarks,
+)
 from eai.studies.records import Records
 from record_files import write_records
 from studies.told import told_tables
@@ -51,7 +58,7 @@ def numerators(estimates: Sequence[Estimate]) -> list[float | None]:
     return [estimate.numerator for estimate in estimates]
 
 
-def test_the_answers_of_each_attempt_are_a_file(tmp_path: Path) -> None:
+def test_the_answers_of_each_attempt_are_read_from_a_file(tmp_path: Path) -> None:
     _write_attempts(tmp_path, "m", TOLD)
     written = [read_responses(tmp_path / f"m_attempt_{number}_outputs.json", "0123") for number in (1, 2, 3)]
     asked = [[each.task_id for each in file.responses] for file in written]
@@ -61,7 +68,7 @@ def test_the_answers_of_each_attempt_are_a_file(tmp_path: Path) -> None:
 
 
 def test_success_by_the_number_of_attempts_never_falls() -> None:
-    untold, told = arms_of([TOLD, UNTOLD])  # the control comes first
+    untold, told = group_arms([TOLD, UNTOLD])  # the control comes first
     assert (untold.name, told.name) == ("replans-2-restart-none", "replans-2-restart-explained")
     assert numerators(success_by_attempt(told)) == [1, 2, 3]
     assert numerators(success_by_attempt(untold)) == [1, 1, 2]
@@ -69,18 +76,18 @@ def test_success_by_the_number_of_attempts_never_falls() -> None:
     assert [len(keep_attempts(record, 2).attempts) for record in TOLD] == [1, 2, 2, 2]
 
 
-def test_feedback_is_set_beside_being_told_nothing() -> None:
-    _, worth, _ = tables(arms_of([TOLD, UNTOLD]))
+def test_arms_with_feedback_are_compared_with_arms_without() -> None:
+    _, worth, _ = replanning_tables(group_arms([TOLD, UNTOLD]))
     differences = [row[-1] for row in worth.rows]
     assert [each.value for each in differences if isinstance(each, Estimate)] == [0, 25, 25]
-    assert remarks(arms_of([TOLD, UNTOLD])) == []
-    (alone,) = remarks(arms_of([TOLD]))
+    assert write_remarks(group_arms([TOLD, UNTOLD])) == []
+    (alone,) = write_remarks(group_arms([TOLD]))
     assert alone.startswith("No resampling arm stands beside replans-2-restart-explained")
-    assert tables(arms_of([TOLD]))[1].rows == ()
+    assert replanning_tables(group_arms([TOLD]))[1].rows == ()
 
 
-def test_what_became_of_each_kind_of_first_failure() -> None:
-    *_, mended = tables(arms_of([TOLD, UNTOLD]))
+def test_outcomes_are_counted_by_the_first_failure() -> None:
+    *_, mended = replanning_tables(group_arms([TOLD, UNTOLD]))
     counts = {
         row[:2]: (row[2], row[3].numerator if isinstance(row[3], Estimate) else None, *row[4:])
         for row in mended.rows
@@ -94,14 +101,14 @@ def test_what_became_of_each_kind_of_first_failure() -> None:
     }
 
 
-def test_several_seeds_are_one_arm_whose_unit_is_still_the_task() -> None:
+def test_several_seeds_form_one_arm_with_tasks_as_units() -> None:
     slipping = AttemptOptions(1, "continue", "state", slip=0.2)
     one, two = (run_of(replace(slipping, slip_seed=seed), [[plan(*BOTH)]]) for seed in (1, 2))
-    (arm,) = arms_of([one, two])
+    (arm,) = group_arms([one, two])
     assert list(arm.runs) == [1, 2]
     assert len(arm.records(1)) == 2
     assert {case.name for case in arm.cases("task_success", 2)} == {"0"}
-    assert "One seed of slips" in "".join(remarks(arms_of([one])))
+    assert "One seed of slips" in "".join(write_remarks(group_arms([one])))
 
 
 def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
@@ -123,7 +130,7 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
     assert (out / "mended.csv").exists()
 
 
-def test_plain_records_have_nothing_to_analyse(tmp_path: Path) -> None:
+def test_plain_records_are_refused_by_the_analysis_of_replanning(tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", [replace(TOLD[0], experiment=None)])
     with pytest.raises(InputError, match="expected records of replanning or slips"):
-        list(_analyze(Records((tmp_path,)), _Choices()))
+        list(_analyze(Records((tmp_path,)), _ReplanningChoices()))

@@ -54,16 +54,16 @@ def rows_of(file: Path) -> list[dict[str, Any]]:
         return list(csv.DictReader(lines))
 
 
-def test_the_module_is_short() -> None:
+def test_a_study_of_another_distribution_fits_in_a_short_module() -> None:
     assert len(MODULE.read_text(encoding="utf-8").splitlines()) <= 60
 
 
-def test_its_label_is_the_name_of_the_folder_of_its_run(runs: Path) -> None:
+def test_the_label_of_an_external_study_names_the_folder_of_its_run(runs: Path) -> None:
     folders = {path.parent.relative_to(runs / "runs" / SUITE) for path in runs.rglob("summary.json")}
     assert folders == {Path(), Path(LABEL), Path(f"replans-1-restart-explained+{LABEL}")}
 
 
-def test_its_label_option_and_summary_are_in_every_record(runs: Path) -> None:
+def test_records_contain_label_option_and_summary_of_an_external_study(runs: Path) -> None:
     lines = (runs / "runs" / SUITE / LABEL / "records.jsonl").read_text(encoding="utf-8").splitlines()
     assert len(lines) == 3
     for line in map(json.loads, lines):
@@ -75,14 +75,14 @@ def test_its_label_option_and_summary_are_in_every_record(runs: Path) -> None:
     assert summary["study"] == {"terse": {"label": LABEL, "options": {"characters": 90}}}
 
 
-def test_its_records_are_read_by_whom_does_not_have_it(runs: Path) -> None:
+def test_records_of_an_external_study_are_read_without_the_study(runs: Path) -> None:
     (record, *_) = read_records(runs / "runs" / SUITE / LABEL / "records.jsonl")
     part = record.study["terse"]
     assert (part.label, part.options) == (LABEL, {"characters": 90})
     assert part.summary == {"excess": max(0, len(record.response) - 90)}
 
 
-def test_the_scores_of_its_log_have_them_too(runs: Path) -> None:
+def test_scores_in_a_log_contain_an_external_study(runs: Path) -> None:
     """The log of the run of the study is the second."""
     log = sorted((runs / "runs" / "logs").glob("*.eval"))[1]
     done = command(f"score {log} --domain behavior --ability action_sequencing --out @/again", runs)
@@ -94,13 +94,13 @@ def test_the_scores_of_its_log_have_them_too(runs: Path) -> None:
     assert {task_id: scored[task_id] for task_id in first} == first
 
 
-def test_its_label_is_in_the_tidy_tables(runs: Path) -> None:
+def test_tidy_tables_contain_the_label_of_an_external_study(runs: Path) -> None:
     assert command("analyze table @/runs --out @/table", runs).status == 0
     labels = {row["experiment"] for row in rows_of(runs / "table" / "answers.csv")}
     assert labels == {"", LABEL, f"replans-1-restart-explained+{LABEL}"}
 
 
-def test_its_label_is_in_the_report(runs: Path) -> None:
+def test_reports_contain_the_label_of_an_external_study(runs: Path) -> None:
     done = command("report @/runs --out @/report --no-prompts", runs)
     assert done.status == 0, done.err
     tables = json.loads((runs / "report" / "tables.json").read_text(encoding="utf-8"))["tables"]
@@ -109,7 +109,7 @@ def test_its_label_is_in_the_report(runs: Path) -> None:
     assert models == ["eai_noisy", f"eai_noisy, {LABEL}", f"eai_noisy, replans-1-restart-explained+{LABEL}"]
 
 
-def test_its_label_is_in_comparisons(runs: Path) -> None:
+def test_comparisons_contain_the_label_of_an_external_study(runs: Path) -> None:
     one = runs / "runs" / SUITE
     done = command(f"compare {one}/records.jsonl {one}/{LABEL}", runs)
     assert f"eai_noisy, {LABEL}" in done.out, done.err

@@ -21,7 +21,7 @@ from eai.results.table import Estimate
 from eai.results.tidy import TidyTables
 from eai.results.totals import Totals
 from eai.studies.cofactors.effects import rank_correlation
-from eai.studies.sensitivity.study import Trial, cells_of, try_operators
+from eai.studies.sensitivity.study import OperatorTrial, group_cases, try_operators
 from eai.tasks.share import Share
 from eai.tasks.source import ErrataChoice, Source
 
@@ -60,7 +60,7 @@ class Evidence:
         self._rates: dict[tuple[str, str, str], Mapping[str, Rate]] = {}
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
         self.tables = TidyTables(self.published)
-        self._tried: dict[tuple[str, str], list[Trial]] = {}
+        self._tried: dict[tuple[str, str], list[OperatorTrial]] = {}
         self._planned: dict[tuple[str, PlannerChoice], ScoredSuite] = {}
 
     @property
@@ -122,9 +122,9 @@ class Evidence:
     def sensitivity(self, domain: str, models: Sequence[str]) -> Mapping[tuple[str, str], Rate]:
         """Return the share of problems solved with one operator of a model, by operator and category."""
         trials = [trial for model in models for trial in self.trials(domain, model)]
-        return {key: rate_of(case.share for case in cases) for key, cases in cells_of(trials).items()}
+        return {key: rate_of(case.share for case in cases) for key, cases in group_cases(trials).items()}
 
-    def trials(self, domain: str, model: str) -> list[Trial]:
+    def trials(self, domain: str, model: str) -> list[OperatorTrial]:
         """Return the trials of a model's operators, each alone among gold ones."""
         if (domain, model) not in self._tried:
             records = self.suites[Suite(domain, TM)][model]
@@ -143,7 +143,7 @@ class Evidence:
         return self._planned[domain, planner]
 
 
-def _tried(suite: ScoredSuite, record: Record) -> Iterator[Trial]:
+def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorTrial]:
     scorer = suite.scorer(record.task_id)
     return try_operators(scorer, record) if isinstance(scorer, TransitionModeling) else iter(())
 

@@ -25,7 +25,7 @@ from eai.results.table_files import lines_csv, write_files, write_parquet, write
 from eai.results.terminal import print_table
 from eai.studies.records import Records
 from eai.studies.registry import find_study, study_names
-from eai.studies.study import Analysis, Figures, Study, several
+from eai.studies.study import Analysis, Figures, Study, split_commas
 from eai.tasks.options import Options
 
 ALL, TABLE = "all", "table"
@@ -39,7 +39,7 @@ class _Formats(Options):
         formats: csv, or parquet, which needs the extra 'analysis'; both with a comma.
     """
 
-    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(several)] = ("csv",)
+    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(split_commas)] = ("csv",)
 
 
 def analyze(
@@ -104,7 +104,7 @@ def _refuse_unknown(name: str) -> None:
 def _studies(name: str) -> list[Study]:
     """The study of a name, or those that are made together."""
     if name == ALL:
-        return [each for each in map(find_study, study_names()) if each.together]
+        return [each for each in map(find_study, study_names()) if each.included_in_all]
     return [] if name == TABLE else [find_study(name)]
 
 
@@ -123,7 +123,9 @@ def _write_all(
     for study in studies:
         own = [text for text in settings if options.setting(text)[0] in study.choices.model_fields]
         try:
-            yield from _write_study(study, records.below(study.name), own, plots=plots, as_json=as_json)
+            yield from _write_study(
+                study, records.for_subfolder(study.name), own, plots=plots, as_json=as_json
+            )
         except InputError as error:
             records.note(f"{study.name}: {error}")
 
@@ -169,10 +171,10 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
 
 def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
     """Show the tables for the screen with all remarks, or say in a line what was written."""
-    if not analysis.shown:
+    if not analysis.screen_tables:
         say(f"{counted(len(analysis.tables), 'table')}, {counted(drawn, 'plot')}; in {folder}")
         return
-    for table in analysis.shown:
+    for table in analysis.screen_tables:
         print_table(output(), _for_the_screen(table))
     for line in analysis.remarks:
         output().print(line, markup=False, highlight=False)

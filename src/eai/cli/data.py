@@ -24,7 +24,7 @@ from eai.results.data_set import count_figures, make_figure_table, profile_tasks
 from eai.results.table import Column, Table
 from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
-from eai.studies.report.distributions import distributions, save
+from eai.studies.report.distributions import distributions, save_distributions
 from eai.tasks.source import ErrataChoice, Source
 
 app = typer.Typer(no_args_is_help=True)
@@ -168,13 +168,13 @@ def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> lis
     """Write every value of every distribution with its count, and plots of them."""
     found = distributions(benchmark, source)
     rows = [
-        {"distribution": each.name, "value": value, "of": each.of, "count": count}
+        {"distribution": each.name, "value": value, "of": each.unit, "count": count}
         for each in found
         for value, count in each.counts.items()
     ]
     written = write_files(out, {f"{benchmark.name}-distributions.csv": rows_csv(rows)})
     title = benchmark.title
-    return [*written, *save(found, title, out / benchmark.name)]
+    return [*written, *save_distributions(found, title, out / benchmark.name)]
 
 
 def _check_annotations(

@@ -22,7 +22,7 @@ from eai.cli.options import SETTING, setting
 from eai.results.answer_files import find_recorded_file
 from eai.run.job import CAPTIONER, PROVIDER, can_answer, check_model
 from eai.run.spec import RunSpec, list_defaults, read_spec, sections
-from eai.studies.registry import studies_of_runs
+from eai.studies.registry import list_run_studies
 from eai.studies.variation import Endpoint
 
 FLAGS = {
@@ -111,7 +111,7 @@ def listing() -> Iterator[str]:
     """A table of all options, in Markdown."""
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
-    titles = {study.key: study.title for study in studies_of_runs()}
+    titles = {study.key: study.title for study in list_run_studies()}
     for section, chosen in sections().items():
         title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
         yield f"| **{section}** | | {title} |"

@@ -87,9 +87,9 @@ def _opened(
     """All prompts, or those with the goals of answers to goal interpretation."""
     if goals is None:
         return library.open(benchmark, ability)
-    from eai.studies.pipeline.stage_one import read_believed
+    from eai.studies.pipeline.stage_one import read_goal_beliefs
 
-    beliefs = read_believed(goals, benchmark, ability, library.source).beliefs
+    beliefs = read_goal_beliefs(goals, benchmark, ability, library.source).beliefs
     opened = library.open(benchmark, ability, beliefs)
     return {task_id: prompt for task_id, prompt in opened.items() if task_id in beliefs}
 

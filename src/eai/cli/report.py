@@ -32,8 +32,8 @@ from eai.results.record import Record
 from eai.results.runs import count_goals_as_paper, find_record_files, read_runs
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
-from eai.studies.report.document import unnamed_remark
-from eai.studies.report.explorer import Background, ExplorerData, explorer_html, film_name
+from eai.studies.report.document import write_unnamed_remark
+from eai.studies.report.explorer import ExplorerBackground, ExplorerData, explorer_html, film_name
 from eai.studies.report.plots import add_plots
 from eai.studies.report.rankings import Ranking, rankings
 from eai.studies.report.run_summary import RunSummary, plain_runs, summary_of
@@ -138,7 +138,7 @@ def _draw(out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], forma
 
 def background(
     source: Store, own: Mapping[str, Benchmark], out: Path, domain: str, *, prompts: bool, pictures: bool
-) -> Background:
+) -> ExplorerBackground:
     """The words of the user's data set on the tasks of a domain, or of the user's own benchmark.
 
     Nothing is fetched for it.
@@ -157,11 +157,15 @@ def background(
     if pictures and not is_at_hand(source, domain):
         raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
     known = domain in own or (domain in list_benchmarks() and is_at_hand(source, domain))
-    words = _words(own.get(domain) or find_benchmark(domain), source) if prompts and known else Background()
+    words = (
+        _words(own.get(domain) or find_benchmark(domain), source)
+        if prompts and known
+        else ExplorerBackground()
+    )
     if (out / _FILMS).is_dir():
-        words = replace(words, film=partial(_film, out))
+        words = replace(words, find_film=partial(_film, out))
     if pictures:
-        return replace(words, course=load_offer("diagrams_of_answers", "--pictures")(Source(source)))
+        return replace(words, find_scenes=load_offer("diagrams_of_answers", "--pictures")(Source(source)))
     return words
 
 
@@ -171,7 +175,7 @@ def _film(out: Path, record: Record) -> str:
     return address if (out / address).is_file() else ""
 
 
-def _words(benchmark: Benchmark, store: Store) -> Background:
+def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
     """The words of a benchmark, as far as it has any; PDDL, for one, cannot say all that is declared."""
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
@@ -185,7 +189,7 @@ def _words(benchmark: Benchmark, store: Store) -> Background:
         tasks = benchmark.operators(source).values()
         operators = {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}
     instructions = {task.id: task.instruction for task in benchmark.tasks(source).values()}
-    return Background(prompts, operators, instructions)
+    return ExplorerBackground(prompts, operators, instructions)
 
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
@@ -205,7 +209,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
     if len(ranked) < len(summaries):
         left_out = counted(len(summaries) - len(ranked), "experiment")
         note(f"left out: {left_out}, which eai report shows apart")
-    remark = unnamed_remark(ranked)
+    remark = write_unnamed_remark(ranked)
     if remark:
         note(remark)
 

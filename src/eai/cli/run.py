@@ -38,9 +38,9 @@ from eai.results.terminal import print_table
 from eai.run.job import Job, can_answer
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
-from eai.studies.prompts.choice import of_prompts
-from eai.studies.registry import summarized
-from eai.studies.variation import Endpoint, Stage
+from eai.studies.prompts.choice import make_prompts_experiment
+from eai.studies.registry import add_summaries
+from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
@@ -133,7 +133,7 @@ def run(
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
     scoring = spec.scoring
-    wanted = spec.variation.abilities(spec.tasks.ability)
+    wanted = spec.variation.select_abilities(spec.tasks.ability)
     flags.check_models(spec.model.name, wanted)
     terms = options.planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
     with options.opened_source(data, scoring.planner, scoring.errata, terms) as source:
@@ -174,7 +174,7 @@ def run(
             _print(spec, of_suite, wide=wide)
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
-    before = () if first is None else first.all_outcomes
+    before = () if first is None else first.all_results
     if spec.variation.captioner is not None and not order.quiet:
         for outcome in before:
             _print(spec, [outcome], wide=wide)
@@ -191,7 +191,7 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
         print_table(console.output(), passes_table(repeated), wide=wide)
 
 
-def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> Stage | None:
+def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> FirstStage | None:
     """The stage before the questions, if there is one: goals are interpreted, or scenes are seen."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
@@ -199,7 +199,7 @@ def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Promp
     ask, variation = partial(_obtain_and_score, order), order.spec.variation
     if variation.captioner is not None:
         flags.check_captioner(variation.captioner)
-    return variation.stage(order.library, wanted, ask)
+    return variation.make_stage(order.library, wanted, ask)
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
@@ -215,7 +215,7 @@ def _obtain_and_score(
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
-    first: Stage | None = None,
+    first: FirstStage | None = None,
     epochs: int | None = None,
     *,
     studied: bool = False,
@@ -229,7 +229,7 @@ def _obtain_and_score(
     from eai.run.tasks import combine_experiments, make_trials, obtain_answers, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
-    asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
+    asked, believed = (prompts, None) if first is None else first.make_prompts(endpoint, prompts, suite)
     about = {} if believed is None else believed.metadata
     harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
@@ -241,7 +241,11 @@ def _obtain_and_score(
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, believed)
     of_studies = spec.experiment if studied else Experiment()
-    parts = [of_studies, None if believed is None else believed.experiment, of_prompts(spec.prompts.label)]
+    parts = [
+        of_studies,
+        None if believed is None else believed.experiment,
+        make_prompts_experiment(spec.prompts.label),
+    ]
     parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
     job = Job(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
@@ -260,7 +264,7 @@ def _obtain_and_score(
             failures={**answers.failures, **lacking},
             beliefs=believed,
             experiment=combine_experiments([of_studies, *parts[2:-1], Experiment(effort=effort)]),
-            summarize=lambda record: summarized(record, suite, about.get(record.task_id, {})),
+            summarize=lambda record: add_summaries(record, suite, about.get(record.task_id, {})),
         )
         with scoring_progress(f"scoring {title}", len(answers.answers), quiet=order.quiet) as report:
             result = score_answers(obtained, folder, suite, spec.scoring, report)

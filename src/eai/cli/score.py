@@ -133,9 +133,9 @@ def score(
     if shard is not None and out is None:
         raise InputError("--shard writes records to be merged: say where, with --out")
     if goals is not None and ability is not None:
-        from eai.studies.pipeline.stage_one import refuse_no_stage_two
+        from eai.studies.pipeline.stage_one import check_stage_two
 
-        refuse_no_stage_two(ability)
+        check_stage_two(ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.planner_terms(context, planner_seconds, planner_memory)
@@ -283,15 +283,15 @@ def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
     if share.goals is None and share.prompt_name is None:
         return share.logged
     from eai.results.epochs import finish_record
-    from eai.studies.prompts.choice import of_prompts
+    from eai.studies.prompts.choice import make_prompts_experiment
 
     believed, suite = None, share.suite
     if share.goals is not None:
-        from eai.studies.pipeline.stage_one import read_believed
+        from eai.studies.pipeline.stage_one import read_goal_beliefs
 
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
-        believed = replace(read_believed(share.goals, *goals), beliefs={}, metadata={})
-    mark = partial(finish_record, believed=believed, experiment=of_prompts(share.prompt_name))
+        believed = replace(read_goal_beliefs(share.goals, *goals), beliefs={}, metadata={})
+    mark = partial(finish_record, believed=believed, experiment=make_prompts_experiment(share.prompt_name))
     return mark if share.logged is None else partial(_in_turn, share.logged, mark)
 
 

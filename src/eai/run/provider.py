@@ -292,10 +292,10 @@ def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
     if question.done:
         benchmark = execute_actions(benchmark, task_id, question.done)
     if question.scene is not None:
-        from eai.studies.perception.belief import perceiving, scene_words
+        from eai.studies.perception.belief import apply_scene_graphs, scene_words
 
         graph = read_scene_graph(question.scene, scene_words(benchmark).arities)
-        benchmark = perceiving(benchmark, {task_id: graph})
+        benchmark = apply_scene_graphs(benchmark, {task_id: graph})
     if question.stated is not None:
         benchmark = replace_goals(benchmark, {task_id: question.stated})
     return drop_reached_goals(benchmark, task_id, question.done) if question.done else benchmark

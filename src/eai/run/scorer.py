@@ -51,7 +51,7 @@ from eai.results.summary import outcome_of, summarise
 from eai.results.trials import make_trial_record, replay
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
-from eai.studies.registry import summarized
+from eai.studies.registry import add_summaries
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 _MARK = {True: "✓", False: "✗"}
@@ -206,7 +206,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
     if options is not None:
         attempts = replay(suite, options, task_id, metadata[ANSWERS], epoch)
         record = make_trial_record(suite, options, record.model, task_id, attempts)
-    return summarized(replace(record, experiment=experiment), suite, metadata)
+    return add_summaries(replace(record, experiment=experiment), suite, metadata)
 
 
 LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]

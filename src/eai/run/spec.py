@@ -25,7 +25,7 @@ from eai.base.files import write_whole
 from eai.benchmarks.registry import REFERENCES
 from eai.results.options import ScoringOptions
 from eai.run.job import Decoding, Pace
-from eai.studies.registry import studies_of_runs
+from eai.studies.registry import list_run_studies
 from eai.studies.variation import Endpoint, Variation, combine
 from eai.tasks.options import Arguments, Options
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
@@ -192,16 +192,16 @@ class RunSpec(Options):
         Raises:
             InputError: two studies contradict each other.
         """
-        return combine([self.studies[study.key] for study in studies_of_runs() if study.key in self.studies])
+        return combine([self.studies[study.key] for study in list_run_studies() if study.key in self.studies])
 
     @property
     def experiment(self) -> Experiment:
         """The choices of studies for records, without choices that an earlier stage adds to records."""
         variations_by_study = {
-            variation.name: self.studies.get(variation.key, Variation()) for variation in studies_of_runs()
+            variation.name: self.studies.get(variation.key, Variation()) for variation in list_run_studies()
         }
         choices = {
-            name: variation.recorded(name)
+            name: variation.record_choice(name)
             for name, variation in variations_by_study.items()
             if variation.choice
         }
@@ -222,7 +222,7 @@ _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items
 
 def sections() -> Mapping[str, type[Options]]:
     """Return the sections of a specification by name, those of studies last."""
-    return {**_CORE, **{study.key: study.options for study in studies_of_runs()}}
+    return {**_CORE, **{study.key: study.options for study in list_run_studies()}}
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
@@ -246,7 +246,7 @@ def find_study_of_option(name: str) -> str:
         InputError: no study has the option.
     """
     study_of_option = {
-        option: study.key for study in studies_of_runs() for option in study.options.model_fields
+        option: study.key for study in list_run_studies() for option in study.options.model_fields
     }
     _refuse_unknown(name, study_of_option)
     return study_of_option[name]

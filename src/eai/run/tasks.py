@@ -56,8 +56,8 @@ from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_logged_record, make_score
 from eai.run.solver import ask, ask_as_published, drop_unreadable_usage, messages_of
 from eai.run.spec import find_study_of_option, read_spec
-from eai.studies.prompts.choice import of_prompts
-from eai.studies.variation import Endpoint, Stage
+from eai.studies.prompts.choice import make_prompts_experiment
+from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source
 
@@ -161,12 +161,12 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
             solver = ask_as_published(None)
-            stage = spec.variation.stage(library, {suite.domain: asked}, _ask_nobody)
+            stage = spec.variation.make_stage(library, {suite.domain: asked}, _ask_nobody)
             if takes_turns:
                 asked, about = in_setting(spec.agent, asked, suite)
                 experiment, solver = Experiment(), player()
             elif spec.variation.choice:
-                spec.variation.abilities([ability])
+                spec.variation.select_abilities([ability])
                 believed = None
                 if stage is not None:
                     asked, believed = _run_stage(stage, asked, suite)
@@ -177,7 +177,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                     [experiment, None if believed is None else believed.experiment]
                 )
             if not takes_turns:
-                experiment = combine_experiments([experiment, of_prompts(spec.prompts.label)])
+                experiment = combine_experiments([experiment, make_prompts_experiment(spec.prompts.label)])
         task = build_task(suite, asked, solver, experiment=experiment, question_metadata=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
@@ -246,14 +246,14 @@ def _ask_nobody(*_: object, **__: object) -> SuiteResult:
 
 
 def _run_stage(
-    stage: Stage, asked: Mapping[str, Prompt], suite: Suite
+    stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], BeliefSet]:
     """Return the questions with the results of an earlier stage, and the beliefs that they state.
 
     Raises:
         InputError: a task has no result to state; a log would leave it out of all rates.
     """
-    prompts, believed = stage.second(Endpoint(""), asked, suite)
+    prompts, believed = stage.make_prompts(Endpoint(""), asked, suite)
     missing = len(asked) - len(prompts)
     if missing:
         raise InputError(

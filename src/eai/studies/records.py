@@ -1,4 +1,4 @@
-"""The records that a study analyses, read when they are asked for."""
+"""The records that a study analyses, read only when an analysis uses them."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ from eai.results.runs import Run, read_runs
 from eai.results.tidy import TidyTables
 from eai.tasks.source import ErrataChoice, Source
 
-Done: TypeAlias = Callable[[int], None]
-"""Is given how much of a long analysis is done."""
+ReportDone: TypeAlias = Callable[[int], None]
+"""Reports how many steps of a long analysis are done."""
 
 
-def _unseen(title: str, total: int) -> AbstractContextManager[Done]:
+def _hide_progress(title: str, total: int) -> AbstractContextManager[ReportDone]:
     return nullcontext(lambda done: None)
 
 
-def _unheard(line: str) -> None:
-    """Nobody listens."""
+def _ignore_note(line: str) -> None:
+    """Ignore a note; used if nobody reads notes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """Records, as runs or as tidy tables, and what else an analysis may use.
+    """Records for an analysis, as runs or as tidy tables, with the means to report progress.
 
     Attributes:
         paths: files of records, or folders with records.jsonl somewhere below.
-        folder: where the results will be.
-        source: where the data set is.
-        note: tells the user a line that is no result.
-        progress: shows how far a long analysis is: given a title and a total.
+        folder: folder of the results.
+        source: location of the data set.
+        note: tells the user a line that is not part of the results.
+        progress: shows the progress of a long analysis, given a title and a total.
     """
 
     paths: tuple[Path, ...]
     folder: Path = Path()
     source: Source = field(default_factory=Source)
-    note: Callable[[str], None] = _unheard
-    progress: Callable[[str, int], AbstractContextManager[Done]] = _unseen
-    _made: MutableMapping[bool, TidyTables] = field(default_factory=dict)
+    note: Callable[[str], None] = _ignore_note
+    progress: Callable[[str, int], AbstractContextManager[ReportDone]] = _hide_progress
+    _cached_tables: MutableMapping[bool, TidyTables] = field(default_factory=dict)
 
     def runs(self) -> Iterator[Run]:
-        """The runs, file by file, so that only one file's records are in memory.
+        """Yield the runs, file by file, so that only one file's records are in memory.
 
         Raises:
             InputError: there are no records, or one is unusable.
@@ -54,19 +54,19 @@ class Records:
         return read_runs(self.paths)
 
     def tables(self, *, features: bool = True) -> TidyTables:
-        """The tidy tables of runs that can be compared, made once: the plain runs, if there are any.
+        """Return the tidy tables of runs that can be compared: the plain runs, if there are any.
 
-        Runs of experiments are left out beside plain runs, with a note.
+        The tables are built once. Beside plain runs, runs of experiments are left out, with a note.
 
         Args:
-            features: whether lines say what tasks are like, for which these are built.
+            features: whether lines describe their tasks, which needs the tasks to be built.
 
         Raises:
-            InputError: there are no records, or one is unusable, or there are several experiments and no
+            InputError: there are no records, one is unusable, or there are several experiments and no
                 plain run.
         """
-        if True in self._made or features in self._made:
-            return self._made.get(True) or self._made[features]
+        if True in self._cached_tables or features in self._cached_tables:
+            return self._cached_tables.get(True) or self._cached_tables[features]
         by_label: dict[str, TidyTables] = {}
         for run in self.runs():
             label = "" if run.key.experiment is None else run.key.experiment.study_label
@@ -75,14 +75,14 @@ class Records:
             by_label[label].add(run.records)
         labels = sorted(by_label)
         if "" in by_label and len(labels) > 1:
-            self.note(f"left out, as they are of experiments: runs with {', '.join(labels[1:])}")
+            self.note(f"left out because they are experiments: runs with {', '.join(labels[1:])}")
         elif len(labels) > 1:
             raise InputError(f"expected plain runs, or runs of one experiment, found {', '.join(labels)}")
-        self._made[features] = by_label[labels[0]]
-        return self._made[features]
+        self._cached_tables[features] = by_label[labels[0]]
+        return self._cached_tables[features]
 
     def all_tables(self) -> TidyTables:
-        """The tidy tables of all runs, of experiments too.
+        """Return the tidy tables of all runs, including experiments.
 
         Raises:
             InputError: there are no records, or one is unusable.
@@ -95,12 +95,12 @@ class Records:
     def _empty_tables(self, *, features: bool) -> TidyTables:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
-    def below(self, name: str) -> Records:
-        """The same records for another analysis, whose results are in a folder of their own."""
+    def for_subfolder(self, name: str) -> Records:
+        """Return the same records with a subfolder of the results for another analysis."""
         return replace(self, folder=self.folder / name)
 
 
-def by_place(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
-    """Runs of one model, domain, ability and protocol together, all sorted."""
+def group_comparable_runs(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
+    """Return the runs by suite and model, all sorted. A suite is a protocol, a domain and an ability."""
     ordered = sorted(runs, key=lambda run: run.key.order)
     return group_pairs(((*run.key.suite, run.key.model), run) for run in ordered)

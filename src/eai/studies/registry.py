@@ -1,7 +1,7 @@
-"""The studies there are, by name: those of this package and those that other distributions bring.
+"""Registered studies by name: those of this package and those of other distributions.
 
-A distribution registers one by an entry point of the group ``eai.studies``, a `Study`. Only the study that is
-asked for is imported.
+A distribution registers a `Study` by an entry point of the group ``eai.studies``. Only a study that is used
+is imported.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from eai.results.record import Record
 
 GROUP = "eai.studies"
-"""The group of entry points."""
+"""Group of entry points that register studies."""
 
-_FIRST = (
+_LISTED_FIRST = (
     "cofactors",
     "errors",
     "goals",
@@ -38,47 +38,49 @@ _FIRST = (
     "repair",
     "conduct",
 )
-"""Studies that are listed first, in this order."""
+"""Names of the studies that are listed first, in this order."""
 
 
 @cache
-def _registered() -> Mapping[str, EntryPoint]:
-    return get_entry_points(GROUP, _FIRST)
+def _find_entries() -> Mapping[str, EntryPoint]:
+    return get_entry_points(GROUP, _LISTED_FIRST)
 
 
 def study_names() -> tuple[str, ...]:
     """Return the names of all studies, those of this package first."""
-    return tuple(_registered())
+    return tuple(_find_entries())
 
 
 @cache
 def find_study(name: str) -> Study:
-    """The study of a name.
+    """Return the study with a name.
 
     Raises:
-        InputError: there is none, or what is registered is none.
+        InputError: no study has the name, or the entry point does not lead to a study.
     """
-    if name not in _registered():
-        known = ", ".join(_registered())
-        raise InputError(f"{name!r} is no study: expected one of {known}{did_you_mean(name, _registered())}")
-    value = _registered()[name].load()
+    if name not in _find_entries():
+        known = ", ".join(_find_entries())
+        raise InputError(
+            f"{name!r} is no study: expected one of {known}{did_you_mean(name, _find_entries())}"
+        )
+    value = _find_entries()[name].load()
     if not isinstance(value, Study):
         raise InputError(f"{name}: expected a Study, found {type(value).__name__}")
     return value
 
 
-def summarized(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
-    """Return a record with the summary of each study that has none yet.
+def add_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
+    """Return a record with the summaries of its studies added, except those that it has already.
 
     Args:
-        record: the record; without an answer it gets no summaries.
+        record: the record; one without an answer gets no summaries.
         suite: the suite of the record.
         about: the metadata of the question.
     """
     if record.unanswered is not None:
         return record
     summaries = {**record.summaries}
-    for name in record.study.keys() & _registered().keys() - summaries.keys():
+    for name in record.study.keys() & _find_entries().keys() - summaries.keys():
         summarize = find_study(name).summarize
         summary = None if summarize is None else summarize(record, suite, about)
         if summary:
@@ -87,6 +89,6 @@ def summarized(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record
 
 
 @cache
-def studies_of_runs() -> tuple[Study, ...]:
-    """The studies that a run can be of: those that have options."""
-    return tuple([study for study in map(find_study, _registered()) if study.options is not Variation])
+def list_run_studies() -> tuple[Study, ...]:
+    """Return the studies that have options for runs."""
+    return tuple([study for study in map(find_study, _find_entries()) if study.options is not Variation])

@@ -1,4 +1,4 @@
-"""Studies as values: a variation around a benchmark and an ability, and what becomes of records in it."""
+"""The definition of a study: the options it adds to runs, and the analysis of their records."""
 
 from __future__ import annotations
 
@@ -26,48 +26,48 @@ if TYPE_CHECKING:
     from eai.studies.records import Records
 
 Figures: TypeAlias = "Iterable[tuple[str, Figure | None]]"
-"""Figures by the names of their files, drawn one after the other; None where there is nothing to draw."""
+"""Names of files with their figures, drawn one after the other; None if a figure has nothing to show."""
 
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Tables and figures of records that belong together.
+    """Tables and figures of records that are analysed together.
 
     Attributes:
         tables: the tables.
-        figures: drawn when they are asked for, which needs an extra.
-        remarks: what a reader must know besides, each a sentence.
-        folder: where they are written, below the folder of the results; in that itself if empty.
-        shown: tables for the screen, whose cells are texts; one line says what was written if there are none.
-        facts: further output for programs.
+        figures: the figures, drawn when they are iterated over; drawing needs an optional dependency.
+        remarks: sentences that a reader of the tables must know.
+        folder: folder of the output below that of the results; empty for the folder of the results itself.
+        screen_tables: tables for the screen, whose cells are texts; without any, one line names the output.
+        facts: further values for the JSON output.
     """
 
     tables: Sequence[Table]
     figures: Figures = ()
     remarks: Sequence[str] = ()
     folder: str = ""
-    shown: Sequence[Table] = ()
+    screen_tables: Sequence[Table] = ()
     facts: Mapping[str, Json] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A variation around a benchmark and an ability: what a run can choose, and what its records tell.
+    """A study: options that vary a run, and the analysis of records.
 
-    It is registered by an entry point of the group ``eai.studies`` (`eai.studies.registry`). What it needs to
-    analyse records is imported by ``analyze``, so that its options cost nothing.
+    A study is registered by an entry point of the group ``eai.studies`` (`eai.studies.registry`). ``analyze``
+    imports the modules for the analysis, so that reading the options stays fast.
 
     Attributes:
-        name: of its analysis and of the files that this writes.
+        name: name of the analysis and of its output files.
         title: a few words on what varies, and for which questions.
-        options: what a run can choose; the defaults are those of a run without the study.
-        section: what its options are called in a run's specification, if not by its name.
-        choices: what its analysis can be asked for.
-        analyze: makes its tables and figures of records; figures are drawn from more than tables print, so
-            that one function makes both.
-        summarize: returns what records say of an answer besides their options: takes a record, its suite, and
-            the metadata of its question.
-        together: whether it is one of those that ``eai analyze all`` makes of the same records.
+        options: the options of a run; their defaults leave the run as it is without the study.
+        section: name of the options in a run's specification; empty for the name of the study.
+        choices: the options of the analysis.
+        analyze: makes tables and figures from records. One function makes both, since figures use data that
+            tables do not print.
+        summarize: returns what a record stores about an answer besides the options. It takes a record, its
+            suite, and the metadata of its question.
+        included_in_all: whether ``eai analyze all`` runs the analysis.
     """
 
     name: str
@@ -77,35 +77,35 @@ class Study:
     choices: type[Options] = Options
     analyze: Callable[[Records, Any], Iterator[Analysis]] | None = None
     summarize: Callable[[Record, Suite, Mapping[str, Any]], Mapping[str, Json]] | None = None
-    together: bool = False
+    included_in_all: bool = False
 
     @property
     def key(self) -> str:
-        """The name of its section in a run's specification."""
+        """The name of the study's section in a run's specification."""
         return self.section or self.name
 
 
-def suite_title(suite: SuiteKey) -> str:
-    """A suite in headings, with its benchmark as that spells itself."""
+def suite_heading(suite: SuiteKey) -> str:
+    """Return a suite as headings write it, with the title of its benchmark."""
     return str(suite._replace(domain=title_of(suite.domain)))
 
 
-def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """A figure with the suite that it is of for a title, by the name of its files."""
+def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """Give a figure the title of its suite, and return it with the name of its file."""
     if figure is not None:
-        add_title(figure, suite_title(suite))
+        add_title(figure, suite_heading(suite))
     return f"{name}-{suite.file_name}", figure
 
 
-def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """A figure with the suite and the model that it is of for a title, by the name of its files."""
+def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """Give a figure the title of its suite and model, and return it with the name of its file."""
     if figure is not None:
-        add_title(figure, f"{suite_title(key.suite)}, {clip_label(key.model)}")
+        add_title(figure, f"{suite_heading(key.suite)}, {clip_label(key.model)}")
     return name, figure
 
 
 def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
-    """Remarks on figures of the paper that stand beside those of records of a protocol."""
+    """Return remarks on the paper's figures that stand beside those of records of a protocol."""
     on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
     remarks = [note for notes in on_columns for note in notes]
     if protocol.value != read_paper_setting().protocol:
@@ -113,20 +113,20 @@ def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]
     return list(dict.fromkeys(remarks))
 
 
-def metric_of(ability: Ability, chosen: str | None) -> str:
-    """The chosen metric of an ability's main table; the first of it if None.
+def choose_metric(ability: Ability, chosen: str | None) -> str:
+    """Return the chosen metric of an ability's main table; its first metric if None is chosen.
 
     Raises:
-        InputError: there is no such metric.
+        InputError: the table has no such metric.
     """
     from eai.abilities.declaration import declaration_of
 
-    known = declaration_of(ability).overview_headings
-    if chosen is not None and chosen not in known:
-        raise InputError(f"metric={chosen}: expected one of {', '.join(known)}")
-    return chosen or next(iter(known))
+    metrics = declaration_of(ability).overview_headings
+    if chosen is not None and chosen not in metrics:
+        raise InputError(f"metric={chosen}: expected one of {', '.join(metrics)}")
+    return chosen or next(iter(metrics))
 
 
-def several(given: object) -> object:
-    """The values that a text names, separated by commas; for options that have several."""
+def split_commas(given: object) -> object:
+    """Return the values of an option that takes several; a text is split at its commas."""
     return tuple(given.split(",")) if isinstance(given, str) else given

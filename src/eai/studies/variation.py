@@ -1,4 +1,4 @@
-"""Variations of a run: what a study has models told or asked first, and how it carries answers out."""
+"""Variations of a run: a study changes what questions state, asks a model first, or retries answers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Endpoint:
     Attributes:
         model: an Inspect model name, built-in ones included (``eai/oracle``).
         arguments: arguments of the model's provider.
-        base_url: where an OpenAI-compatible server listens; None for the provider's own.
+        base_url: address of an OpenAI-compatible server; None for the provider's own.
     """
 
     model: str
@@ -38,115 +38,120 @@ class Endpoint:
     base_url: str | None = None
 
 
-Ask: TypeAlias = "Callable[..., SuiteResult]"
-"""Asks a model, an `Endpoint`, questions by task of a suite, and scores its answers.
+AskModel: TypeAlias = "Callable[..., SuiteResult]"
+"""Asks a model (an `Endpoint`) the prompts of a suite, given by task, and scores its answers.
 
-It also takes ``first``, a `Stage` before them, and ``epochs``, if there are to be as many as the run has.
+It also takes ``first``, the stage before these questions, and ``epochs``, the number of answers per task.
 """
 
 
 @dataclass
-class Stage:
-    """A stage before the questions of a run, which state what comes of it instead of the facts.
+class FirstStage:
+    """A stage before the questions of a run. It finds beliefs that the questions state instead of the facts.
 
     Attributes:
-        library: where prompts come from.
-        wanted: the tasks that the run is about, by domain.
+        library: source of the prompts.
+        task_ids: the ids of the run's tasks, by domain.
         ask: asks a model.
-        believe: finds the beliefs that questions to a model state; InputError if they cannot state them, or
-            there is nothing.
-        before: the stage whose beliefs hold in this one too; None if it is the first.
-        outcomes: the results of the questions that were asked in this stage.
-        known: the beliefs that were found, for ``believe`` to find each once.
+        believe: finds the beliefs that questions to a model state. It raises InputError if there are none,
+            or if the questions cannot state them.
+        previous: the stage whose beliefs also hold in this stage; None for the first stage.
+        results: the results of the questions asked in this stage.
+        found_beliefs: cache for ``believe``, so that it finds each belief set once.
     """
 
     library: Library
-    wanted: Mapping[str, Collection[str]]
-    ask: Ask
-    believe: Callable[[Stage, Endpoint, Suite], BeliefSet]
-    before: Stage | None = None
-    outcomes: list[SuiteResult] = field(default_factory=list, init=False)
-    known: dict[tuple[str, ...], BeliefSet] = field(default_factory=dict, init=False)
+    task_ids: Mapping[str, Collection[str]]
+    ask: AskModel
+    believe: Callable[[FirstStage, Endpoint, Suite], BeliefSet]
+    previous: FirstStage | None = None
+    results: list[SuiteResult] = field(default_factory=list, init=False)
+    found_beliefs: dict[tuple[str, ...], BeliefSet] = field(default_factory=dict, init=False)
 
-    def second(
+    def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
     ) -> tuple[Mapping[str, Prompt], BeliefSet]:
-        """The questions to a model, and what they state; tasks for which there is nothing are left out.
+        """Return the prompts for a model by task, and the beliefs that they state.
+
+        Tasks without a belief are left out.
 
         Raises:
-            InputError: as of `believe`.
+            InputError: as raised by `believe`.
         """
-        believed = self.believed(endpoint, suite)
+        believed = self.collect_beliefs(endpoint, suite)
         return believed.prompts(self.library, suite, task_ids), believed
 
-    def believed(self, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-        """Return what questions to a model state, by this stage and all before it.
+    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+        """Return the beliefs of this stage and of all stages before it.
 
         Raises:
-            InputError: as of `believe`.
+            InputError: as raised by `believe`.
         """
-        if self.before is None:
+        if self.previous is None:
             return self.believe(self, endpoint, suite)
-        earlier = self.before.believed(endpoint, suite)
+        earlier = self.previous.collect_beliefs(endpoint, suite)
         return earlier.combine(self.believe(self, endpoint, suite))
 
     @property
-    def begin(self) -> Stage:
-        """The first of this stage and all before it."""
-        return self if self.before is None else self.before.begin
+    def earliest(self) -> FirstStage:
+        """The first stage of the chain that ends with this stage."""
+        return self if self.previous is None else self.previous.earliest
 
     @property
-    def all_outcomes(self) -> list[SuiteResult]:
-        """The results of the questions of this stage and of all before it."""
-        return [*(() if self.before is None else self.before.all_outcomes), *self.outcomes]
+    def all_results(self) -> list[SuiteResult]:
+        """The results of the questions of this stage and of all stages before it."""
+        return [*(() if self.previous is None else self.previous.all_results), *self.results]
 
-    def answers(
+    def ask_for_answers(
         self, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, **more: Any
     ) -> dict[str, str]:
-        """The answers of a model that is asked in this stage, by task; ``more`` goes to who asks."""
+        """Return the answers of a model by task. Unanswered tasks are left out.
+
+        ``more`` goes to `ask`.
+        """
         outcome = self.ask(endpoint, prompts, suite, **more)
-        self.outcomes.append(outcome)
-        return {each.task_id: each.response for each in outcome.records if each.unanswered is None}
+        self.results.append(outcome)
+        return {record.task_id: record.response for record in outcome.records if record.unanswered is None}
 
 
 class Variation(Options):
-    """The options of a study of runs; without a choice a run is as it is without the study.
+    """The options of a study that varies runs; the defaults leave a run as it is.
 
-    All but `choice` is asked of the options that have one, or of none at all.
+    Every member but `choice` is used only if a choice was made, or if no study has one.
     """
 
     @property
     def choice(self) -> str:
-        """The choice that makes a run one of the study, as messages name it; empty if there is none."""
+        """The name of the chosen option in messages; empty if the run does not belong to the study."""
         return ""
 
     @property
     def heading(self) -> str:
-        """A line about the choice."""
+        """One line that describes the choice."""
         return ""
 
     @property
-    def states(self) -> Literal["", "scene", "goals"]:
-        """The part of a task that questions state otherwise; empty if none."""
+    def changed_part(self) -> Literal["", "scene", "goals"]:
+        """The part of a task that questions state differently; empty if they state the task as it is."""
         return ""
 
-    def contradiction(self, other: Variation) -> str:
+    def find_contradiction(self, other: Variation) -> str:
         """Return why a run cannot combine the choice with that of another study; empty if it can."""
-        if self.states and self.states == other.states:
-            return f"both change the {self.states} that questions state"
+        if self.changed_part and self.changed_part == other.changed_part:
+            return f"both change the {self.changed_part} that questions state"
         if self.attempts is not None and other.attempts is not None:
             return "both say how answers are carried out"
         return ""
 
     @property
     def attempts(self) -> AttemptOptions | None:
-        """How answers are carried out, if not once in a world where every action works."""
+        """The attempts at each task, or None for one attempt in a world where every action works."""
         return None
 
-    def recorded(self, study: str) -> StudyChoice | None:
-        """Return the choice as records have it: the options that differ from their defaults.
+    def record_choice(self, study: str) -> StudyChoice | None:
+        """Return the choice for records: the options that differ from their defaults.
 
-        A study whose stage states its choice returns None (`BeliefSet.experiment`).
+        A study whose stage states the choice returns None (`BeliefSet.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([name_label(name, str(value)) for name, value in options.items()])
@@ -154,37 +159,39 @@ class Variation(Options):
 
     @property
     def captioner(self) -> str | None:
-        """The model that lists what is in pictures for the one who is asked; None if there is none."""
+        """The model that lists the contents of pictures for the asked model; None without such a model."""
         return None
 
-    def abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """The abilities that are asked for, in order, of those that are named if any are.
+    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Return the abilities of the run, in order; all that the study supports if none is named.
 
         Raises:
-            InputError: one that is named cannot be varied so.
+            InputError: the study does not support a named ability.
         """
         return sorted(set(named or PAPER_ABILITIES), key=ability_rank)
 
-    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
-        """The stage before the questions, if there is one.
+    def make_stage(
+        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+    ) -> FirstStage | None:
+        """Return the stage before the questions, or None without one.
 
         Args:
-            library: where prompts come from.
-            wanted: the tasks that the run is about, by domain.
+            library: source of the prompts.
+            wanted: the ids of the run's tasks, by domain.
             ask: asks a model.
         """
         return None
 
 
 def combine(variations: Iterable[Variation]) -> Variation:
-    """Return the options of all studies that a run combines as one; of a plain run, those without a choice.
+    """Return the options of all studies that a run combines, as one variation.
 
     Raises:
-        InputError: two of them contradict each other.
+        InputError: two studies contradict each other.
     """
-    chosen = [each for each in variations if each.choice]
+    chosen = [variation for variation in variations if variation.choice]
     for one, other in permutations(chosen, 2):
-        reason = one.contradiction(other)
+        reason = one.find_contradiction(other)
         if reason:
             raise InputError(f"{one.choice}: not with {other.choice}; {reason}")
     return chosen[0] if len(chosen) == 1 else _Combination(chosen=tuple(chosen))
@@ -201,43 +208,48 @@ class _Combination(Variation):
 
     @property
     def choice(self) -> str:
-        """The choices."""
-        return " and ".join([each.choice for each in self.chosen])
+        """The choices, joined by "and"."""
+        return " and ".join([variation.choice for variation in self.chosen])
 
     @property
     def heading(self) -> str:
-        """A line about the choices."""
-        return "; ".join([each.heading for each in self.chosen if each.heading])
+        """One line that describes the choices."""
+        return "; ".join([variation.heading for variation in self.chosen if variation.heading])
 
     @property
     def attempts(self) -> AttemptOptions | None:
-        """How answers are carried out, if not once in a world where every action works."""
-        return next((each.attempts for each in self.chosen if each.attempts is not None), None)
+        """The attempts at each task, or None for one attempt in a world where every action works."""
+        return next((choice.attempts for choice in self.chosen if choice.attempts is not None), None)
 
     @property
     def captioner(self) -> str | None:
-        """The model that lists what is in pictures; None if there is none."""
-        return next((each.captioner for each in self.chosen if each.captioner is not None), None)
+        """The model that lists the contents of pictures; None without such a model."""
+        return next((choice.captioner for choice in self.chosen if choice.captioner is not None), None)
 
-    def abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Return the abilities that all studies can vary, in order; those of `named` if any are.
+    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Return the abilities that all studies support, in order; only named ones if any are named.
 
         Raises:
-            InputError: a study cannot vary an ability that is named, or no ability is left.
+            InputError: a study does not support a named ability, or no ability is left.
         """
         if not self.chosen:
-            return super().abilities(named)
-        first, *others = [each.abilities(named) for each in self.chosen]
-        shared = [ability for ability in first if all(ability in each for each in others)]
+            return super().select_abilities(named)
+        first, *others = [variation.select_abilities(named) for variation in self.chosen]
+        shared = [ability for ability in first if all(ability in abilities for abilities in others)]
         if not shared:
-            raise InputError(f"{self.choice}: no ability can be varied by all of them")
+            raise InputError(f"{self.choice}: these studies share no ability")
         return shared
 
-    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
-        """Return the last stage before the questions, or None; scenes are seen before goals are asked for."""
-        last: Stage | None = None
-        for each in sorted(self.chosen, key=lambda each: each.states != "scene"):
-            stage = each.stage(library, wanted, ask)
+    def make_stage(
+        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+    ) -> FirstStage | None:
+        """Return the last stage before the questions, or None without one.
+
+        The stage of scenes comes before that of goals.
+        """
+        last: FirstStage | None = None
+        for variation in sorted(self.chosen, key=lambda variation: variation.changed_part != "scene"):
+            stage = variation.make_stage(library, wanted, ask)
             if stage is not None:
-                stage.begin.before, last = last, stage
+                stage.earliest.previous, last = last, stage
         return last

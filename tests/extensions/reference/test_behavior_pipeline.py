@@ -19,8 +19,8 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import summarise
 from eai.results.table import Estimate
-from eai.studies.pipeline.analysis import _Pair, pooled
-from eai.studies.pipeline.stage_one import believe
+from eai.studies.pipeline.analysis import _PipelinePair, pool_pairs
+from eai.studies.pipeline.stage_one import make_goal_beliefs
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
 
@@ -57,21 +57,21 @@ def suite(data_store: Store) -> Suite:
 
 
 @pytest.fixture(scope="module")
-def runs(suite: Suite) -> dict[str, _Pair]:
+def runs(suite: Suite) -> dict[str, _PipelinePair]:
     """The two runs of each model, by model."""
     return {model: _runs(model, suite) for model in PIPELINE_MODELS}
 
 
-def _runs(model: str, suite: Suite) -> _Pair:
+def _runs(model: str, suite: Suite) -> _PipelinePair:
     benchmark = find_benchmark("behavior")
     first = read_oracle("behavior", "goal_interpretation", model)["records"]
     goals = model, {row["identifier"]: row["response"] or "" for row in first}
-    believed = believe(goals, benchmark, suite.source)
+    believed = make_goal_beliefs(goals, benchmark, suite.source)
     alone = read_oracle("behavior", "subgoal_decomposition", model)["records"]
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
-    return _Pair(modular, [believed.mark(record) for record in second], {}, {}, {})
+    return _PipelinePair(modular, [believed.mark(record) for record in second], {}, {}, {})
 
 
 def _scored(suite: Suite, model: str, answers: dict[str, str]) -> list[Record]:
@@ -93,7 +93,7 @@ def published(model: str) -> dict[str, tuple[str, bool, bool]]:
     }
 
 
-def test_published_verdicts(runs: dict[str, _Pair]) -> None:
+def test_published_verdicts(runs: dict[str, _PipelinePair]) -> None:
     equal: Counter[str] = Counter()
     differences = []
     for model, found in runs.items():
@@ -117,7 +117,7 @@ def test_published_verdicts(runs: dict[str, _Pair]) -> None:
     assert differences == list(DIFFERENCES)
 
 
-def test_cells_of_the_paper(runs: dict[str, _Pair]) -> None:
+def test_cells_of_the_paper(runs: dict[str, _PipelinePair]) -> None:
     """Those of the pipeline: an answer that was never asked for counts as one that cannot be read."""
     paper = read_paper_table("pipeline_subgoal_decomposition")
     off = []
@@ -139,13 +139,13 @@ def test_cells_of_the_paper(runs: dict[str, _Pair]) -> None:
     ("verdicts", "solved"), [("published", (91, 25, 30)), ("here", (98, 27, 30))]
 )  # fmt: skip
 def test_where_the_loss_comes_from(
-    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _Pair]
+    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _PipelinePair]
 ) -> None:
     """With right goals nothing is lost; what is lost is lost to missing goals."""
     found = [
         runs[model] if verdicts == "here" else _as_published(runs[model], model) for model in PIPELINE_MODELS
     ]
-    _, goals, _ = pooled(found).tables()
+    _, goals, _ = pool_pairs(found).tables()
     rows = {row[0]: row for row in goals.rows}
     read = {
         str(name): (row[1], *(cell.numerator for cell in row[2:4] if isinstance(cell, Estimate)))
@@ -159,7 +159,7 @@ def test_where_the_loss_comes_from(
     }
 
 
-def _as_published(found: _Pair, model: str) -> _Pair:
+def _as_published(found: _PipelinePair, model: str) -> _PipelinePair:
     """The same with the simulator's verdicts on the pipeline."""
     theirs = published(model)
     piped = []

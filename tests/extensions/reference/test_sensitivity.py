@@ -9,7 +9,7 @@ from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.operator_rules import ReferenceRules
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import rate_of
-from eai.studies.sensitivity.study import Trial, cells_of, try_operators
+from eai.studies.sensitivity.study import OperatorTrial, group_cases, try_operators
 from eai.tasks.source import Source
 from oracle import Oracle, read_shared
 from results.verdicts import record
@@ -46,7 +46,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
     rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite("virtualhome", Ability.TRANSITION_MODELING, Protocol("eai-1.0.5"), source=source)
-    trials: list[Trial] = []
+    trials: list[OperatorTrial] = []
     for row in rows:
         scorer = suite.scorer(row["id"])
         assert isinstance(scorer, TransitionModeling)
@@ -58,7 +58,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
             response=row["llm_output"],
         )
         trials += try_operators(scorer, made)
-    cells = cells_of(trials)
+    cells = group_cases(trials)
     for category, figures in read_shared("paper", "sensitivity.json")["virtualhome_measured_gpt4o"].items():
         for operator, figure in figures.items():
             rate = rate_of(case.share for case in cells[operator, category])

@@ -23,7 +23,7 @@ from eai.extensions.scenes.rendered import photographs_of
 from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
 from eai.studies.perception.choice import Perception
-from eai.studies.perception.scenes import shown_scenes
+from eai.studies.perception.scenes import show_scenes
 from eai.tasks.prompts.template import Templates
 from eai.tasks.source import Source
 from extensions.scenes.rooms import kitchen, task_of
@@ -71,7 +71,7 @@ def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_s
     can_draw()
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     tasks = {JARS: suite.tasks[JARS]}
-    believed = shown_scenes(Perception(scene=scene), suite.benchmark, tasks, Templates())
+    believed = show_scenes(Perception(scene=scene), suite.benchmark, tasks, Templates())
     belief = believed.beliefs[JARS]
     assert belief.initial is not None
     assert re.search(told, belief.initial)

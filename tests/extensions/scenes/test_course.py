@@ -21,7 +21,7 @@ from eai.extensions.scenes.diagrams import picture_words
 from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.studies.report.explorer import Course
+from eai.studies.report.explorer import TileScenes
 from eai.tasks.source import Source
 from eai.tasks.wording import prompt_objects
 from eai.world.execution import execute
@@ -37,7 +37,7 @@ def scored(suite: Suite, task_id: str, text: str) -> Record:
     return record
 
 
-def told(course: Course, agent: str) -> list[set[str]]:
+def told(course: TileScenes, agent: str) -> list[set[str]]:
     """The facts in each picture."""
     return [{str(each) for tile in scene for each in told_by(tile, agent)} for scene in course]
 

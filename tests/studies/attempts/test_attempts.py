@@ -40,7 +40,9 @@ from eai.studies.attempts.study import REPLANNING
         ({"until": "goal"}, AttemptOptions(until="goal")),
     ],
 )
-def test_what_some_choices_come_to(choices: dict[str, Any], attempts: AttemptOptions | None) -> None:
+def test_options_of_attempts_give_the_attempts_and_their_label(
+    choices: dict[str, Any], attempts: AttemptOptions | None
+) -> None:
     assert REPLANNING.options.read("attempts", {"slip_seed": 7, **choices}).attempts == attempts
 
 
@@ -60,7 +62,9 @@ def test_what_some_choices_come_to(choices: dict[str, Any], attempts: AttemptOpt
         ),
     ],
 )
-def test_choices_that_contradict_each_other_or_are_unknown(choices: dict[str, Any], complaint: str) -> None:
+def test_contradicting_or_unknown_options_of_attempts_are_refused(
+    choices: dict[str, Any], complaint: str
+) -> None:
     with pytest.raises(InputError) as caught:
         REPLANNING.options.read("attempts", choices)
     assert str(caught.value).startswith(complaint)

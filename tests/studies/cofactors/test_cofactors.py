@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.results.lines import ALL_MODELS
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.cofactors.study import bins_of, cofactor_tables
+from eai.studies.cofactors.study import cofactor_tables, make_bins
 from oracle import MODELS
 from studies.published import GPT_4O, tables
 
@@ -37,7 +37,7 @@ def gpt_4o() -> dict[str, Table]:
     return {table.name: table for table in found}
 
 
-def test_the_papers_curve_is_that_of_annotated_steps(gpt_4o: dict[str, Table]) -> None:
+def test_the_curve_of_annotated_steps_equals_the_papers_figure(gpt_4o: dict[str, Table]) -> None:
     """The paper draws nothing in the bin of 50 to 59 steps as 0, and prints 0.50 where 17/37 stands."""
     assert by(gpt_4o["curves"], "from", "score", feature="annotated_steps", model=GPT_4O) == {
         0: (27, 39),
@@ -49,7 +49,7 @@ def test_the_papers_curve_is_that_of_annotated_steps(gpt_4o: dict[str, Table]) -
     }
 
 
-def test_the_papers_actions_are_executed_of_tried(gpt_4o: dict[str, Table]) -> None:
+def test_the_share_of_executed_steps_by_action_equals_the_papers(gpt_4o: dict[str, Table]) -> None:
     found = by(gpt_4o["by_action"], "action", "executed")
     wanted = {"OPEN": (23, 23), "SLICE": (0, 4), "SOAK": (16, 17), "CLEAN": (47, 58)}
     assert {action: found[action] for action in wanted} == wanted
@@ -58,7 +58,7 @@ def test_the_papers_actions_are_executed_of_tried(gpt_4o: dict[str, Table]) -> N
         assert tuple(sum(number or 0 for number in column) for column in zip(*of_side, strict=True)) == rate
 
 
-def test_the_papers_predicates_are_reached_of_asked(gpt_4o: dict[str, Table]) -> None:
+def test_the_share_of_reached_goals_by_predicate_equals_the_papers(gpt_4o: dict[str, Table]) -> None:
     """``ontop`` was 41 of 60 before one reconstruction of a scene served all its answers."""
     found = by(gpt_4o["by_predicate"], "predicate", "reached")
     wanted = {
@@ -77,7 +77,7 @@ def test_the_papers_predicates_are_reached_of_asked(gpt_4o: dict[str, Table]) ->
     assert {predicate: found[predicate] for predicate in wanted} == wanted
 
 
-def test_the_number_of_objects_is_length_in_disguise() -> None:
+def test_the_number_of_objects_has_no_effect_beside_the_length_of_plans() -> None:
     """Alone it lowers the chance of success; beside length and the other features nothing is left of that."""
     made = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
     nine = cofactor_tables(made, width=10, measure="score")
@@ -105,7 +105,7 @@ def test_the_number_of_objects_is_length_in_disguise() -> None:
         ("goal_options", [1, 331776], 1000, (1000, 9999)),
     ],
 )
-def test_bins_are_as_they_are_said_to_be(
+def test_bins_of_a_feature_have_the_documented_widths(
     feature: str, values: list[int], value: int, found: tuple[int, int]
 ) -> None:
-    assert bins_of(feature, values, 10)(value) == found
+    assert make_bins(feature, values, 10)(value) == found

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.planning.planner import Planner
-from eai.studies.perception.belief import UNSEEN, believed_task
+from eai.studies.perception.belief import UNSEEN, apply_scene_graph
 from eai.studies.perception.scene_graph import SceneGraph
 from eai.tasks.planning import find_plan
 from studies.perception.kitchen import DOMAIN, KITCHEN, TRUTH, WORDS, fact, kitchen_task, seen
@@ -13,7 +13,7 @@ ALL = ("in cup_1 box_1", "on box_1 table_1", "lit lamp_1")
 
 def plan(graph: SceneGraph) -> list[str]:
     """What a planner does that believes its eyes."""
-    task = believed_task(kitchen_task(), WORDS, graph)
+    task = apply_scene_graph(kitchen_task(), WORDS, graph)
     found = find_plan(task, Planner(DOMAIN))
     return [
         " ".join([each.operator, *(task.scene.objects[i].name for i in each.arguments)])
@@ -21,9 +21,9 @@ def plan(graph: SceneGraph) -> list[str]:
     ]
 
 
-def test_who_sees_all_believes_what_is_so() -> None:
+def test_a_complete_scene_graph_leaves_the_task_unchanged() -> None:
     task = kitchen_task()
-    assert believed_task(task, WORDS, TRUTH) is task
+    assert apply_scene_graph(task, WORDS, TRUTH) is task
 
 
 @pytest.mark.parametrize(
@@ -35,21 +35,21 @@ def test_who_sees_all_believes_what_is_so() -> None:
         (ALL[:2], ["TAKE cup_1", "PUT_ON cup_1 table_1", "LIGHT lamp_1", "LIGHT lamp_2"]),
     ],
 )
-def test_a_planner_acts_on_what_it_sees(facts: tuple[str, ...], done: list[str]) -> None:
+def test_a_planner_plans_in_the_perceived_scene(facts: tuple[str, ...], done: list[str]) -> None:
     assert sorted(plan(seen(*facts))) == sorted(done)
 
 
-def test_what_is_not_seen_is_of_no_kind_and_never_named() -> None:
+def test_an_unseen_object_has_no_category_and_is_not_in_the_plan() -> None:
     objects = tuple(name for name in TRUTH.objects if name != "lamp_2")
-    task = believed_task(kitchen_task(), WORDS, seen(*ALL, objects=objects))
+    task = apply_scene_graph(kitchen_task(), WORDS, seen(*ALL, objects=objects))
     assert task.scene.objects[5].category == UNSEEN
     assert 5 not in task.relevant
     assert plan(seen(*ALL, objects=objects)) == ["TAKE cup_1", "PUT_ON cup_1 table_1"]
 
 
-def test_what_is_seen_without_being_there_is_like_what_it_is_named_after() -> None:
+def test_an_invented_object_has_the_category_of_the_object_with_a_similar_name() -> None:
     graph = seen(*ALL, "lit lamp_2", "on lamp_7 table_1", objects=(*TRUTH.objects, "lamp_7", "dragon"))
-    task = believed_task(kitchen_task(), WORDS, graph)
+    task = apply_scene_graph(kitchen_task(), WORDS, graph)
     new = [(thing.name, thing.category) for thing in task.scene.objects[6:]]
     assert new == [("lamp_7", "lamp"), ("dragon", "dragon")]
     assert task.initial.has("can_light", 6)
@@ -57,15 +57,15 @@ def test_what_is_seen_without_being_there_is_like_what_it_is_named_after() -> No
     assert "LIGHT lamp_7" in plan(graph)
 
 
-def test_a_circle_of_supports_is_not_believed() -> None:
-    task = believed_task(kitchen_task(), WORDS, seen(*ALL, "in table_1 cup_1"))
+def test_a_perceived_circle_of_supports_is_left_out() -> None:
+    task = apply_scene_graph(kitchen_task(), WORDS, seen(*ALL, "in table_1 cup_1"))
     told = [str(each) for each in WORDS.describe(task).facts]
     assert "in(table_1, cup_1)" not in told
     assert {str(fact(each)) for each in ALL} == {*told}
 
 
-def test_a_prompt_tells_the_perceived_scene() -> None:
-    task = believed_task(kitchen_task(), WORDS, seen("lit lamp_2", objects=("cup_1", "lamp_2", "lamp_7")))
+def test_a_prompt_states_the_perceived_scene() -> None:
+    task = apply_scene_graph(kitchen_task(), WORDS, seen("lit lamp_2", objects=("cup_1", "lamp_2", "lamp_7")))
     wording = KITCHEN.observed_wording()
     assert wording.describe_initial(task) == "lit(lamp_2)"
     assert wording.describe_objects(task).splitlines() == [

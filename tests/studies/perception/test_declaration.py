@@ -18,7 +18,7 @@ LIMIT = 3
 ASKED = ("--domain", "behavior", "--ability", "scene_graph", "--limit", LIMIT)
 
 
-def test_right_wrong_and_no_scene_graphs_are_told_apart(data_store: Store) -> None:
+def test_right_wrong_and_unreadable_scene_graphs_have_different_outcomes(data_store: Store) -> None:
     suite = open_suite("behavior", SCENE_GRAPH)
     task_ids = suite.task_ids[:LIMIT]
     gold = [open_answer_book(suite.benchmark, SCENE_GRAPH, suite.source)[i].text for i in task_ids]

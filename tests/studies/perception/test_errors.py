@@ -15,12 +15,12 @@ ALL = ("in cup_1 box_1", "on box_1 table_1", "lit lamp_1")
 ERRORS = ("missing", "misplaced", "unnecessary", "invented")
 
 
-def test_what_there_is_to_perceive() -> None:
+def test_a_scene_graph_has_the_objects_and_facts_of_the_prompt() -> None:
     assert TRUTH.facts == tuple(
         sorted(map(fact, ALL), key=lambda each: WORDS.wording.predicates.index(each[0]))
     )
-    assert WORDS.held == ("holds",)
-    assert {*WORDS.supports} == {"in", "on"}
+    assert WORDS.holding_predicates == ("holds",)
+    assert {*WORDS.support_predicates} == {"in", "on"}
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_what_there_is_to_perceive() -> None:
         ((), (3, 0, 0, 0)),
     ],
 )
-def test_the_four_kinds_of_error(facts: tuple[str, ...], errors: tuple[int, ...]) -> None:
+def test_each_kind_of_perception_error_is_counted(facts: tuple[str, ...], errors: tuple[int, ...]) -> None:
     perceived = perception_errors(kitchen_task(), WORDS, seen(*facts))
     assert tuple(getattr(perceived, name) for name in ERRORS) == errors
     right, wrong, lost = map(sum, zip(*perceived.predicates.values(), strict=True))
@@ -49,7 +49,7 @@ def test_the_four_kinds_of_error(facts: tuple[str, ...], errors: tuple[int, ...]
     assert wrong == perceived.misplaced + perceived.unnecessary + perceived.invented
 
 
-def test_rates_have_their_own_denominators() -> None:
+def test_each_error_rate_has_its_own_denominator() -> None:
     objects = ("robot", "cup_1", "box_1", "table_1", "lamp_1", "lamp_9")
     graph = seen("in cup_1 table_1", "lit lamp_9", "lit lamp_1", objects=objects)
     perceived = perception_errors(kitchen_task(), WORDS, graph)
@@ -71,7 +71,7 @@ def test_rates_have_their_own_denominators() -> None:
     }
 
 
-def test_an_answer_that_cannot_be_read_has_perceived_nothing() -> None:
+def test_an_unreadable_answer_perceives_nothing() -> None:
     perceived = perception_errors(kitchen_task(), WORDS, SceneGraph(unreadable="prose"))
     assert (perceived.missing, perceived.unseen, perceived.unreadable) == (3, 5, True)
     assert {field.name for field in fields(perceived)} >= {*ERRORS}

@@ -17,10 +17,10 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.studies.perception.belief import perceiving, scene_words
+from eai.studies.perception.belief import apply_scene_graphs, scene_words
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.noise import Noise, noise_of, perceive
+from eai.studies.perception.noise import Noise, parse_noise, perceive
 from eai.studies.perception.scene_graph import Supports
 from eai.studies.perception.verdict import Perceived
 from eai.tasks.planning import find_plan
@@ -40,11 +40,11 @@ def tasks_of(name: str, store: Store, every: int) -> tuple[Benchmark, list[Task]
     return benchmark, [tasks[task_id] for task_id in list(tasks)[::every]]
 
 
-def test_without_noise_all_is_seen_as_it_is() -> None:
+def test_without_noise_the_true_scene_is_perceived() -> None:
     assert perceive(kitchen_task(), WORDS, Noise()) == TRUTH
 
 
-def test_it_is_a_pure_function_of_task_and_seed() -> None:
+def test_noise_depends_only_on_the_task_and_the_seed() -> None:
     one, again, other = (
         [perceive(kitchen_task(), WORDS, Noise(0.5, seed=seed), str(stream)) for stream in range(9)]
         for seed in (0, 0, 1)
@@ -53,11 +53,11 @@ def test_it_is_a_pure_function_of_task_and_seed() -> None:
 
 
 @pytest.mark.parametrize("kind", ["missing", "misplaced", "unseen", "invented"])
-def test_the_errors_of_a_rate_are_among_those_of_a_higher_one(kind: str) -> None:
+def test_errors_at_a_rate_also_occur_at_a_higher_rate(kind: str) -> None:
     """As far as facts and objects go; a misplaced thing may have to go elsewhere where more is misplaced."""
 
     def errors(rate: float, stream: int) -> set[object]:
-        graph = perceive(kitchen_task(), WORDS, noise_of([f"{kind}={rate}"]), str(stream))
+        graph = perceive(kitchen_task(), WORDS, parse_noise([f"{kind}={rate}"]), str(stream))
         invented = {name for name in graph.names if name not in TRUTH.objects}
         return {*TRUTH.facts, *TRUTH.objects}.difference(graph.facts, graph.objects) | invented
 
@@ -73,13 +73,13 @@ def test_the_errors_of_a_rate_are_among_those_of_a_higher_one(kind: str) -> None
         (["missing"], "noise missing: expected NAME=NUMBER"),
         (["missing=x"], "noise missing=x: expected a number, not 'x'"),
         (["missing=1.5"], "noise: expected missing from 0 to 1, not 1.5"),
-        (["missing=0.6", "misplaced=0.6"], "noise: missing and misplaced come to more than 1"),
+        (["missing=0.6", "misplaced=0.6"], "noise: expected missing + misplaced of at most 1"),
         (["seed=0.5"], "noise seed=0.5: expected a whole number"),
     ],
 )
-def test_settings_that_mean_nothing_are_refused(settings: list[str], told: str) -> None:
+def test_invalid_settings_of_noise_are_refused(settings: list[str], told: str) -> None:
     with pytest.raises(InputError) as error:
-        noise_of(settings)
+        parse_noise(settings)
     assert str(error.value).startswith(told)
 
 
@@ -99,12 +99,14 @@ KINDS = [field.name for field in fields(Noise) if field.name != "seed"]
 
 @pytest.mark.parametrize("name", HOUSEHOLDS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_errors_are_as_frequent_as_the_channel_says(name: str, kind: str, data_store: Store) -> None:
+def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
+    name: str, kind: str, data_store: Store
+) -> None:
     """Within three standard errors, of occasions; a fact that has no other place keeps the one it has."""
     benchmark, tasks = tasks_of(name, data_store, 2)
     words, rate, made, possible = scene_words(benchmark), 0.15, 0, 0
     for task in tasks:
-        graph = perceive(task, words, noise_of([f"{kind}={rate}", "seed=3"]))
+        graph = perceive(task, words, parse_noise([f"{kind}={rate}", "seed=3"]))
         described, names = words.describe(task), words.names(task)
         agent = set() if task.scene.agent is None else {names[task.scene.agent]}
         told = {name for fact in described.facts for name in fact.arguments} - agent
@@ -117,7 +119,7 @@ def test_errors_are_as_frequent_as_the_channel_says(name: str, kind: str, data_s
     assert abs(made / possible - rate) <= 3 * math.sqrt(rate * (1 - rate) / possible)
 
 
-def test_an_invented_object_is_counted_by_its_name_and_by_what_is_said_of_it() -> None:
+def test_an_invented_object_counts_as_a_name_and_by_its_facts() -> None:
     """Object hallucinations are facts with a name that is not; the paper's object error is of names."""
     double = seen("in cup_1 box_1", "on box_1 table_1", "lit lamp_1", "lit lamp_7", "on cup_7 lamp_7")
     shares = perception_shares(perception_errors(kitchen_task(), WORDS, double))
@@ -127,16 +129,18 @@ def test_an_invented_object_is_counted_by_its_name_and_by_what_is_said_of_it() -
 
 
 @pytest.mark.parametrize("name", ["virtualhome", *swept("behavior")])
-def test_no_circle_is_seen_and_no_object_named_that_is_not(name: str, data_store: Store) -> None:
+def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
+    name: str, data_store: Store
+) -> None:
     benchmark, tasks = tasks_of(name, data_store, 20 if name == "virtualhome" else 10)
     words, planner = scene_words(benchmark), Planner(benchmark.domain)
     for task in tasks:
         graph = perceive(task, words, ALL_KINDS)
-        supports = Supports(frozenset(words.spelling(each) for each in words.supports))
+        supports = Supports(frozenset(words.spelling(each) for each in words.support_predicates))
         for fact in graph.facts:
-            assert not supports.closes(fact)
+            assert not supports.would_close_circle(fact)
             supports.add(fact)
-        believed = perceiving(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
+        believed = apply_scene_graphs(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
         plan = find_plan(believed, planner, Limits(60)).plan
         names = words.names(believed)
         assert {names[index] for action in plan for index in action.arguments} <= {*graph.names}
@@ -145,7 +149,7 @@ def test_no_circle_is_seen_and_no_object_named_that_is_not(name: str, data_store
 def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
     benchmark, tasks = tasks_of("behavior", data_store, 1)
     source, seen = Source(data_store), {task.id: scene_words(benchmark).describe(task) for task in tasks}
-    for task_id, task in perceiving(benchmark, seen).tasks(source).items():
+    for task_id, task in apply_scene_graphs(benchmark, seen).tasks(source).items():
         assert task.script == benchmark.tasks(source)[task_id].script
 
 
@@ -162,7 +166,7 @@ CURVE = ("behavior", "misplaced")
 @pytest.mark.parametrize(
     ("name", "kind"), [CURVE, *swept(*(each for each in product(HOUSEHOLDS, KINDS) if each != CURVE))]
 )
-def test_success_falls_with_the_rate(name: str, kind: str, data_store: Store) -> None:
+def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_store: Store) -> None:
     """By more than a standard error from the first to the last, and nowhere does it rise by two."""
     every, rates = CURVES[name]
     benchmark, tasks = tasks_of(name, data_store, every)
@@ -170,9 +174,9 @@ def test_success_falls_with_the_rate(name: str, kind: str, data_store: Store) ->
     words, planner = scene_words(benchmark), Planner(benchmark.domain)
 
     def successes(rate: float) -> int:
-        graphs = {task.id: perceive(task, words, noise_of([f"{kind}={rate}"])) for task in tasks}
+        graphs = {task.id: perceive(task, words, parse_noise([f"{kind}={rate}"])) for task in tasks}
         found = 0
-        for task_id, believed in perceiving(benchmark, graphs).tasks(Source(data_store)).items():
+        for task_id, believed in apply_scene_graphs(benchmark, graphs).tasks(Source(data_store)).items():
             if task_id in graphs:
                 plan = find_plan(believed, planner, Limits(120)).plan
                 written = benchmark.notation.plans.join(benchmark.notation.plans.write(plan, believed.scene))

@@ -14,7 +14,7 @@ from eai.results.table import Estimate, Table
 from eai.studies.perception import study as plot_perception
 from eai.studies.perception.study import PLAIN, perception_tables
 from eai.studies.perception.verdict import Perceived
-from eai.studies.study import metric_of
+from eai.studies.study import choose_metric
 from experiments import experiment
 
 SUCCESS = "task_success"
@@ -73,7 +73,7 @@ def plain(row: tuple[object, ...]) -> list[object]:
     return [round(cell, 1) if isinstance(cell, float) else cell for cell in cells]
 
 
-def test_runs_stand_by_what_was_perceived_in_them() -> None:
+def test_runs_are_sorted_by_their_perceived_error_rate() -> None:
     rows = [plain(row) for row in tables(NOISY, PLAIN_RUN)["perception_runs"].rows]
     assert rows == [
         [PLAIN, None, None, None, None, None, None, None, 83.3],
@@ -81,12 +81,12 @@ def test_runs_stand_by_what_was_perceived_in_them() -> None:
     ]
 
 
-def test_answers_are_grouped_by_their_own_rate_and_set_beside_the_same_tasks() -> None:
+def test_answers_are_grouped_by_error_rate_and_compared_on_the_same_tasks() -> None:
     rows = [plain(row) for row in tables(PLAIN_RUN, NOISY)["perception_rates"].rows]
     assert rows == [[0, 0, 1, 100.0, 100.0, 0.0], [20, 40, 5, 20.0, 80.0, 60.0]]
 
 
-def test_a_kind_is_told_of_answers_that_have_no_other() -> None:
+def test_the_cost_of_a_kind_counts_only_answers_without_other_kinds() -> None:
     rows = {row[0]: plain(row)[1:] for row in tables(PLAIN_RUN, NOISY)["perception_kinds"].rows}
     assert rows == {
         "none": [1, 100.0, 100.0, 0.0],
@@ -97,7 +97,7 @@ def test_a_kind_is_told_of_answers_that_have_no_other() -> None:
     }
 
 
-def test_the_costliest_facts_come_first() -> None:
+def test_predicates_with_the_highest_cost_come_first() -> None:
     rows = [plain(row) for row in tables(PLAIN_RUN, NOISY)["perception_predicates"].rows]
     assert rows == [
         ["in", 16.7, 2, 1, 0.0, 100.0, 100.0],
@@ -105,7 +105,7 @@ def test_the_costliest_facts_come_first() -> None:
     ]
 
 
-def test_without_a_plain_run_there_is_no_cost() -> None:
+def test_without_a_plain_run_costs_are_empty() -> None:
     found = tables(NOISY)["perception_predicates"].rows
     assert [plain(row) for row in found] == [
         ["in", 16.7, 2, 1, 0.0, None, None],
@@ -113,7 +113,7 @@ def test_without_a_plain_run_there_is_no_cost() -> None:
     ]
 
 
-def test_near_copies_are_one_unit() -> None:
+def test_tasks_with_one_name_count_as_one_unit_in_intervals() -> None:
     """The interval of tasks of one name is as wide as that of one task."""
     alike = [replace(each, task=TaskFeatures("one name", None, 1)) for each in NOISY[1:3]]
     apart = tables(NOISY[1:3])["perception_runs"].rows[0][-1]
@@ -124,14 +124,14 @@ def test_near_copies_are_one_unit() -> None:
     assert together.low is None or together.low <= apart.low
 
 
-def test_what_cannot_be_analysed_is_refused() -> None:
-    with pytest.raises(InputError, match="expected records that say what was perceived"):
+def test_records_without_perception_and_unknown_metrics_are_refused() -> None:
+    with pytest.raises(InputError, match="no record has a perceived scene"):
         perception_tables([PLAIN_RUN], SUCCESS)
     with pytest.raises(InputError, match="metric=speed: expected one of task_success"):
-        metric_of(Ability.ACTION_SEQUENCING, "speed")
+        choose_metric(Ability.ACTION_SEQUENCING, "speed")
 
 
-def test_the_plot_has_a_point_a_run() -> None:
+def test_the_plot_has_one_point_per_run() -> None:
     pytest.importorskip("matplotlib")
     figure = plot_perception.draw(tables(PLAIN_RUN, NOISY)["perception_runs"], SUCCESS)
     assert figure is not None

@@ -8,7 +8,7 @@ ARITIES = {"in": 2, "lit": 1}
 GRAPH = SceneGraph(("a", "b"), (NamedFact("in", ("a", "b")), NamedFact("lit", ("a",))))
 
 
-def test_what_is_written_is_read() -> None:
+def test_a_written_scene_graph_is_read_back() -> None:
     assert read_scene_graph(GRAPH.text, ARITIES) == GRAPH
 
 
@@ -21,7 +21,7 @@ def test_what_is_written_is_read() -> None:
         ('{"objects": ["a"], "facts": []}', [], (), ()),
     ],
 )
-def test_entries_that_are_no_facts_are_left_out(
+def test_entries_of_a_scene_graph_that_are_no_facts_are_left_out(
     text: str, facts: list[str], ill_formed: tuple[str, ...] | int, repairs: tuple[str, ...]
 ) -> None:
     read = read_scene_graph(text, ARITIES)
@@ -32,9 +32,9 @@ def test_entries_that_are_no_facts_are_left_out(
 @pytest.mark.parametrize(
     "text", ["", "a table and a cup", "[]", '{"facts": {"lit": "a"}}', '{"objects": ["a"]}']
 )
-def test_without_facts_nothing_is_perceived(text: str) -> None:
+def test_an_answer_without_facts_perceives_nothing(text: str) -> None:
     assert read_scene_graph(text, ARITIES).unreadable is not None
 
 
-def test_names_are_those_of_objects_and_facts() -> None:
+def test_the_names_of_a_scene_graph_include_those_in_facts() -> None:
     assert SceneGraph(("b",), (NamedFact("in", ("a", "b")),)).names == ("b", "a")

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.verdict import Confusion
 from eai.results.record import Record
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.pipeline.analysis import _kind_of, _Pair, pooled
+from eai.studies.pipeline.analysis import _goals_kind, _PipelinePair, pool_pairs
 from experiments import experiment
 from studies.report.samples import RIGHT, WRONG, action_run
 
@@ -28,9 +28,9 @@ def piped(plain: list[Record]) -> list[Record]:
     return made
 
 
-def of(model: str = "first") -> _Pair:
+def of(model: str = "first") -> _PipelinePair:
     plain = action_run(model)
-    return _Pair(plain, piped(plain), {}, {}, {})
+    return _PipelinePair(plain, piped(plain), {}, {}, {})
 
 
 def column(table: Table, name: str) -> dict[Cell, Cell]:
@@ -45,7 +45,7 @@ def counts(table: Table, name: str) -> dict[Cell, object]:
     }
 
 
-def test_tasks_are_told_apart_by_their_goals() -> None:
+def test_tasks_of_a_pipeline_are_grouped_by_the_rightness_of_stated_goals() -> None:
     _, goals, stage_1 = of().tables()
     assert counts(goals, "tasks") == {
         "exactly right": 3,
@@ -68,9 +68,9 @@ def test_tasks_are_told_apart_by_their_goals() -> None:
     }
 
 
-def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
+def test_modular_and_pipeline_rates_have_intervals_and_the_papers_figures() -> None:
     plain = action_run()
-    stages, *_ = _Pair(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
+    stages, *_ = _PipelinePair(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
     row = next(row for row in stages.rows if row[0] == "task_success")
     _, modular, pipeline, difference, p_value, *paper = row
     assert isinstance(modular, Estimate)
@@ -84,10 +84,12 @@ def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
     assert paper == [50.0, 40.0]
 
 
-def test_a_perfect_second_stage_and_what_is_missing() -> None:
+def test_tables_show_a_perfect_second_stage_and_the_missing_conditions() -> None:
     plain = action_run()
     asked = [("ON", False), ("not OPEN", True), ("INSIDE", True)]
-    *_, goals, _, missed = _Pair(plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}).tables()
+    *_, goals, _, missed = _PipelinePair(
+        plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}
+    ).tables()
     assert counts(goals, "perfect stage 2") == {
         "exactly right": 1,
         "all, and others": 1,
@@ -101,10 +103,10 @@ def test_a_perfect_second_stage_and_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize("models", [("first", "second"), ("first", "first")])
-def test_several_pipelines_are_pooled_task_by_task(models: tuple[str, str]) -> None:
+def test_pooled_pipelines_count_each_answer_as_a_task(models: tuple[str, str]) -> None:
     """The rows add up, also those of one model with goals of two."""
     both = [of(model) for model in models]
-    _, together, _ = pooled(both).tables()
+    _, together, _ = pool_pairs(both).tables()
     apart = [counts(each.tables()[1], "pipeline") for each in both]
     assert counts(together, "pipeline") == {key: apart[0][key] + apart[1][key] for key in apart[0]}  # type: ignore[operator]
     assert counts(together, "tasks")["all"] == 22
@@ -118,6 +120,6 @@ def test_several_pipelines_are_pooled_task_by_task(models: tuple[str, str]) -> N
         (Confusion(3, 2, 1), "some missing"),
     ],
 )
-def test_how_right_goals_are(counts: Confusion, kind: str) -> None:
+def test_stated_goals_are_counted_as_right_wrong_and_missed(counts: Confusion, kind: str) -> None:
     record = replace(action_run("m")[0], summaries={"pipeline": {"goal_counts": counts}})
-    assert _kind_of(record) == kind
+    assert _goals_kind(record) == kind

@@ -16,7 +16,7 @@ from eai.base.store import Store
 from eai.results.record import Record
 from eai.results.table import Estimate, Table
 from eai.studies.prompts.study import PLAIN, prompt_tables
-from eai.studies.study import metric_of
+from eai.studies.study import choose_metric
 from eai.world.fault import FaultKind
 from experiments import experiment
 from processes import eai as in_own_process
@@ -53,7 +53,9 @@ def value(cell: object) -> float | None:
     ("second", "tau", "w"),
     [((2, 8, 14), 1.0, 1.0), ((14, 8, 2), -1.0, 0.0), ((8, 8, 8), None, None)],
 )
-def test_agreement_of_a_known_order(second: Sequence[int], tau: float | None, w: float | None) -> None:
+def test_agreement_of_models_with_known_orders_of_prompts_is_computed(
+    second: Sequence[int], tau: float | None, w: float | None
+) -> None:
     matrix = {
         name: {"one": n, "two": other} for name, n, other in zip("abc", (1, 6, 12), second, strict=True)
     }
@@ -63,7 +65,7 @@ def test_agreement_of_a_known_order(second: Sequence[int], tau: float | None, w:
         assert value(together["concordance"]) == pytest.approx(w)
 
 
-def test_equal_cells_have_no_order_and_no_variance() -> None:
+def test_equal_results_have_no_agreement_and_no_variance() -> None:
     tables = tables_of({name: {"one": 20, "two": 20} for name in "abc"})
     pair, together = rows(tables["prompt_agreement"])
     assert value(pair["tau"]) is None
@@ -72,12 +74,12 @@ def test_equal_cells_have_no_order_and_no_variance() -> None:
     assert {value(row["gain"]) for row in rows(tables["prompt_gains"])} == {0.0}
 
 
-def test_variance_lies_where_it_was_put() -> None:
+def test_variance_is_assigned_to_models_prompts_or_the_rest() -> None:
     tables = tables_of({name: {"one": n, "two": n} for name, n in zip("abc", (1, 6, 12), strict=True)})
     assert [row["share"] for row in rows(tables["prompt_variance"])] == pytest.approx([0.0, 1.0, 0.0])
 
 
-def test_gains_are_paired_and_corrected() -> None:
+def test_gains_are_paired_by_task_and_corrected_for_the_number_of_prompts() -> None:
     found = rows(tables_of({"base": {"one": 4}, "better": {"one": 14}, "same": {"one": 4}})["prompt_gains"])
     better, same = found
     assert (value(better["gain"]), better["best"], same["best"]) == (50.0, True, False)
@@ -86,7 +88,7 @@ def test_gains_are_paired_and_corrected() -> None:
     assert same["p_holm"] == 1.0
 
 
-def test_cells_are_of_the_tasks_that_all_runs_have() -> None:
+def test_results_count_only_tasks_that_all_runs_share() -> None:
     runs = [("a", run("m", 5)), ("b", run("m", 5, tasks=10))]
     cells = rows({t.name: t for t in prompt_tables(runs, SUCCESS)}["prompts"])
     assert [value(row["value"]) for row in cells] == [50.0, 50.0]
@@ -100,7 +102,7 @@ def test_cells_are_of_the_tasks_that_all_runs_have() -> None:
         ([("a", run("m", 1)), ("b", run("n", 1))], "n has no run with the prompts a"),
     ],
 )
-def test_what_makes_no_matrix(runs: list[tuple[str, list[Record]]], message: str) -> None:
+def test_runs_that_form_no_matrix_are_refused(runs: list[tuple[str, list[Record]]], message: str) -> None:
     with pytest.raises(InputError, match=message):
         prompt_tables(runs, SUCCESS)
 
@@ -108,12 +110,14 @@ def test_what_makes_no_matrix(runs: list[tuple[str, list[Record]]], message: str
 def test_unknown_metrics_and_references_are_refused() -> None:
     runs = [("a", run("m", 1)), ("b", run("m", 2))]
     with pytest.raises(InputError, match="metric=luck: expected one of"):
-        metric_of(Ability.ACTION_SEQUENCING, "luck")
+        choose_metric(Ability.ACTION_SEQUENCING, "luck")
     with pytest.raises(InputError, match="reference=c: expected one of a, b"):
         prompt_tables(runs, SUCCESS, "c")
 
 
-def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_answers_scored_with_prompt_names_are_analysed(
+    eai: Command, data_store: Store, tmp_path: Path
+) -> None:
     pytest.importorskip("matplotlib")
     book = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)
     for name, kept in (("base", 1), ("general", 2)):
@@ -147,7 +151,7 @@ def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Sto
     assert (folder / "prompts.svg").exists()
 
 
-def test_a_run_has_the_name_of_its_prompts(data_store: Store, tmp_path: Path) -> None:
+def test_the_label_of_a_run_contains_the_name_of_its_prompts(data_store: Store, tmp_path: Path) -> None:
     pytest.importorskip("inspect_ai")
     suite = ("--domain", "behavior", "--ability", "goal_interpretation", "--limit", "2", "--out", tmp_path)
     for name in (("--with", "prompts.name=base"), ("--with", "prompts.name=general"), ()):

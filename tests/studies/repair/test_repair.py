@@ -30,20 +30,20 @@ def repair_of(plan: str) -> Repair:
     return verdict.repair
 
 
-def test_what_cannot_be_read_is_at_no_distance() -> None:
+def test_an_unreadable_answer_has_no_repair_distance() -> None:
     repair = repair_of("All is washed.")
     assert (repair.distance, repair.why_null) == (None, "unreadable")
     assert [*repair_lines(repair)] == ["smallest repair: not known (unreadable)"]
 
 
-def test_blame_needs_all_single_edits() -> None:
+def test_the_cause_of_a_failure_follows_from_all_single_edits() -> None:
     before, after = Edit("insert", 1, "OPEN(door)"), Edit("insert", 3, "OPEN(door)")
     assert find_blame([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
     assert find_blame([after, before]) == ("interval", 1)
     assert find_blame([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
 
 
-def test_records_and_tables_have_it(tmp_path: Path) -> None:
+def test_repairs_are_in_records_and_tables(tmp_path: Path) -> None:
     answers = ResponseFile("m", (Response(TASK, WALK),))
     (record,) = score_run(SUITE, answers, {}, ScoringOptions(look_back=DEFAULT_EFFORT))
     assert record.verdict.repair is not None

@@ -21,7 +21,7 @@ def runs(tmp_path: Path) -> Path:
     return write_runs(tmp_path, [action_run("first"), action_run("second"), goal_run()])
 
 
-def test_compare_prints_both_and_where_they_differ(runs: Path) -> None:
+def test_compare_prints_both_runs_and_the_tasks_that_differ(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1"), "--tasks", "2"])
     assert result.exit_code == 0
     assert "A first, 12/12 answered\nB second, 12/12 answered\n" in re.sub(r" +\n", "\n", result.output)
@@ -33,7 +33,7 @@ def test_compare_prints_both_and_where_they_differ(runs: Path) -> None:
     assert "1.000" in result.output
 
 
-def test_old_records_are_said_to_be_old(tmp_path: Path) -> None:
+def test_old_records_get_a_note_on_their_intervals(tmp_path: Path) -> None:
     """Their tasks count as independent, which a reader must know wherever an interval stands."""
     old = [[replace(each, task=None) for each in action_run(model)] for model in ("first", "second")]
     runs = write_runs(tmp_path / "runs", old)
@@ -48,17 +48,17 @@ def test_old_records_are_said_to_be_old(tmp_path: Path) -> None:
     assert "2 of 2 runs have older records" in (out / "report.md").read_text(encoding="utf-8")
 
 
-def test_compare_needs_something_in_common(runs: Path) -> None:
+def test_compare_refuses_runs_without_a_common_suite(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run2")])
     assert "no domain, ability and protocol" in str(result.exception)
 
 
-def test_compare_wants_one_model_a_side(runs: Path) -> None:
+def test_compare_refuses_several_models_on_one_side(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs), str(runs / "run1")])
     assert "expected one run" in str(result.exception)
 
 
-def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
+def test_a_report_lists_runs_and_paper_models_by_rank(runs: Path) -> None:
     alone = RUNNER.invoke(app, ["report", str(runs)])
     assert alone.exit_code == 0
     assert "VirtualHome, protocol strict" in alone.output
@@ -72,7 +72,7 @@ def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
     assert RUNNER.invoke(app, ["report", str(old), "--paper"]).output.count("(paper)") == 18
 
 
-def test_what_is_not_answered_is_said_wherever_a_run_is_shown(tmp_path: Path) -> None:
+def test_unanswered_tasks_are_reported_wherever_a_run_is_shown(tmp_path: Path) -> None:
     records = [replace(record, suite_size=20) for record in action_run("part")]
     write_records(tmp_path / "part.jsonl", records)
     write_records(tmp_path / "whole.jsonl", whole(action_run("whole")))

@@ -35,7 +35,7 @@ def written(folder: Path, *runs: list[Record], **options: str) -> tuple[str, Pat
     return (out / "report.md").read_text(encoding="utf-8").partition("## What the answers cost")[2], out
 
 
-def test_runs_are_priced_as_they_were_asked_or_by_a_list_and_paid_for_once(tmp_path: Path) -> None:
+def test_answers_have_their_recorded_or_listed_price_and_count_once(tmp_path: Path) -> None:
     prices = tmp_path / "prices.toml"
     prices.write_text(PRICES)
     own = asked("first", Usage(1000, 100, 50, 0.25))
@@ -58,7 +58,7 @@ def test_runs_are_priced_as_they_were_asked_or_by_a_list_and_paid_for_once(tmp_p
     assert [line.rpartition(",")[2] for line in lines] == ["0", "0", "12", "12"]
 
 
-def test_a_success_costs_all_that_was_spent(tmp_path: Path) -> None:
+def test_the_cost_of_a_success_includes_failed_answers(tmp_path: Path) -> None:
     never = [
         replace(each, verdict=replace(each.verdict, success=False)) for each in asked("never", Usage(9, 1))
     ]
@@ -70,7 +70,7 @@ def test_a_success_costs_all_that_was_spent(tmp_path: Path) -> None:
     assert last == "| never | VirtualHome, action sequencing | ≥ 110 |  |  |"
 
 
-def test_several_answers_to_each_task_are_a_section(tmp_path: Path) -> None:
+def test_runs_with_several_epochs_have_a_section(tmp_path: Path) -> None:
     epochs = [asked(f"first.epoch_{number}", Usage(1, 1)) for number in (1, 2)]
     written(tmp_path, asked("first", Usage(1, 1)), *epochs)
     report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
@@ -80,7 +80,7 @@ def test_several_answers_to_each_task_are_a_section(tmp_path: Path) -> None:
     assert rows == [["2", "1", share, f"{share} |"], ["2", "2", share, f"{share} |"]]
 
 
-def test_answers_that_do_not_say_what_they_took_have_no_section(tmp_path: Path) -> None:
+def test_without_token_counts_there_is_no_section_on_cost(tmp_path: Path) -> None:
     section, out = written(tmp_path, action_run("first"))
     assert section == ""
     assert not (out / "cost.csv").exists()

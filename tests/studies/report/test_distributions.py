@@ -4,21 +4,21 @@ from pathlib import Path
 
 import pytest
 
-from eai.studies.report.distributions import _Distribution, binned, save
+from eai.studies.report.distributions import _Distribution, count_bins, save_distributions
 
 pytest.importorskip("matplotlib")
 
 
-def test_bins_have_their_bounds_as_labels_and_leave_no_gap() -> None:
-    assert binned({1: 2, 3: 1}, decades=False) == {"1": 2, "2": 0, "3": 1}
-    wide = binned({2: 1, 67: 3}, decades=False)
+def test_bins_are_labelled_with_their_bounds_and_leave_no_gap() -> None:
+    assert count_bins({1: 2, 3: 1}, decades=False) == {"1": 2, "2": 0, "3": 1}
+    wide = count_bins({2: 1, 67: 3}, decades=False)
     assert next(iter(wide)) == "0-4"
     assert wide["65-69"] == 3
     assert sum(wide.values()) == 4
 
 
-def test_decades_say_where_they_begin() -> None:
-    assert binned({1: 70, 9: 12, 10: 7, 4_000: 1}, decades=True) == {
+def test_decades_are_labelled_with_their_first_number() -> None:
+    assert count_bins({1: 70, 9: 12, 10: 7, 4_000: 1}, decades=True) == {
         "1-9": 82,
         "10+": 7,
         "100+": 0,
@@ -26,13 +26,13 @@ def test_decades_say_where_they_begin() -> None:
     }
 
 
-def test_files_are_written_the_same_every_time(tmp_path: Path) -> None:
+def test_files_of_distributions_are_reproducible(tmp_path: Path) -> None:
     found = (
         _Distribution("steps", "Steps", "tasks", {2: 1, 5: 3}),
         _Distribution("actions", "Actions", "steps", {"GO": 3, "a$b": 1}),
     )
-    first = [path.read_bytes() for path in save(found, "Toy", tmp_path / "toy")]
-    assert [path.name for path in save(found, "Toy", tmp_path / "toy")] == [
+    first = [path.read_bytes() for path in save_distributions(found, "Toy", tmp_path / "toy")]
+    assert [path.name for path in save_distributions(found, "Toy", tmp_path / "toy")] == [
         "toy-numbers.svg",
         "toy-numbers.png",
         "toy-numbers.pdf",
@@ -40,4 +40,4 @@ def test_files_are_written_the_same_every_time(tmp_path: Path) -> None:
         "toy-names.png",
         "toy-names.pdf",
     ]
-    assert first == [path.read_bytes() for path in save(found, "Toy", tmp_path / "toy")]
+    assert first == [path.read_bytes() for path in save_distributions(found, "Toy", tmp_path / "toy")]

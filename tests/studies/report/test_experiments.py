@@ -46,14 +46,14 @@ def report(runs: Path, out: Path) -> dict[str, list[str]]:
     }
 
 
-def test_an_experiment_is_in_its_own_table_below_the_plain_run(tmp_path: Path, runs: Path) -> None:
+def test_an_experiment_has_its_own_table_below_the_plain_run(tmp_path: Path, runs: Path) -> None:
     models = report(runs, tmp_path / "out")
     assert models.pop("experiments_action_sequencing_trajectory") == ["first", LABEL]
     assert not any(LABEL in names for names in models.values())
     assert models["overview"] == ["second", "first"] or models["overview"] == ["first", "second"]
 
 
-def test_without_experiments_nothing_else_is_different(tmp_path: Path, runs: Path) -> None:
+def test_experiments_change_no_other_table_of_a_report(tmp_path: Path, runs: Path) -> None:
     with_them = report(runs, tmp_path / "with")
     (runs / "run2" / "records.jsonl").unlink()
     without = report(runs, tmp_path / "without")
@@ -63,13 +63,13 @@ def test_without_experiments_nothing_else_is_different(tmp_path: Path, runs: Pat
         assert plot.read_bytes() == (tmp_path / "with" / "plots" / plot.name).read_bytes()
 
 
-def test_a_report_of_experiments_alone(tmp_path: Path) -> None:
+def test_a_report_can_consist_of_experiments_only(tmp_path: Path) -> None:
     only = write_runs(tmp_path / "only", [all_right(REPLANNING)])
     assert report(only, tmp_path / "out").keys() >= {"experiments_action_sequencing_trajectory"}
     assert "## Outcomes of answers" not in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
 
 
-def test_leaderboards_leave_experiments_out_and_say_so(runs: Path) -> None:
+def test_main_results_leave_experiments_out_with_a_note(runs: Path) -> None:
     result = RUNNER.invoke(app, ["report", str(runs)])
     assert "replans" not in result.output
     assert "left out: 1 experiment" in result.stderr
@@ -82,7 +82,7 @@ def test_experiments_that_differ_are_different_runs(tmp_path: Path) -> None:
     assert found == [f"{LABEL}+slip-0.1-seed-{seed}" for seed in (0, 1)]
 
 
-def test_the_explorer_has_every_attempt_as_an_answer(tmp_path: Path) -> None:
+def test_the_explorer_shows_each_attempt_as_an_answer(tmp_path: Path) -> None:
     """Two of one task; a task that was tried once has its answer alone."""
     once, *others = all_right(REPLANNING)
     twice = replace(once, attempts=(Attempt("first", WRONG), Attempt("answer 0", RIGHT)))

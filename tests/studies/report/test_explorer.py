@@ -12,10 +12,10 @@ import pytest
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
 from eai.results.page import encode_for_script
 from eai.results.runs import read_runs
-from eai.studies.report.explorer import Background, ExplorerData, explorer_html
+from eai.studies.report.explorer import ExplorerBackground, ExplorerData, explorer_html
 from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
 
-BACKGROUND = Background(
+BACKGROUND = ExplorerBackground(
     prompts={"action_sequencing": {"0_1": f"Do this.\n{HOSTILE}", "none": "?"}},
     operators={"open": "(:action open :parameters (?o))"},
 )
@@ -23,13 +23,13 @@ BACKGROUND = Background(
 
 @pytest.fixture
 def data(tmp_path: Path) -> str:
-    packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else Background())
+    packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else ExplorerBackground())
     for run in read_runs([write_runs(tmp_path, all_runs())]):
         packed.add(run)
     return packed.to_json()
 
 
-def test_nothing_in_the_data_can_end_its_element(data: str) -> None:
+def test_no_text_in_the_data_can_end_the_script_element(data: str) -> None:
     assert not set("<>&") & set(data)
     assert data.isascii()
     page = explorer_html(data)
@@ -37,7 +37,7 @@ def test_nothing_in_the_data_can_end_its_element(data: str) -> None:
     assert page.count("owned") == data.count("owned") > 0
 
 
-def test_page_allows_its_own_style_and_program_and_nothing_else(data: str) -> None:
+def test_the_page_allows_only_its_own_style_and_program(data: str) -> None:
     page = explorer_html(data)
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)
     assert policy is not None
@@ -50,7 +50,7 @@ def test_page_allows_its_own_style_and_program_and_nothing_else(data: str) -> No
     assert not re.search(r"(?:src|href)=|https?://|url\(", page.replace(data, ""))
 
 
-def test_every_text_stands_once_and_every_answer_is_there(data: str) -> None:
+def test_each_text_is_stored_once_and_each_answer_is_present(data: str) -> None:
     content = json.loads(data)
     assert len(set(content["texts"])) == len(content["texts"])
     answers = [answer for run in content["runs"] for answer in run["answers"]]
@@ -61,7 +61,7 @@ def test_every_text_stands_once_and_every_answer_is_there(data: str) -> None:
     assert HOSTILE in content["texts"]
 
 
-def test_prompts_only_of_tasks_that_were_answered(data: str) -> None:
+def test_only_prompts_of_answered_tasks_are_stored(data: str) -> None:
     content = json.loads(data)
     assert list(content["prompts"]) == ["virtualhome/action_sequencing"]
     lines = content["prompts"]["virtualhome/action_sequencing"]["0_1"]
@@ -69,7 +69,7 @@ def test_prompts_only_of_tasks_that_were_answered(data: str) -> None:
     assert set(content["prompts"]["virtualhome/action_sequencing"]) == {"0_1"}
 
 
-def test_a_missed_goal_has_what_came_about_instead(tmp_path: Path) -> None:
+def test_a_missed_goal_shows_the_facts_that_hold_instead(tmp_path: Path) -> None:
     steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=read_statement("PUT(a, b)")),)
     goals = (GoalReport("relation", "ONTOP(a, b)", False), GoalReport("state", "ON(a)", True))
     answer = replace(action_run()[0], explanation=Explanation(steps=steps, goals=goals))

@@ -18,13 +18,13 @@ from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
 from eai.results.runs import Run, RunKey, read_runs
-from eai.studies.report.explorer import Background, Course, ExplorerData, Tile, explorer_html
+from eai.studies.report.explorer import ExplorerBackground, ExplorerData, Tile, TileScenes, explorer_html
 from studies.report.samples import HOSTILE, all_runs, write_runs
 
 pytestmark = needs_browser
 
 
-def course(record: Record) -> Course:
+def course(record: Record) -> TileScenes:
     """A cup that is taken from a box in the third of four steps, of one answer."""
     if (record.task_id, record.ability) != ("1_1", Ability.ACTION_SEQUENCING):
         return ()
@@ -41,13 +41,13 @@ ACTIONS = "virtualhome/action_sequencing/strict"
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The explorer of all sample runs, as an address on disk."""
     folder = tmp_path_factory.mktemp("explorer")
-    background = Background(
+    background = ExplorerBackground(
         prompts={"action_sequencing": {"11_1": f"Do this. {HOSTILE}"}},
         operators={"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"},
         instructions={"1_1": "Switch\n it on."},
-        course=course,
+        find_scenes=course,
     )
-    data = ExplorerData(lambda domain: background if domain == "virtualhome" else Background())
+    data = ExplorerData(lambda domain: background if domain == "virtualhome" else ExplorerBackground())
     for run in read_runs([write_runs(folder, all_runs())]):
         data.add(run)
     page = folder / "explorer.html"
@@ -75,7 +75,7 @@ def test_filters_count_and_combine(page: Any, address: str) -> None:
     assert tally(page) == "48 answers"
 
 
-def test_search_finds_in_answers_and_says_when_nothing_is_found(page: Any, address: str) -> None:
+def test_search_finds_words_in_answers_and_reports_no_match(page: Any, address: str) -> None:
     page.goto(address)
     page.keyboard.press("/")
     page.keyboard.type("answer 10")
@@ -107,7 +107,7 @@ def test_replay_shows_changes_and_the_failing_check(page: Any, address: str) -> 
     assert "undefined" not in detail.inner_text()
 
 
-def test_pictures_of_the_states_of_an_answer(page: Any, address: str) -> None:
+def test_pictures_show_the_state_before_and_after_each_step(page: Any, address: str) -> None:
     """A frame is around what changed; the picture before the first step is the start."""
     page.goto(link(address, run=f"{ACTIONS}/first", task="1_1", step="3"))
     picture = page.locator(".picture")
@@ -131,7 +131,7 @@ def test_pictures_of_the_states_of_an_answer(page: Any, address: str) -> None:
     assert picture.count() == 0
 
 
-def test_keys_walk_the_list_and_the_address_follows(page: Any, address: str) -> None:
+def test_keys_move_through_the_list_and_update_the_address(page: Any, address: str) -> None:
     page.goto(link(address, ability="action_sequencing", model="second"))
     page.keyboard.press("j")
     page.keyboard.press("j")
@@ -148,14 +148,14 @@ def test_keys_walk_the_list_and_the_address_follows(page: Any, address: str) -> 
     assert page.locator('.row[aria-selected="true"] .task').inner_text() == "name 1\n1_1"
 
 
-def test_a_link_to_a_step_and_to_nothing(page: Any, address: str) -> None:
+def test_a_link_opens_its_step_and_a_broken_link_opens_the_list(page: Any, address: str) -> None:
     page.goto(link(address, run=f"{ACTIONS}/first", task="1_1", step="2"))
     assert page.locator(".place").inner_text() == "step 2 of 4"
     page.goto(link(address, run="no/such/run", task="1_1", step="99", outcome="nonsense"))
     assert tally(page) == "0 answers"
 
 
-def test_hostile_answers_are_text(page: Any, address: str) -> None:
+def test_markup_in_answers_is_shown_as_text(page: Any, address: str) -> None:
     page.goto(link(address, run=f"{ACTIONS}/first", task="11_1"))
     page.locator(".prompt summary").click()
     page.wait_for_timeout(100)
@@ -166,7 +166,7 @@ def test_hostile_answers_are_text(page: Any, address: str) -> None:
     assert page.evaluate("document.scripts.length") == 2
 
 
-def test_two_runs_side_by_side(page: Any, address: str) -> None:
+def test_two_runs_are_compared_side_by_side(page: Any, address: str) -> None:
     page.goto(address)
     page.get_by_role("button", name="Compare runs").click()
     page.locator('select[data-run="a"]').select_option(
@@ -187,7 +187,7 @@ def test_two_runs_side_by_side(page: Any, address: str) -> None:
     assert page.locator(".row").count() == 4
 
 
-def test_goals_found_missed_and_invented(page: Any, address: str) -> None:
+def test_goals_are_marked_as_found_missed_or_invented(page: Any, address: str) -> None:
     page.goto(link(address, run="virtualhome/goal_interpretation/strict/first", task="0_1"))
     lists = page.locator(".goal-list").all_inner_texts()
     assert [text.split("\n")[0].split()[0] for text in lists] == ["Found", "Missed", "Invented", "Names"]
@@ -195,7 +195,7 @@ def test_goals_found_missed_and_invented(page: Any, address: str) -> None:
     assert "sofaa" in lists[3]
 
 
-def write_episodes(folder: Path, background: Background) -> str:
+def write_episodes(folder: Path, background: ExplorerBackground) -> str:
     """Write the explorer of two agents that play the same task, and return its address."""
     suite = open_suite(SWITCHES, ACTING)
     plays = {name: Arena(SWITCHES).play(suite.tasks["both"]) for name in ("good", "poor")}
@@ -216,7 +216,7 @@ def write_episodes(folder: Path, background: Background) -> str:
 
 @pytest.fixture(scope="module")
 def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return write_episodes(tmp_path_factory.mktemp("episodes"), Background())
+    return write_episodes(tmp_path_factory.mktemp("episodes"), ExplorerBackground())
 
 
 def test_an_episode_is_replayed_turn_by_turn(page: Any, episodes: str) -> None:
@@ -236,7 +236,7 @@ def test_an_episode_is_replayed_turn_by_turn(page: Any, episodes: str) -> None:
     assert not page.locator(".raw pre").is_visible()
 
 
-def test_faults_of_an_episode_are_marked_and_what_came_too_late(page: Any, episodes: str) -> None:
+def test_faults_and_late_goals_of_an_episode_are_marked(page: Any, episodes: str) -> None:
     page.goto(link(episodes, run="switches/acting/strict/poor", task="both"))
     failed = page.locator(".step.failed")
     assert failed.locator(".verdict").all_inner_texts() == ["hallucination", "too late"]
@@ -255,7 +255,7 @@ def test_two_agents_are_replayed_side_by_side(page: Any, episodes: str) -> None:
     assert places.all_inner_texts() == ["turn 3 of 5", "turn 4 of 16"]
 
 
-def test_operators_side_by_side(page: Any, address: str) -> None:
+def test_operators_are_shown_beside_those_of_the_data_set(page: Any, address: str) -> None:
     page.goto(link(address, run="virtualhome/transition_modeling/strict/first", task="0_1"))
     gold, written = (page.locator(".definition").nth(i) for i in (0, 1))
     assert gold.locator("mark.missing").inner_text() == "can_open"
@@ -263,7 +263,7 @@ def test_operators_side_by_side(page: Any, address: str) -> None:
     assert "unknown predicate in the precondition" in page.locator(".offences").inner_text()
 
 
-def test_phone_shows_list_then_answer_and_nothing_overflows(browser: Any, address: str) -> None:
+def test_a_phone_shows_the_list_then_the_answer_without_overflow(browser: Any, address: str) -> None:
     context = browser.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
     page = context.new_page()
     page.goto(address)
@@ -281,7 +281,7 @@ def test_phone_shows_list_then_answer_and_nothing_overflows(browser: Any, addres
     context.close()
 
 
-def test_everything_to_press_has_a_name_and_dark_can_be_chosen(page: Any, address: str) -> None:
+def test_each_control_has_a_name_and_a_dark_theme_can_be_chosen(page: Any, address: str) -> None:
     page.goto(address)
     nameless = "[...document.querySelectorAll('button, select, input')].filter(e => !e.innerText.trim()"
     nameless += " && !e.getAttribute('aria-label') && !e.closest('label')).length"

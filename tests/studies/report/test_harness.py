@@ -46,14 +46,14 @@ def folders(tmp_path: Path) -> list[Path]:
     return [tmp_path / harness for harness in (REACT, TEXT)]
 
 
-def test_a_task_without_an_answer_is_of_the_harness_of_its_run() -> None:
+def test_a_task_without_an_answer_belongs_to_the_harness_of_its_run() -> None:
     assert [record.experiment for record in records(TEXT, ["DONE"])] == [
         Experiment(harness="text"),
         Experiment(harness="text"),
     ]
 
 
-def test_tables_have_harness_and_effort_beside_the_model(folders: Sequence[Path]) -> None:
+def test_tables_show_the_harness_and_effort_of_a_model(folders: Sequence[Path]) -> None:
     runs = [summary_of(run) for run in read_runs(folders)]
     (table,) = rankings(plain_runs(runs), with_paper=False)
     headings = [column.name for column in table.table().columns][:4]
@@ -73,7 +73,7 @@ def test_two_harnesses_of_a_model_are_compared(folders: Sequence[Path]) -> None:
     assert "success only in model, harness-react (1): both" in done.out
 
 
-def test_a_terminal_says_the_harness(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_terminal_shows_the_harness(capsys: pytest.CaptureFixture[str]) -> None:
     found = {harness: Totals.from_records(records(harness, ["DONE"])) for harness in (REACT, TEXT)}
     print_results(found, wide=True)
     printed = capsys.readouterr().out

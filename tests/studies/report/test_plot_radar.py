@@ -32,7 +32,7 @@ def key_of(first: Record) -> RunKey:
     return RunKey(first.protocol, first.domain, first.ability, first.model, first.experiment)
 
 
-def test_axes_are_the_metrics_of_the_average_over_abilities() -> None:
+def test_the_axes_of_a_radar_are_the_metrics_of_the_average() -> None:
     runs = summaries("m")
     figure = draw_radar(runs)
     assert figure is not None
@@ -54,7 +54,7 @@ def test_models_beyond_the_colours_are_grey_and_counted() -> None:
     assert named == [*[f"model {number:02}" for number in range(len(LINES))], "2 models with lower means"]
 
 
-def test_a_world_with_two_results_and_experiments_have_no_radar() -> None:
+def test_experiments_and_worlds_with_two_results_have_no_radar() -> None:
     assert draw_radar([run for run in summaries("m") if run.key.ability.value == "action_sequencing"]) is None
     assert draw_radar(summaries("m", experiment=experiment(scene="image"))) is None
     assert draw_radar([]) is None

@@ -33,11 +33,11 @@ def tables(folder: Path, *, with_paper: bool) -> list[Ranking]:
         (Protocol("eai-1.0.5"), True, "the paper's models, as it prints them (18)"),
     ],
 )
-def test_a_page_has_each_number_of_the_model_and_says_what_stands_beside(
+def test_a_summary_page_has_each_number_of_the_model_and_a_legend(
     protocol: Protocol, with_paper: bool, told: str | None, tmp_path: Path
 ) -> None:
     found = tables(tmp_path, with_paper=with_paper)
-    assert ("first", protocol) in plot_summary.models_of(found)
+    assert ("first", protocol) in plot_summary.list_models(found)
     figure = plot_summary.draw(found, "first", protocol)
     assert figure is not None
     assert (figure.get_figwidth(), figure.get_suptitle()) == (PAGE, f"first, protocol {protocol.value}")
@@ -55,11 +55,11 @@ def test_a_page_has_each_number_of_the_model_and_says_what_stands_beside(
     assert names[1:][-1:] == ([] if told is None else [told])
 
 
-def test_a_model_without_numbers_has_no_page(tmp_path: Path) -> None:
+def test_a_model_without_numbers_has_no_summary_page(tmp_path: Path) -> None:
     assert plot_summary.draw(tables(tmp_path, with_paper=True), "GPT-4o", Protocol("eai-1.0.5")) is None
 
 
-def test_a_report_draws_pages_where_they_are_asked_for(tmp_path: Path) -> None:
+def test_a_report_draws_summary_pages_on_request(tmp_path: Path) -> None:
     records = write_runs(tmp_path / "runs", [action_run("a/first")])
     command = ["report", str(records), "--out", str(tmp_path / "out"), "--no-prompts", "--summary"]
     result = CliRunner().invoke(app, command)

@@ -45,7 +45,7 @@ def renamed(records: Sequence[Record], model: str) -> list[Record]:
     return [replace(each, model=model) for each in records]
 
 
-def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:
+def test_a_figure_has_its_suite_as_title(tmp_path: Path) -> None:
     page, runs = tmp_path / "report.md", [summary(action_run("m")), summary(goal_run())]
     page.write_text("# Results\n")
     told: list[int] = []
@@ -59,7 +59,7 @@ def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:
         assert "strict" in text, name
 
 
-def test_outcomes_say_of_how_many_answers_they_are() -> None:
+def test_bars_of_outcomes_show_the_number_of_answers() -> None:
     figure = draw_outcomes([summary([record("1_1", BAD), record("2_1", SUCCEEDED)])])
     assert figure is not None
     (panel,) = figure.axes
@@ -77,7 +77,7 @@ def of_length(steps: int | None, verdicts: Sequence[bool], goals: int = 1) -> li
     ]
 
 
-def test_lengths_are_the_annotated_ones_and_bins_without_tasks_are_gaps() -> None:
+def test_plan_lengths_are_annotated_steps_and_empty_bins_are_gaps() -> None:
     """Ten by ten, as in the paper; the task of 60 steps stands alone, with a hollow mark."""
     run = [
         *of_length(2, [True] * 6),
@@ -111,13 +111,13 @@ def test_many_models_have_lines_that_differ_without_colour_and_no_intervals() ->
     assert not panel.collections
 
 
-def test_old_records_have_no_difficulty() -> None:
+def test_old_records_have_no_plot_of_difficulty() -> None:
     old = [replace(each, task=None) for each in of_length(2, [True] * 9)]
     assert draw_difficulty([summary(old)]) is None
     assert summary(old).unnamed == 9
 
 
-def test_what_answers_are_lost_to_is_not_written_over_each_other() -> None:
+def test_labels_of_losses_do_not_overlap() -> None:
     """Few are lost to names, right before many to a step: both would stand on one line."""
     unknown = failed(FaultKind.HALLUCINATION)
     run = [*of_length(3, [True] * 50 + [False] * 48), *[record(f"x{i}_1", unknown) for i in range(2)]]
@@ -134,7 +134,7 @@ def test_what_answers_are_lost_to_is_not_written_over_each_other() -> None:
 
 
 @pytest.mark.parametrize("draw", [draw_actions, draw_predicates])
-def test_shares_by_name_of_many_models_fit_a_page(
+def test_matrices_of_many_models_fit_a_page(
     draw: Callable[[Sequence[RunSummary]], Figure | None],
 ) -> None:
     runs = [summary(renamed(action_run("all"), f"a-model-with-a-long-name-{i}")) for i in range(18)]

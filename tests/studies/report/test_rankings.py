@@ -53,7 +53,7 @@ def plans(good: int, model: str) -> Run:
     return run_of([SUCCEEDED] * good + [BAD] * (10 - good), Ability.ACTION_SEQUENCING, model)
 
 
-def test_rows_are_ranked_equals_share_and_the_best_is_marked() -> None:
+def test_rows_are_ranked_with_shared_ranks_and_the_best_marked() -> None:
     found = table(
         "action_sequencing_trajectory", [plans(5, "b"), plans(7, "c"), plans(7, "a"), plans(2, "d")]
     )
@@ -65,7 +65,7 @@ def test_rows_are_ranked_equals_share_and_the_best_is_marked() -> None:
     assert not any(cell_at(row, affordance).best for row in found.rows)  # fewer errors are no contest
 
 
-def test_one_run_alone_is_not_the_best() -> None:
+def test_a_single_run_is_not_marked_as_best() -> None:
     found = table("action_sequencing_trajectory", [plans(7, "a")])
     assert found is not None
     assert not any(cell.best for cell in found.rows[0].cells.values())
@@ -81,7 +81,7 @@ def test_columns_without_numbers_are_left_out() -> None:
     assert {column.metric for column in found.columns} == {"state_goal", "total_goal"}
 
 
-def test_granularity_is_the_last_column_of_subgoals() -> None:
+def test_granularity_is_the_last_column_of_the_subgoal_table() -> None:
     verdict = SubgoalVerdict(category=SubgoalCategory.CORRECT, refined=4, added_actions=1)
     found = table("subgoal_decomposition_trajectory", [run_of([verdict], Ability.SUBGOAL_DECOMPOSITION, "a")])
     assert found is not None
@@ -90,7 +90,7 @@ def test_granularity_is_the_last_column_of_subgoals() -> None:
     assert "granularity" not in [each.metric for each in SPECS["action_sequencing_trajectory"].columns]
 
 
-def test_paper_stands_beside_with_notes_on_its_cells() -> None:
+def test_the_papers_rows_have_notes_on_their_cells() -> None:
     found = whole_table("overview", [plans(10, "a")], Protocol("eai-1.0.5"), with_paper=True)
     assert found is not None
     assert len(found.rows) == 19 + len(NULL_MODELS)
@@ -188,13 +188,13 @@ def test_average_is_the_paper_s_mean_with_an_interval() -> None:
     assert average.low < average.value < average.high
 
 
-def test_no_average_where_an_ability_is_missing() -> None:
+def test_a_run_without_an_ability_has_no_average() -> None:
     found = table("overview", [plans(5, "a")])
     assert found is not None
     assert [column.metric for column in found.columns] == ["task_success", "execution_success"]
 
 
-def test_records_are_what_counts_not_their_order() -> None:
+def test_the_order_of_records_does_not_change_rankings() -> None:
     def shuffled(records: tuple[Record, ...]) -> float | None:
         key = RunKey(Protocol.STRICT, "virtualhome", Ability.ACTION_SEQUENCING, "a")
         return summary_of(Run(key, records)).rates["task_success"].percent
@@ -204,7 +204,7 @@ def test_records_are_what_counts_not_their_order() -> None:
 
 
 @pytest.mark.parametrize(("known", "first"), [(True, "honest"), (False, "asserting")])
-def test_plans_that_work_rank_where_they_are_known(known: bool, first: str) -> None:
+def test_the_share_of_working_plans_ranks_if_it_is_known(known: bool, first: str) -> None:
     """Planner success keeps its column; operators that assert everything have plans of which none works."""
 
     def planned(plans: int, working: int, model: str) -> Run:
@@ -241,7 +241,7 @@ def judged_by(planner: str | None, model: str) -> Run:
         (("built-in search", "built-in search"), True, ["built-in search", "built-in search"]),
     ],
 )
-def test_rows_say_which_planner_judged_where_that_is_not_the_same(
+def test_rows_name_their_planner_if_planners_differ(
     planners: tuple[str | None, str | None], with_paper: bool, told: list[str | None]
 ) -> None:
     runs = [judged_by(planner, model) for planner, model in zip(planners, "ab", strict=True)]
@@ -254,9 +254,7 @@ def test_rows_say_which_planner_judged_where_that_is_not_the_same(
 
 @pytest.mark.parametrize("protocol", list(Protocol.list_names()))
 @pytest.mark.parametrize("with_paper", [False, True])
-def test_null_models_stand_below_every_table_and_compete_with_nobody(
-    protocol: Protocol, with_paper: bool
-) -> None:
+def test_null_models_are_last_in_each_table_without_a_rank(protocol: Protocol, with_paper: bool) -> None:
     found = whole_table("overview", [plans(0, "a"), plans(1, "b")], protocol, with_paper=with_paper)
     assert found is not None
     floor = found.rows[-len(NULL_MODELS) :]
@@ -288,7 +286,7 @@ def test_a_null_model_that_was_run_has_no_rank_either() -> None:
     assert not any(cell.best for row in found.rows[1:] for cell in row.cells.values())
 
 
-def test_other_benchmarks_have_no_floor_of_ours() -> None:
+def test_other_benchmarks_have_no_rows_of_null_models() -> None:
     run = summary_of(plans(3, "a"))
     runs = [replace(run, key=run.key._replace(domain="lamps"))]
     found = make_ranking(SPECS["overview"], runs, cells_by_model(runs), with_paper=False)

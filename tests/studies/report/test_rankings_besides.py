@@ -11,7 +11,7 @@ from eai.results.paper_tables import read_paper_setting, read_paper_table
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.rankings import Ranking
-from eai.studies.report.rankings import besides as rankings_besides
+from eai.studies.report.rankings import other_paper_tables as rankings_besides
 from eai.studies.report.run_summary import RunSummary, summary_of
 from eai.studies.report.table_specs import place_of_column
 from eai.studies.report.writer import rankings_csv, rankings_json
@@ -36,7 +36,7 @@ def runs_in(table: Ranking) -> list[str]:
 
 
 @pytest.mark.parametrize("name", read_paper_setting().others)
-def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
+def test_each_figure_of_the_paper_appears_in_the_papers_order(name: str) -> None:
     paper = read_paper_table(name)
     tables = [table for (found, _), table in besides().items() if found == f"paper_{name}"]
     figures = {
@@ -59,7 +59,7 @@ def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
         assert all(row.rank is None for row in table.rows)
 
 
-def test_a_run_stands_only_where_it_measures_the_same() -> None:
+def test_a_run_appears_only_in_tables_that_measure_the_same() -> None:
     found = besides(summary(action_run()), summary(goal_run()), summary(operator_run()))
     assert {key for key, table in found.items() if runs_in(table)} == {
         ("paper_replanning", "virtualhome"),
@@ -80,7 +80,7 @@ def test_a_strict_run_is_left_out_and_a_note_says_so() -> None:
     assert noted == [("paper_replanning", "virtualhome")]
 
 
-def test_a_behavior_run_stands_beside_the_modular_rows() -> None:
+def test_a_behavior_run_appears_with_the_modular_rows() -> None:
     run = summary(action_run())
     found = besides(replace(run, key=run.key._replace(domain="behavior")))
     assert [key for key, table in found.items() if runs_in(table)] == [
@@ -104,7 +104,7 @@ def test_every_note_is_marked_somewhere() -> None:
         assert used == set(table.notes)
 
 
-def test_same_runs_same_bytes_in_every_format() -> None:
+def test_equal_runs_give_equal_files_in_each_format() -> None:
     one, other = (rankings_besides([summary(action_run()), summary(operator_run())]) for _ in range(2))
     assert rankings_json(one) == rankings_json(other)
     assert rankings_csv(one) == rankings_csv(other)
@@ -113,7 +113,7 @@ def test_same_runs_same_bytes_in_every_format() -> None:
     ]
 
 
-def test_latex_speaks_of_a_protocol_only_where_a_run_stands() -> None:
+def test_latex_names_a_protocol_only_in_tables_with_runs() -> None:
     found = besides(summary(action_run()))
     assert "protocol eai-1.0.5" in table_latex(found["paper_replanning", "virtualhome"].table(), label="")
     caption = (

@@ -34,7 +34,7 @@ def runs(tmp_path: Path) -> Path:
     return write_runs(tmp_path / "runs", all_runs())
 
 
-def test_same_records_same_bytes(tmp_path: Path, runs: Path) -> None:
+def test_equal_records_give_equal_reports(tmp_path: Path, runs: Path) -> None:
     one = write_report(tmp_path / "one", runs, "--paper", "--no-plots")
     other = write_report(tmp_path / "other", runs, "--paper", "--no-plots")
     assert sorted(path.name for path in one.iterdir()) == sorted(TABLE_FILES)
@@ -42,7 +42,7 @@ def test_same_records_same_bytes(tmp_path: Path, runs: Path) -> None:
         assert (one / name).read_bytes() == (other / name).read_bytes(), name
 
 
-def test_csv_and_json_say_the_same(tmp_path: Path, runs: Path) -> None:
+def test_csv_and_json_have_the_same_numbers(tmp_path: Path, runs: Path) -> None:
     folder = write_report(tmp_path / "out", runs, "--paper", "--no-plots")
     lines = list(csv.DictReader(io.StringIO((folder / "tables.csv").read_text(encoding="utf-8"))))
     tables = json.loads((folder / "tables.json").read_text(encoding="utf-8"))["tables"]
@@ -53,7 +53,7 @@ def test_csv_and_json_say_the_same(tmp_path: Path, runs: Path) -> None:
     assert float(strict["low"]) < float(strict["percent"]) < float(strict["high"])
 
 
-def test_csv_names_its_columns_also_where_no_table_has_a_number(tmp_path: Path, runs: Path) -> None:
+def test_csv_has_its_header_even_without_numbers(tmp_path: Path, runs: Path) -> None:
     left_out = PlanVerdict(excluded="left out")
     excluded = [replace(record, verdict=left_out, explanation=None) for record in action_run()]
     alone = write_report(tmp_path / "out", write_runs(tmp_path / "excluded", [excluded]), "--no-plots")
@@ -76,14 +76,14 @@ def test_markdown_has_success_by_length_of_plan_and_goals_by_predicate(tmp_path:
     assert [line for line in lines if line.startswith("| goals on")]
 
 
-def test_markdown_has_both_protocols_outcomes_and_what_is_excluded(tmp_path: Path, runs: Path) -> None:
+def test_markdown_has_both_protocols_outcomes_and_exclusions(tmp_path: Path, runs: Path) -> None:
     page = (write_report(tmp_path / "out", runs, "--no-plots") / "report.md").read_text(encoding="utf-8")
     for words in ("## Both protocols", "## Outcomes of answers", "protocol eai-1.0.5", "drops this task"):
         assert words in page
     assert "(paper)" not in page
 
 
-def test_what_the_paper_reports_besides_is_in_every_file(tmp_path: Path, runs: Path) -> None:
+def test_the_papers_other_tables_are_in_each_file(tmp_path: Path, runs: Path) -> None:
     folder = write_report(tmp_path / "out", runs, "--paper", "--no-plots")
     page = (folder / "report.md").read_text(encoding="utf-8")
     assert page.count("## What the paper reports besides") == 1
@@ -102,7 +102,7 @@ def test_every_row_of_a_table_has_as_many_cells_as_its_heading(tmp_path: Path, r
         assert len({line.count(" | ") for line in table}) == 1, table[0]
 
 
-def test_names_from_outside_stay_text(tmp_path: Path) -> None:
+def test_markup_in_names_stays_text(tmp_path: Path) -> None:
     hostile = HOSTILE.replace("\ud800", "")
     records = [replace(item, model=hostile) for item in action_run()]
     folder = write_report(tmp_path / "out", write_runs(tmp_path / "runs", [records]))
@@ -112,7 +112,7 @@ def test_names_from_outside_stay_text(tmp_path: Path) -> None:
     assert "\\textbackslash{}end\\{table\\}" in (folder / "tables.tex").read_text(encoding="utf-8")
 
 
-def test_latex_escapes() -> None:
+def test_latex_escapes_special_characters() -> None:
     assert latex_escaped("50 % & _x_ \\ 猫") == r"50 \% \& \_x\_ \textbackslash{} ?"
 
 
@@ -134,7 +134,7 @@ def test_latex_is_balanced(tmp_path: Path, runs: Path) -> None:
     assert plain.count("{") == plain.count("}")
 
 
-def test_latex_shows_what_is_asked_for(tmp_path: Path, runs: Path) -> None:
+def test_latex_shows_only_the_selected_models_and_columns(tmp_path: Path, runs: Path) -> None:
     only = ("--models", "first, GPT-4o", "--columns", "success", "--no-intervals")
     text = (write_report(tmp_path / "out", runs, "--paper", "--no-plots", *only) / "tables.tex").read_text(
         "utf-8"
@@ -152,7 +152,7 @@ def test_latex_shows_what_is_asked_for(tmp_path: Path, runs: Path) -> None:
     assert {"second", "first"} <= {row["model"] for table in whole["tables"] for row in table["rows"]}
 
 
-def test_latex_names_the_column_that_ranks_where_it_is_not_shown(tmp_path: Path, runs: Path) -> None:
+def test_latex_names_the_ranking_column_even_if_it_is_not_shown(tmp_path: Path, runs: Path) -> None:
     folder = write_report(tmp_path / "out", runs, "--no-plots", "--columns", "execution")
     text = (folder / "tables.tex").read_text("utf-8")
     (caption,) = re.findall(r"caption\{(Action sequencing, VirtualHome, protocol strict.*)\}", text)
@@ -161,7 +161,7 @@ def test_latex_names_the_column_that_ranks_where_it_is_not_shown(tmp_path: Path,
 
 
 @pytest.mark.parametrize(("option", "name"), [("--models", "fist"), ("--columns", "sucess")])
-def test_what_no_table_has_is_named_with_the_near_one(
+def test_an_unknown_model_or_column_is_refused_with_a_suggestion(
     tmp_path: Path, runs: Path, option: str, name: str
 ) -> None:
     result = RUNNER.invoke(
@@ -172,7 +172,7 @@ def test_what_no_table_has_is_named_with_the_near_one(
     )
 
 
-def test_a_table_longer_than_a_page_goes_on_in_another(tmp_path: Path) -> None:
+def test_a_long_table_continues_on_the_next_page(tmp_path: Path) -> None:
     runs = write_runs(tmp_path / "runs", [action_run(f"model{number}") for number in range(30)])
     text = (write_report(tmp_path / "out", runs, "--no-plots") / "tables.tex").read_text("utf-8")
     (first, *others) = [part for part in text.split("\\begin{table}") if "caption{Action sequencing" in part]
@@ -184,7 +184,7 @@ def test_a_table_longer_than_a_page_goes_on_in_another(tmp_path: Path) -> None:
 
 
 @sweep
-def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> None:
+def test_plots_are_reproducible(tmp_path: Path, runs: Path) -> None:
     pytest.importorskip("matplotlib")
     one, other = (
         write_report(tmp_path / name, runs, "--formats", "pdf,svg,png") / "plots" for name in ("one", "other")
@@ -199,7 +199,7 @@ def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> N
     assert all(f"plots/{name}" in page for name in names if name.endswith(".svg"))
 
 
-def test_plots_are_one_file_each_and_stand_behind_the_tables(tmp_path: Path, runs: Path) -> None:
+def test_each_plot_is_a_file_shown_after_the_tables(tmp_path: Path, runs: Path) -> None:
     pytest.importorskip("matplotlib")
     without, folder = (
         write_report(tmp_path / name, runs, *more) for name, more in (("a", ["--no-plots"]), ("b", []))
@@ -211,19 +211,19 @@ def test_plots_are_one_file_each_and_stand_behind_the_tables(tmp_path: Path, run
     assert sorted(re.findall(r"\(plots/(.+)\)", shown)) == sorted(names)
 
 
-def test_a_format_that_is_none_is_refused_before_anything_is_written(tmp_path: Path, runs: Path) -> None:
+def test_an_unknown_format_is_refused_before_files_are_written(tmp_path: Path, runs: Path) -> None:
     result = RUNNER.invoke(app, ["report", str(runs), "--out", str(tmp_path / "out"), "--formats", "svg,bmp"])
     assert "--formats: expected some of svg, png, pdf, not 'svg,bmp'" in str(result.exception)
     assert not (tmp_path / "out").exists()
 
 
-def test_unusable_input_is_one_line(tmp_path: Path) -> None:
+def test_unusable_input_gives_an_error_of_one_line(tmp_path: Path) -> None:
     result = RUNNER.invoke(app, ["report", str(tmp_path / "none"), "--out", str(tmp_path / "out")])
     assert "no such file or folder" in str(result.exception)
     assert not (tmp_path / "out").exists()
 
 
-def test_without_matplotlib_there_is_all_but_plots(
+def test_without_matplotlib_a_report_lacks_only_plots(
     tmp_path: Path, runs: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)

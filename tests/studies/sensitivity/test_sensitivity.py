@@ -16,7 +16,7 @@ from eai.pddl.planning import PddlPlanner, PlannerOutcome
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.results.record import Record
-from eai.studies.sensitivity.study import NOT_WRITTEN, Trial, sensitivity_tables, try_operators
+from eai.studies.sensitivity.study import NOT_WRITTEN, OperatorTrial, sensitivity_tables, try_operators
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.task import Category
 from results.verdicts import record
@@ -48,7 +48,7 @@ def rules_with() -> MakeRules:
     return PaperRules
 
 
-def tried(text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator") -> list[Trial]:
+def tried(text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator") -> list[OperatorTrial]:
     scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
     return list(try_operators(scorer, scored(scorer, text), replaced))
 
@@ -74,7 +74,7 @@ ANSWERS = [
 
 
 @pytest.mark.parametrize(("text", "outcomes"), ANSWERS)
-def test_each_operator_is_tried_alone_among_gold_ones(text: str, outcomes: dict[str, str]) -> None:
+def test_each_operator_is_tried_alone_among_gold_operators(text: str, outcomes: dict[str, str]) -> None:
     found = tried(text, PaperRules)
     assert {each.operator: each.outcome for each in found} == outcomes
     assert all(each.categories == "object_states spatial_relations" for each in found)
@@ -88,7 +88,7 @@ OTHER_NAMES = OperatorText("open", "(?x)", "(shut ?x)", "(wide ?x)")
     ("written", "precondition", "effect"),
     [(OPEN, True, True), (BROKEN, False, True), (NO_EFFECT, True, False), (OTHER_NAMES, False, False)],
 )
-def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_the_gold_one(
+def test_one_side_of_an_operator_is_tried_with_the_gold_parameters_and_other_side(
     rules_with: MakeRules, written: OperatorText, precondition: bool, effect: bool
 ) -> None:
     parts: tuple[tuple[ReplacedPart, bool], ...] = (("precondition", precondition), ("effect", effect))
@@ -97,7 +97,7 @@ def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_t
         assert {each.operator: each.outcome == S for each in found} == {"open": expected, "light": True}
 
 
-def test_a_trial_says_what_is_wrong_with_what_is_tried() -> None:
+def test_a_trial_records_the_errors_of_the_replaced_part() -> None:
     both = OperatorText("open", "(?o)", "(lit ?o)", "(and (wide ?o) (lit ?o))")
     wrong = ("precondition:missing:shut", "precondition:additional:lit", "effect:additional:lit")
     parts: dict[ReplacedPart, tuple[str, ...]] = {
@@ -118,8 +118,8 @@ def test_a_missing_answer_has_no_operator(rules_with: MakeRules) -> None:
 
 def trial(
     task: str, operator: str, categories: str, outcome: str, errors: str = "", model: str = "m"
-) -> Trial:
-    return Trial(
+) -> OperatorTrial:
+    return OperatorTrial(
         protocol="strict",
         domain="d",
         ability="transition_modeling",
@@ -144,12 +144,12 @@ TRIALS = [
 ]
 
 
-def rows_of(name: str, trials: Sequence[Trial] = TRIALS) -> list[str]:
+def rows_of(name: str, trials: Sequence[OperatorTrial] = TRIALS) -> list[str]:
     table = next(table for table in sensitivity_tables(trials) if table.name == name)
     return [" ".join(map(str, row[3:])) for row in table.rows]
 
 
-def test_rates_by_operator_and_category_have_the_worst_first() -> None:
+def test_operators_with_the_lowest_success_come_first() -> None:
     assert [row.partition(" [")[0] for row in rows_of("sensitivity")] == [
         "m operator light overall 50 (1/2)",
         "m operator light object_states 100 (1/1)",
@@ -159,18 +159,18 @@ def test_rates_by_operator_and_category_have_the_worst_first() -> None:
     ]
 
 
-def test_outcomes_are_kept_apart() -> None:
+def test_each_outcome_of_a_planner_is_counted_separately() -> None:
     assert rows_of("outcomes") == ["m operator light 1 0 0 0 0 0 0 1", "m operator open 2 1 0 0 0 0 0 0"]
 
 
-def test_errors_stand_beside_the_same_operator_without_them() -> None:
+def test_errors_are_compared_with_the_same_operator_without_them() -> None:
     assert [re.sub(r" \[.*?\]", "", row) for row in rows_of("errors")] == [
         "m operator open effect additional lit 50 (1/2) 0 (0/1)",
         "m operator open precondition missing shut 100 (1/1) 0 (0/2)",
     ]
 
 
-def test_models_are_told_together_and_apart() -> None:
+def test_figures_show_all_models_and_one_model_by_category() -> None:
     other = replace(TRIALS[0], model="n")
     told = [row for row in rows_of("sensitivity", [*TRIALS, other]) if "open overall" in row]
     assert [row.partition(" [")[0] for row in told] == [

@@ -30,7 +30,7 @@ from eai.results.plots import (
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.studies.records import Records
-from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -289,7 +289,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 def _figures(found: Sequence[Table]) -> Figures:
     abilities = rows_of(found[1])
     for suite, rows in rows_of(found[3]).items():
-        yield of_suite(suite, "items", draw(rows, abilities[suite]))
+        yield add_suite_title(suite, "items", draw(rows, abilities[suite]))
 
 
 _BINS_PER_UNIT = 2
@@ -336,5 +336,5 @@ ITEMS = Study(
     "items",
     "Tasks by the answers of many models: difficulty, agreement with other tasks, and odd results.",
     analyze=_analyze,
-    together=True,
+    included_in_all=True,
 )

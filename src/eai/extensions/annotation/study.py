@@ -178,7 +178,9 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     tables = [quality(ratings), histogram(ratings)]
     rows = tables[0].row_dicts()
     attributes: list[Json] = [{name: cast("Json", row[name]) for name in _TOLD} for row in rows]
-    yield Analysis(tables, _figures(tables), [PAPER], shown=tables[:1], facts={"attributes": attributes})
+    yield Analysis(
+        tables, _figures(tables), [PAPER], screen_tables=tables[:1], facts={"attributes": attributes}
+    )
 
 
 def _figures(tables: Sequence[Table]) -> Figures:

@@ -270,7 +270,7 @@ _AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protoco
 
 def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
     """Return a ranking as HTML; the metric that ranks comes first."""
-    columns = sorted(table.columns, key=lambda column: column != table.by)
+    columns = sorted(table.columns, key=lambda column: column != table.primary)
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
     head = "".join(f"<th>{escape(heading)}</th>" for heading in (*_BEFORE, *headings, *_AFTER))
     body = "".join(_row(row, columns, table, submissions) for row in table.rows)

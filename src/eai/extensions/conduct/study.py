@@ -51,7 +51,7 @@ def _analyze(records: Records, options: _ConductOptions) -> Iterator[Analysis]:
         raise InputError(
             "no record has a task with hazards or a task of a pair; eai generate --kind makes such tasks"
         )
-    yield Analysis(tables, shown=[table for table in tables if table.name != "violations"])
+    yield Analysis(tables, screen_tables=[table for table in tables if table.name != "violations"])
 
 
 def _read_shut_last(path: Path) -> Mapping[str, bool]:

@@ -20,7 +20,7 @@ from eai.extensions.scenes.diagrams import picture_words
 from eai.extensions.scenes.tiles import tiles_of
 from eai.results.record import Record
 from eai.studies.perception.scene_graph import SceneWords
-from eai.studies.report.explorer import Course, Tile
+from eai.studies.report.explorer import Tile, TileScenes
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
 from eai.tasks.wording import prompt_objects
@@ -38,7 +38,7 @@ class _Executes(Structure):
     task: Task
 
 
-def courses(source: Source) -> Callable[[Record], Course]:
+def courses(source: Source) -> Callable[[Record], TileScenes]:
     """Return a function from a record to its tiles after each step. Each suite is opened once."""
 
     @cache
@@ -46,7 +46,7 @@ def courses(source: Source) -> Callable[[Record], Course]:
         choice = ErrataChoice.CURRENT if errata else ErrataChoice.NONE
         return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
 
-    def course(record: Record) -> Course:
+    def course(record: Record) -> TileScenes:
         if record.domain not in list_benchmarks() or _steps(record.explanation) == ():
             return ()
         errata = record.errata is not None
@@ -55,7 +55,7 @@ def courses(source: Source) -> Callable[[Record], Course]:
     return course
 
 
-def course_of(record: Record, suite: Suite) -> Course:
+def course_of(record: Record, suite: Suite) -> TileScenes:
     """Return the tiles at the start and after each step, or nothing if `states_of` returns None."""
     found = states_of(record, suite)
     if found is None:

@@ -11,7 +11,7 @@ from eai.extensions.scenes.drawing import Drawing, draw, image_of, png
 from eai.extensions.scenes.tiles import tiles_of
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.scene_graph import SceneGraph, SceneWords
-from eai.studies.perception.scenes import others_in_view
+from eai.studies.perception.scenes import choose_other_objects
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
 from eai.tasks.wording import prompt_objects
@@ -45,7 +45,7 @@ def picture_of(
         objects: indexes of the objects to show; the objects of a prompt if None.
     """
     shown = prompt_objects(task) if objects is None else objects
-    others = others_in_view(task, words, shown, clutter)
+    others = choose_other_objects(task, words, shown, clutter)
     now = task if state is None else replace(task, initial=state)
     names, agent = words.names(task), task.scene.agent
     doer = None if agent is None else names[agent]

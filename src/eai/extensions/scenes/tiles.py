@@ -30,7 +30,7 @@ def tiles_of(
         agent: the name of the acting object, or None if no object acts.
         others: the names of objects that do not occur in the task.
     """
-    hands, doer = [words.spelling(name) for name in words.held], agent or HANDS
+    hands, doer = [words.spelling(name) for name in words.holding_predicates], agent or HANDS
     tiles: dict[str, Tile] = {}
     if hands or doer in graph.names:
         tiles[doer] = Tile(doer, "agent", zones={hand: [] for hand in hands})
@@ -53,7 +53,7 @@ def _placed(
     graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
     """Return the fact that puts an object into another object or a hand, by object: the innermost fact."""
-    names = {words.spelling(name) for name in words.supports}
+    names = {words.spelling(name) for name in words.support_predicates}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _depth(name, below, frozenset()) for name in graph.names}
     circles = Supports(frozenset(names))
@@ -63,7 +63,7 @@ def _placed(
             placed.setdefault(fact.arguments[-1], fact)
     for name, facts in below.items():
         for fact in sorted(facts, key=lambda each: -depths[each.arguments[1]]):
-            if name not in placed and not circles.closes(fact):
+            if name not in placed and not circles.would_close_circle(fact):
                 placed[name] = fact
                 circles.add(fact)
     return placed

@@ -1,8 +1,8 @@
-"""Replanning and actions that fail: what further attempts are worth, and how much of that is feedback.
+"""Replanning and actions that fail: how much further attempts gain, and how much of it feedback gains.
 
-Whoever is asked more often succeeds more often. So every arm, a way to ask again, is set beside its control:
-the same number of attempts in the same world, without feedback. Attempts at one task depend on each other,
-and so do those at near copies; the unit of every interval is the name of the task, whatever its seeds and
+More attempts alone raise success. So each arm, a way to ask again, is compared with its control: the same
+number of attempts in the same world, without feedback. Attempts at one task depend on each other, and so do
+attempts at similar tasks. The unit of every interval is therefore the name of the task, over all seeds and
 attempts.
 """
 
@@ -39,8 +39,8 @@ from eai.results.record import Record
 from eai.results.runs import RunKey, count_errors_as_paper
 from eai.results.summary import cases_of, keep_attempts, outcome_of, share_of
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.studies.records import Records, by_place
-from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
+from eai.studies.records import Records, group_comparable_runs
+from eai.studies.study import Analysis, Figures, Study, add_run_title, paper_remarks
 from eai.studies.variation import Variation
 from eai.tasks.options import Options
 from eai.world.fault import FaultKind, Notice
@@ -51,16 +51,16 @@ if TYPE_CHECKING:
 
 SUCCESS, EXECUTION = "task_success", "execution_success"
 _ERRORS = tuple([column.metric for column in COLUMNS if column.group in (GRAMMAR, RUNTIME)])
-_RIGHT = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED)
+_NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED)
 
 
 @dataclass(frozen=True, slots=True)
 class _Arm:
-    """One way to ask again, under one or several seeds of slips.
+    """One way to ask again, with the runs of all seeds of slips.
 
     Attributes:
-        experiment: what it is, without the seed.
-        runs: the records under each seed, by seed.
+        experiment: the experiment, without the seed.
+        runs: the records of each seed, in the order of seeds.
     """
 
     experiment: Experiment
@@ -68,44 +68,46 @@ class _Arm:
 
     @property
     def options(self) -> AttemptOptions:
-        """The options of its attempts."""
+        """The options of the arm's attempts."""
         return AttemptOptions.from_experiment(self.experiment) or AttemptOptions()
 
     @property
     def name(self) -> str:
-        """Its label, in which there is no seed."""
+        """The label of the experiment, without a seed."""
         return self.experiment.label
 
     @property
     def attempts(self) -> int:
-        """How many a task may have."""
+        """Maximum number of attempts at a task."""
         return self.options.replans + 1
 
     @property
     def control(self) -> Experiment:
-        """The same without a word."""
+        """The experiment with the same attempts and without feedback."""
         return self.experiment.replace_choices(
             replace(self.options, feedback="none", form="prompt").experiment
         )
 
     def records(self, attempts: int) -> list[Record]:
-        """Those of all seeds, as they would be after so many attempts."""
+        """Return the records of all seeds, each cut off after a number of attempts."""
         return [keep_attempts(record, attempts) for records in self.runs.values() for record in records]
 
     def cases(self, metric: str, attempts: int) -> list[Case]:
-        """The cases that tasks add to a metric after so many attempts, one seed after the other."""
+        """Return the cases that tasks add to a metric after a number of attempts, seed after seed."""
         return [case for records in self.runs.values() for case in _cases(records, metric, attempts)]
 
 
 def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
-    """The cases that a run adds to a metric after so many attempts."""
     stopped = [keep_attempts(record, attempts) for record in records]
     return cases_of(stopped, stopped[0].ability).get(metric, [])
 
 
-def arms_of(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
-    """The arms of some runs of one model and suite, those without feedback first; other runs are none."""
-    found = group_pairs(
+def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
+    """Return the arms of the runs of one model and suite, those without feedback first.
+
+    Plain runs are left out.
+    """
+    by_experiment = group_pairs(
         (
             experiment.replace_choices(replace(options, slip_seed=None).experiment),
             (options.slip_seed, records),
@@ -115,39 +117,39 @@ def arms_of(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
         and (options := AttemptOptions.from_experiment(experiment)) is not None
     )
     arms = [
-        _Arm(experiment, dict(sorted(by_seed, key=lambda each: str(each[0]))))
-        for experiment, by_seed in found.items()
+        _Arm(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
+        for experiment, by_seed in by_experiment.items()
     ]
     order = [*get_args(FeedbackLevel)]
     return sorted(arms, key=lambda arm: (arm.options.slip, order.index(arm.options.feedback), arm.name))
 
 
-def tables(arms: Sequence[_Arm]) -> list[Table]:
-    """All tables."""
-    return [_by_attempt(arms), _worth(arms), _mended(arms)]
+def replanning_tables(arms: Sequence[_Arm]) -> list[Table]:
+    """Return the tables of the analysis."""
+    return [_attempts_table(arms), _feedback_table(arms), _outcomes_table(arms)]
 
 
-def remarks(arms: Sequence[_Arm]) -> list[str]:
-    """Remarks for readers: which arms have no control, and which were run once."""
-    known = {arm.experiment for arm in arms}
-    alone = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in known]
-    found = []
-    if alone:
-        found.append(
-            f"No resampling arm stands beside {', '.join(alone)}: what feedback is worth is not known. "
+def write_remarks(arms: Sequence[_Arm]) -> list[str]:
+    """Return remarks for readers: which arms have no control, and which have a single seed."""
+    experiments = {arm.experiment for arm in arms}
+    lone_arms = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in experiments]
+    texts = []
+    if lone_arms:
+        texts.append(
+            f"No resampling arm stands beside {', '.join(lone_arms)}: what feedback is worth is not known. "
             "`eai run` with the same options and `attempts.feedback=none` makes it."
         )
     once = [arm.name for arm in arms if arm.options.slip and len(arm.runs) == 1]
     if once:
-        found.append(
+        texts.append(
             f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
             "more with `attempts.slip_seed`."
         )
-    return found
+    return texts
 
 
 def success_by_attempt(arm: _Arm) -> list[Estimate]:
-    """Task success after 1, 2, ... attempts."""
+    """Return the task success after 1, 2, ... attempts."""
     return [Estimate.from_cases(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
 
 
@@ -159,21 +161,22 @@ def success_by_attempt(arm: _Arm) -> list[Estimate]:
         *("slip", "attempts used", "tokens"),
     ),
 )
-def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
+def _attempts_table(arms: Sequence[_Arm]) -> Iterator[Row]:
     """By the number of attempts.
 
-    What each arm would have come to after so many attempts, in percent, with 95 % intervals whose units are
-    the names of tasks. Errors are those of the last attempt made; a slip is no error of the model's. Success
-    cannot fall, since a success ends the attempts: a rise from one row to the next is no finding by itself.
-    Attempts used and tokens are means a task, up to that attempt.
+    The result of each arm after a number of attempts, in percent, with 95 % intervals whose units are names
+    of tasks. Errors are those of the last attempt; a slip is not an error of the model. Success cannot fall,
+    since a success ends the attempts: a rise from row to row is no finding by itself. Attempts used and
+    tokens are means per task, up to that attempt.
     """
-    for arm, number in ((each, number) for each in arms for number in range(1, each.attempts + 1)):
+    for arm, number in ((item, number) for item in arms for number in range(1, item.attempts + 1)):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
         slipped = [r.verdict.error is not None and r.verdict.error.kind is FaultKind.SLIP for r in records]
         cases = [arm.cases(metric, number) for metric in _ERRORS]
-        errors = [rate_of(case.share for case in each).percent for each in cases]
+        errors = [rate_of(case.share for case in of_kind).percent for of_kind in cases]
         tokens = [
-            sum([each.usage.tokens or 0 for each in record.attempts if each.usage]) for record in records
+            sum([attempt.usage.tokens or 0 for attempt in record.attempts if attempt.usage])
+            for record in records
         ]
         yield (
             arm.name,
@@ -193,12 +196,12 @@ def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
 )
-def _worth(arms: Sequence[_Arm]) -> Iterator[Row]:
+def _feedback_table(arms: Sequence[_Arm]) -> Iterator[Row]:
     """Each arm with feedback beside the one without.
 
-    Task success of the resampling arm, told nothing, and of an arm with feedback, on the same tasks and seeds
-    after as many attempts; the difference is in points. In the first attempt both ask the same: what differs
-    there is chance, and shows how much of it there is.
+    Task success of the resampling arm, which gets no feedback, and of an arm with feedback, after as many
+    attempts on the same tasks and seeds. The difference is in points. Both ask the same question in the first
+    attempt, so the first difference shows the size of chance.
     """
     controls = {arm.experiment: arm for arm in arms if arm.options.feedback == "none"}
     for arm in arms:
@@ -206,7 +209,7 @@ def _worth(arms: Sequence[_Arm]) -> Iterator[Row]:
         if control is None or control is arm:
             continue
         for number in range(1, arm.attempts + 1):
-            one, other = _shared(control, arm, number)
+            one, other = _pair_cases(control, arm, number)
             estimates = (
                 Estimate.from_cases(one),
                 Estimate.from_cases(other),
@@ -220,17 +223,17 @@ def _worth(arms: Sequence[_Arm]) -> Iterator[Row]:
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
 )
-def _mended(arms: Sequence[_Arm]) -> Iterator[Row]:
+def _outcomes_table(arms: Sequence[_Arm]) -> Iterator[Row]:
     """The outcomes of tasks by that of the first answer.
 
-    Tasks by what ended the first answer: how many were solved in the end, in percent, how many ended in the
-    same way, and how many in another. What the resampling arm mends is chance.
+    Tasks by the error of their first answer: the percentage solved in the end, the number that ended with the
+    same error, and the number with another. The share that the resampling arm solves is due to chance.
     """
     for arm in arms:
         by_kind = group_pairs(
             (outcome_of(keep_attempts(record, 1)), record) for record in arm.records(arm.attempts)
         )
-        for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _RIGHT]:
+        for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _NOT_FAILED]:
             ended = Counter(outcome_of(record) for record in by_kind[kind])
             mended = [outcome_of(record) is AnswerOutcome.SUCCESS for record in by_kind[kind]]
             same, tried = ended[kind], len(mended)
@@ -239,8 +242,8 @@ def _mended(arms: Sequence[_Arm]) -> Iterator[Row]:
             yield (arm.name, label, tried, share_of(by_kind[kind], mended), same, other)
 
 
-def _shared(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[Case]]:
-    """The cases of tasks that both have under a seed, in the same order."""
+def _pair_cases(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[Case]]:
+    """Return the cases of tasks that both arms have under a seed, in the same order."""
     pairs: list[tuple[Case, Case]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
         before = {case.task: case for case in _cases(control.runs[seed], SUCCESS, attempts)}
@@ -250,34 +253,34 @@ def _shared(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[C
 
 
 _PAPER = ("replanning", "replanning_prose", "replanning_stochastic")
-_FIGURES = ("task_success", "execution_success", "missing_step", "additional_step")
-_SHOWN = (
+_PAPER_METRICS = ("task_success", "execution_success", "missing_step", "additional_step")
+_SCREEN_COLUMNS = (
     *("arm", "attempts", "task success", "execution success"),
     *("told nothing", "with feedback", "difference"),
 )
-"""The columns that are shown on the screen."""
+"""Columns of the tables on the screen."""
 
 
-class _Attempts(Variation):
-    """How often plans are tried, and how reliable actions are.
+class _ReplanningOptions(Variation):
+    """The number of attempts at a task, the feedback between them, and actions that fail.
 
     Raises:
         InputError: choices contradict each other.
 
     Attributes:
         replans: Further attempts at a task that fails.
-        world: Where further attempts begin: restart (in the initial state), or continue (where the one before
-            ended).
+        world: Where further attempts begin: restart (in the initial state), or continue (in the last state of
+            the attempt before).
         feedback: What a model is told of failures: explained (if not given), kind, state, or none: the same
             question.
-        feedback_form: Where it is told: prompt (at the end of the question), or chat (as turns of a
+        feedback_form: Where feedback is given: prompt (at the end of the question), or chat (as turns of a
             conversation).
         slip: The probability that a possible action does not work.
         slip_seed: The seed of the slips.
         slip_notice: Whether a slip is noticed: detected, or silent.
         until: An attempt ends with its plan (done), or in the first state with all goals (goal; if not given,
             where the world continues).
-        preset: A protocol: slips as its published script has them, three replans, the state told.
+        preset: A protocol: the slips of its published script, three replans, the state as feedback.
     """
 
     replans: int = Field(default=0, ge=0)
@@ -291,13 +294,13 @@ class _Attempts(Variation):
     preset: str = ""
 
     @model_validator(mode="after")
-    def _without_contradictions(self) -> Self:
+    def _check_options(self) -> Self:
         _ = self.attempts
         return self
 
     @property
     def choice(self) -> str:
-        """Several attempts, or actions that fail."""
+        """The chosen options, if there are several attempts or actions that fail."""
         return "attempts.replans, slip or until" if self.attempts else ""
 
     @property
@@ -305,23 +308,23 @@ class _Attempts(Variation):
         """The label of the attempts."""
         return self.attempts.label if self.attempts else ""
 
-    def abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Action sequencing.
+    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Return action sequencing, the only ability with attempts.
 
         Raises:
             InputError: another ability is named.
         """
-        for each in named:
-            if each is not Ability.ACTION_SEQUENCING:
-                raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")
+        for ability in named:
+            if ability is not Ability.ACTION_SEQUENCING:
+                raise InputError(f"--ability {ability.value}: only plans are carried out, attempt by attempt")
         return [Ability.ACTION_SEQUENCING]
 
     @property
     def attempts(self) -> AttemptOptions | None:
-        """The attempts, in which choices that do not matter are as in a plain run; None for a plain run.
+        """The attempts at each task, or None for a plain run.
 
-        Feedback explains, and an attempt in a world that continues ends with the goal, where nothing is
-        chosen.
+        Choices without an effect have the values of a plain run. By default, feedback explains failures.
+        Attempts in a world that continues end with the goal by default.
         """
         scripted = preset_attempts(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
@@ -342,12 +345,12 @@ class _Attempts(Variation):
         )
         return options if options.uses_episodes else None
 
-    def recorded(self, study: str) -> StudyChoice | None:
-        """Return the attempts as records have them."""
+    def record_choice(self, study: str) -> StudyChoice | None:
+        """Return the attempts as records store them."""
         return None if self.attempts is None else self.attempts.experiment.study[study]
 
 
-class _Choices(Options):
+class _ReplanningChoices(Options):
     """How attempts are counted.
 
     Attributes:
@@ -357,17 +360,16 @@ class _Choices(Options):
     published_counts: bool = False
 
 
-def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
-    """Runs of one model, domain, ability and protocol belong together.
+def _analyze(records: Records, chosen: _ReplanningChoices) -> Iterator[Analysis]:
+    """Compare runs of one model, domain, ability and protocol.
 
-    Those are the runs with feedback, and the one with attempts.feedback=none, without which nobody knows what
-    feedback is worth.
+    They are the runs with feedback, and the run with attempts.feedback=none that shows the gain of feedback.
 
     Raises:
         InputError: there are no such runs.
     """
     acting = (run for run in records.runs() if AttemptOptions.from_experiment(run.key.experiment) is not None)
-    groups = list(by_place(acting).values())
+    groups = list(group_comparable_runs(acting).values())
     if not groups:
         raise InputError(
             "expected records of replanning or slips, found none; eai run --with attempts.replans=3 does"
@@ -376,34 +378,34 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         key = group[0].key
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
         counted = map(count_errors_as_paper, group) if chosen.published_counts else group
-        arms = arms_of([run.records for run in counted])
+        arms = group_arms([run.records for run in counted])
         made, notes = _tables(arms, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
         yield Analysis(
             made,
             _figures(arms, key),
-            [*remarks(arms), *notes],
+            [*write_remarks(arms), *notes],
             place if len(groups) > 1 else "",
-            [first.select(_SHOWN), made[1].select(_SHOWN)],
+            [first.select(_SCREEN_COLUMNS), made[1].select(_SCREEN_COLUMNS)],
         )
 
 
 def _tables(arms: Sequence[_Arm], key: RunKey) -> tuple[list[Table], list[str]]:
-    """The tables, the paper's among them, and what must be said of that."""
+    """Return all tables, with the paper's table and the remarks on it if the paper has the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
     if not papers:
-        return tables(arms), []
-    return [*tables(arms), _paper(papers, key.domain)], paper_remarks(papers, key.protocol)
+        return replanning_tables(arms), []
+    return [*replanning_tables(arms), _paper_table(papers, key.domain)], paper_remarks(papers, key.protocol)
 
 
 def _figures(arms: Sequence[_Arm], key: RunKey) -> Figures:
-    yield of_run(key, "success_by_attempt", draw(arms))
+    yield add_run_title(key, "success_by_attempt", draw(arms))
 
 
-@make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _FIGURES)))
-def _paper(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
+@make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
+def _paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     """The paper's figures.
 
     Percent, as printed. Read the notes at the head of this page before comparing them.
@@ -411,19 +413,19 @@ def _paper(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     for paper in papers:
         columns = {column.metric: column for column in paper.columns if column.domain == domain}
         for name in paper.rows:
-            figures = [paper.figure(name, columns[m]) if m in columns else None for m in _FIGURES]
+            figures = [paper.figure(name, columns[m]) if m in columns else None for m in _PAPER_METRICS]
             yield (paper.title, name, *figures)
 
 
 _SIZE = (3.5, 2.8)
-"""A column of a page, in inches."""
+"""Width and height of the figure without its legend, in inches: one column of a page."""
 _LEGEND_ROW = 0.17
-_APART = 0.05
-"""How far arms stand beside each other, so that their intervals can be distinguished."""
+_ARM_DISTANCE = 0.05
+"""Horizontal distance between arms, in attempts, so that their intervals do not overlap."""
 
 
 def draw(arms: Sequence[_Arm]) -> Figure | None:
-    """Success with its 95 % intervals; None if no task had more than one attempt."""
+    """Draw success by attempt with its 95 % intervals; return None if no task had a second attempt."""
     shown = [arm for arm in arms if arm.attempts > 1]
     if not shown:
         return None
@@ -431,7 +433,7 @@ def draw(arms: Sequence[_Arm]) -> Figure | None:
     panel = figure.subplots()
     for number, arm in enumerate(shown):
         estimates = success_by_attempt(arm)
-        places = [k + _APART * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
+        places = [k + _ARM_DISTANCE * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
         has_feedback = arm.options.feedback != "none"
         color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
         label = f"{clip_label(arm.name)}, n = {estimates[0].denominator:,.0f}"
@@ -446,8 +448,8 @@ def draw(arms: Sequence[_Arm]) -> Figure | None:
 REPLANNING = Study(
     "replanning",
     "Replanning and actions that fail (action sequencing).",
-    _Attempts,
+    _ReplanningOptions,
     section="attempts",
-    choices=_Choices,
+    choices=_ReplanningChoices,
     analyze=_analyze,
 )

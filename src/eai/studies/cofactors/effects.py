@@ -1,8 +1,9 @@
-"""Rank correlation and logistic regression, with intervals that know which observations are near copies.
+"""Rank correlation and logistic regression with intervals for observations in clusters.
 
-Intervals are a jackknife over clusters, with Student's quantile for as many degrees of freedom as there are
-clusters but one. That of the regression leaves each out in turn, to first order (CR3 of Bell and McCaffrey,
-2002): the usual sandwich is too narrow where clusters are few or of unequal size (``bench/coverage.py``).
+A cluster holds similar observations. Intervals are a jackknife over clusters, with Student's quantile for
+(number of clusters - 1) degrees of freedom. The regression leaves out each cluster to first order (CR3 of
+Bell and McCaffrey, 2002). The usual sandwich interval is too narrow for few clusters or unequal clusters
+(``bench/coverage.py``).
 """
 
 from __future__ import annotations
@@ -18,25 +19,25 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-_STEPS = 40
-_SMALL = 1e-9
-_LARGEST = 12.0
-"""Log odds above this per unit are those of a column that tells success for sure: there is no maximum."""
+_MAX_NEWTON_STEPS = 40
+_TOLERANCE = 1e-9
+_MAX_LOG_ODDS = 12.0
+"""Maximum log odds per unit. Beyond it, a column separates success from failure, and there is no maximum."""
 
-_FEWEST = 4
-"""Clusters; an interval from fewer would say nothing."""
+_MIN_CLUSTERS = 4
+"""Minimum number of clusters for the interval of a correlation."""
 
 
 def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: Sequence[str]) -> Estimate:
-    """Spearman's correlation; of nothing where one of the two does not vary.
+    """Return Spearman's correlation; without a value if one of the two series does not vary.
 
-    The interval is a jackknife over clusters of Fisher's transform, in which ranks stay as they are among
-    all, with Student's quantile for as many degrees of freedom as there are clusters but one.
+    The interval is a jackknife over clusters of Fisher's transform, with Student's quantile for (number of
+    clusters - 1) degrees of freedom. Ranks are those among all observations throughout.
 
     Args:
-        first: one number an observation.
-        second: another one.
-        clusters: what near copies share.
+        first: one number per observation.
+        second: another number per observation.
+        clusters: the name of each observation's cluster.
     """
     import numpy as np
     from scipy.stats import rankdata
@@ -50,7 +51,7 @@ def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: 
     of_clusters = np.array([np.bincount(member, weights=column) for column in values.T]).T
     whole = _pearson(of_clusters.sum(axis=0, keepdims=True))[0]
     value = float(whole)
-    if len(names) < _FEWEST or abs(value) >= 1:
+    if len(names) < _MIN_CLUSTERS or abs(value) >= 1:
         return Estimate(value)
     without = np.arctanh(np.clip(_pearson(of_clusters.sum(axis=0) - of_clusters), -0.999999, 0.999999))
     without = without[np.isfinite(without)]
@@ -61,29 +62,30 @@ def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: 
 
 
 def _pearson(sums: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The correlations that rows of sums (1, x, y, xx, yy, xy) say; not a number where nothing varies."""
+    """Return the correlation of each row of sums (n, x, y, xx, yy, xy); NaN if nothing varies."""
     import numpy as np
 
     n, x, y, xx, yy, xy = sums.T
     with np.errstate(divide="ignore", invalid="ignore"):
-        found: NDArray[np.float64] = (n * xy - x * y) / np.sqrt((n * xx - x * x) * (n * yy - y * y))
-    return found
+        correlations: NDArray[np.float64] = (n * xy - x * y) / np.sqrt((n * xx - x * x) * (n * yy - y * y))
+    return correlations
 
 
 def fit_logit(
     columns: NDArray[np.float64], success: NDArray[np.float64], clusters: Sequence[str]
 ) -> list[Estimate]:
-    """The effects of columns on success; of nothing if there is no maximum, or fewer than two clusters.
+    """Return the effect of each column on success, in log odds per unit.
+
+    The effects have no value if the likelihood has no maximum, or if there are fewer than two clusters.
 
     Args:
-        columns: one row an observation, one column a cofactor; a constant is one of them if there is to be
-            one.
+        columns: one row per observation, one column per cofactor; a constant must be a column of its own.
         success: 0 or 1 for each observation.
-        clusters: what near copies share, for each observation.
+        clusters: the name of each observation's cluster.
     """
     import numpy as np
 
-    estimate = _maximum(columns, success)
+    estimate = _maximize_likelihood(columns, success)
     names = sorted(set(clusters))
     if estimate is None or len(names) < 2:
         return [Estimate(None)] * columns.shape[1]
@@ -93,9 +95,9 @@ def fit_logit(
     cluster_of, changes = np.array(clusters), []
     for name in names:
         rows = cluster_of == name
-        part = columns[rows]
-        left = information - part.T @ (part * weights[rows][:, None])
-        changes.append(-np.linalg.pinv(left) @ (part.T @ (success[rows] - fitted[rows])))
+        of_cluster = columns[rows]
+        left = information - of_cluster.T @ (of_cluster * weights[rows][:, None])
+        changes.append(-np.linalg.pinv(left) @ (of_cluster.T @ (success[rows] - fitted[rows])))
     spread = np.array(changes)
     variance = (len(names) - 1) / len(names) * (spread**2).sum(axis=0)
     half = two_sided_quantile(LEVEL, len(names) - 1) * np.sqrt(variance)
@@ -105,12 +107,14 @@ def fit_logit(
     ]
 
 
-def _maximum(columns: NDArray[np.float64], success: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The coefficients of highest likelihood; None if Newton's method finds none."""
+def _maximize_likelihood(
+    columns: NDArray[np.float64], success: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Return the coefficients of highest likelihood; None if Newton's method does not converge."""
     import numpy as np
 
     estimate = np.zeros(columns.shape[1])
-    for _ in range(_STEPS):
+    for _ in range(_MAX_NEWTON_STEPS):
         fitted = 1 / (1 + np.exp(-np.clip(columns @ estimate, -30, 30)))
         information = columns.T @ (columns * (fitted * (1 - fitted))[:, None])
         try:
@@ -118,8 +122,8 @@ def _maximum(columns: NDArray[np.float64], success: NDArray[np.float64]) -> NDAr
         except np.linalg.LinAlgError:
             return None
         estimate = estimate + change
-        if not np.isfinite(estimate).all() or np.abs(estimate).max() > _LARGEST:
+        if not np.isfinite(estimate).all() or np.abs(estimate).max() > _MAX_LOG_ODDS:
             return None
-        if np.abs(change).max() < _SMALL:
+        if np.abs(change).max() < _TOLERANCE:
             return estimate
     return None

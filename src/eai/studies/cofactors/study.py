@@ -1,8 +1,8 @@
-"""Cofactors: what success depends on (paper, "Correlation with Action Length and Goal Complexity").
+"""Cofactors: features of tasks on which success depends.
 
-The paper draws success against six properties of a task for one model in one suite. Here are the same curves
-for any model and suite, by any feature of a task, and what they cannot show: how much is left of each
-feature when all are taken together. A long plan is one with many objects.
+The paper ("Correlation with Action Length and Goal Complexity") plots success against six features of a task,
+for one model in one suite. This study draws the same curves for all models and suites. It adds a regression
+on all features together, since features are correlated: a long plan, for example, involves many objects.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.results.tidy import TidyTables
 from eai.studies.cofactors.effects import fit_logit, rank_correlation
 from eai.studies.records import Records
-from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -62,24 +62,24 @@ if TYPE_CHECKING:
 
 STEPS = "annotated_steps"
 
-FEATURES = tuple([each.name for each in fields(Features) if each.name != "ground_action_goals"])
-"""The features of a task that a score is set against; ground goals that are actions are as many as those."""
+FEATURES = tuple([field.name for field in fields(Features) if field.name != "ground_action_goals"])
+"""Features of a task that scores are compared with, without one that always equals another feature."""
 
-FEW = 5
-"""A bin with fewer tasks says little."""
+MIN_TASKS = 5
+"""Minimum number of tasks in a bin; smaller bins are marked."""
 
-_Suites: TypeAlias = Mapping[SuiteKey, Sequence[AnswerLine]]
+_AnswersBySuite: TypeAlias = Mapping[SuiteKey, Sequence[AnswerLine]]
 _ShareOf: TypeAlias = Callable[[AnswerLine], Share]
 
-_MOST_BINS = 8
-_NICE = (1, 2, 5)
+_MAX_BINS = 8
+_BIN_SIZES = (1, 2, 5)
 
 
 def _log(number: int | None) -> float | None:
     return math.log(number) if number else None
 
 
-ADJUSTED: Mapping[str, Callable[[AnswerLine], float | None]] = {
+REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
     f"log {STEPS}": lambda answer: _log(answer.annotated_steps),
     "ground_relation_goals": lambda answer: answer.ground_relation_goals,
     "ground_state_goals": lambda answer: answer.ground_state_goals,
@@ -88,16 +88,16 @@ ADJUSTED: Mapping[str, Callable[[AnswerLine], float | None]] = {
     "any tool_steps": lambda answer: None if answer.tool_steps is None else float(answer.tool_steps > 0),
     "quantified_goals": lambda answer: answer.quantified_goals,
 }
-"""The columns of the adjusted regression, and how a feature enters each."""
+"""Columns of the regression, each with the function that reads its value from an answer."""
 
 
 def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
-    """The tables of the analysis.
+    """Return the tables of the analysis.
 
     Args:
         tables: the tidy tables.
-        width: how many lengths of the annotated plan stand together; 10 are the paper's bins.
-        measure: what features are set against.
+        width: number of lengths of annotated plans in one bin; the paper uses 10.
+        measure: the score that is compared with features.
     """
     suites, share_of = group_by_suite(tables.answers), MEASURES[measure]
     judged = {
@@ -105,26 +105,26 @@ def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -
         for suite, answers in suites.items()
     }
     return [
-        _adjusted(suites),
+        _effects_table(suites),
         _correlations(judged, share_of),
         _curves(judged, share_of, width),
-        _by_action(tables.steps),
-        _by_predicate(tables.goals),
+        _actions_table(tables.steps),
+        _predicates_table(tables.goals),
     ]
 
 
-def bins_of(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
-    """The bins of a feature, each with its lowest and highest value.
+def make_bins(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
+    """Return a function from a value of a feature to the lowest and highest value of its bin.
 
-    Steps stand together by ``width``; other features by the smallest of 1, 2, 5, 10, ... that makes no more
-    than eight bins, or by decades (0, 1, 2-9, 10-99, ...) where they go above a thousand.
+    Bins of annotated steps have the given width. Other features use the smallest width of 1, 2, 5, 10, ...
+    that gives at most eight bins. Features above a thousand use decades (0, 1, 2-9, 10-99, ...).
     """
     highest = max(values, default=0)
     if feature != STEPS:
         if highest > 1000:
             return _decade
-        sizes = (nice * 10**power for power in range(4) for nice in _NICE)
-        width = next(size for size in sizes if highest // size < _MOST_BINS)
+        sizes = (nice * 10**power for power in range(4) for nice in _BIN_SIZES)
+        width = next(size for size in sizes if highest // size < _MAX_BINS)
     return lambda value: (value // width * width, value // width * width + width - 1)
 
 
@@ -136,7 +136,7 @@ def _decade(value: int) -> tuple[int, int]:
 
 
 @make_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
-def _curves(suites: _Suites, share_of: _ShareOf, width: int, few: int = FEW) -> Iterator[Row]:
+def _curves(suites: _AnswersBySuite, share_of: _ShareOf, width: int, few: int = MIN_TASKS) -> Iterator[Row]:
     """Score by feature.
 
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
@@ -147,12 +147,12 @@ def _curves(suites: _Suites, share_of: _ShareOf, width: int, few: int = FEW) -> 
     for suite, answers in suites.items():
         models = group_by_model(answers)
         for feature in FEATURES:
-            values = {value for each in answers if (value := getattr(each, feature)) is not None}
+            values = {value for line in answers if (value := getattr(line, feature)) is not None}
             if len(values) > 1:
-                bin_of = bins_of(feature, values, width)
-                for model, found in models.items():
-                    known = [(value, a) for a in found if (value := getattr(a, feature)) is not None]
-                    binned = group_pairs((bin_of(value), make_case(a, share_of(a))) for value, a in known)
+                bin_of = make_bins(feature, values, width)
+                for model, lines in models.items():
+                    pairs = [(value, a) for a in lines if (value := getattr(a, feature)) is not None]
+                    binned = group_pairs((bin_of(value), make_case(a, share_of(a))) for value, a in pairs)
                     yield from [(*suite, model, feature, *row) for row in _curve(binned, few)]
 
 
@@ -163,56 +163,58 @@ def _curve(binned: Mapping[tuple[int, int], Sequence[Case]], few: int) -> Iterat
 
 
 @make_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
-def _correlations(suites: _Suites, share_of: _ShareOf) -> Iterator[Row]:
+def _correlations(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
     """Rank correlations.
 
-    Spearman's correlation of a task's score (its mean over models, where they are together) with each
-    feature. Intervals are a jackknife over names.
+    Spearman's correlation of each feature with the score of a task. For all models together, the score is
+    their mean. Intervals are a jackknife over names.
     """
     for suite, answers in suites.items():
-        for model, found in group_by_model(answers).items():
-            yield from [(*suite, model, *row) for row in _correlated(found, share_of)]
+        for model, lines in group_by_model(answers).items():
+            yield from [(*suite, model, *row) for row in _correlation_rows(lines, share_of)]
 
 
-def _correlated(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
-    """For each feature that varies its name, its correlation with the scores of tasks, and their number."""
-    tasks = group_pairs((each.task, each) for each in answers)
-    scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in found) for t, found in tasks.items()}
+def _correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
+    """Yield for each varying feature its name, its correlation with task scores, and the number of tasks."""
+    tasks = group_pairs((line.task, line) for line in answers)
+    scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in lines) for t, lines in tasks.items()}
     for feature in FEATURES:
-        values = {task: getattr(found[0], feature) for task, found in tasks.items()}
-        known = {task: value for task, value in values.items() if value is not None}
-        if len(set(known.values())) > 1:
-            names = [tasks[task][0].name for task in known]
-            rho = rank_correlation([scores[task] for task in known], list(known.values()), names)
-            yield feature, rho, len(known)
+        values = {task: getattr(lines[0], feature) for task, lines in tasks.items()}
+        numbers = {task: value for task, value in values.items() if value is not None}
+        if len(set(numbers.values())) > 1:
+            names = [tasks[task][0].name for task in numbers]
+            rho = rank_correlation([scores[task] for task in numbers], list(numbers.values()), names)
+            yield feature, rho, len(numbers)
 
 
 @make_table("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
-def _adjusted(suites: _Suites) -> Iterator[Row]:
+def _effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
     """Adjusted effects.
 
     Log odds of success per standard deviation of a feature among tasks, in a logistic regression with an
-    effect of each model: each feature alone, and all together. What is left of a feature when all are
-    together is not owed to the others. Intervals are a jackknife over names.
+    effect of each model: each feature alone, and all features together. The effect together is not due to the
+    other features. Intervals are a jackknife over names.
     """
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]
-        yield from [(*suite, *row) for row in adjusted(judged)]
+        yield from [(*suite, *row) for row in fit_effects(judged)]
 
 
-def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """For each varying column of `ADJUSTED`: name, effect alone and together, answers and names."""
+def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Yield for each varying column: its name, its effect alone and together, answers, and names of tasks."""
     import numpy as np
 
-    known = [a for a in answers if all(value(a) is not None for value in ADJUSTED.values())]
-    models = _undecided(known)
-    rows = [answer for answer in known if answer.agent in models]
+    complete = [a for a in answers if all(value(a) is not None for value in REGRESSION_COLUMNS.values())]
+    models = _select_informative_models(complete)
+    rows = [answer for answer in complete if answer.agent in models]
     if not rows:
         return
     success = np.array([float(bool(row.success)) for row in rows])
     clusters = [row.name for row in rows]
     dummies = np.array([[float(row.agent == model) for model in models] for row in rows])
-    columns = {name: np.array([value(row) or 0.0 for row in rows]) for name, value in ADJUSTED.items()}
+    columns = {
+        name: np.array([value(row) or 0.0 for row in rows]) for name, value in REGRESSION_COLUMNS.items()
+    }
     spread = {
         name: (values - values.mean()) / values.std() for name, values in columns.items() if values.std()
     }
@@ -224,29 +226,29 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
         yield name, alone[0], whole[number], len(rows), len(set(clusters))
 
 
-def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
-    """The models that succeed in some tasks and fail in others; the rest says nothing about tasks."""
+def _select_informative_models(answers: Iterable[AnswerLine]) -> list[str]:
+    """Return the models that succeed in some tasks and fail in others."""
     outcomes = group_pairs((answer.agent, bool(answer.success)) for answer in answers)
-    return [model for model, found in outcomes.items() if len({*found}) == 2]
+    return [model for model, results in outcomes.items() if len({*results}) == 2]
 
 
 @make_table("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
-def _by_action(steps: Sequence[StepLine]) -> Iterator[Row]:
+def _actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
     """Executed steps by action.
 
-    Steps that were executed of those that were tried. A plan ends with its first failing step; a step that
-    was not needed is not executed, and the plan goes on.
+    The share of tried steps that were executed. A plan ends with its first failing step. A step that was not
+    needed is not executed, but the plan goes on.
     """
     return _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
 
 
 @make_table("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
-def _by_predicate(goals: Sequence[GoalLine]) -> Iterator[Row]:
+def _predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
     """Reached goals by predicate.
 
-    Goals that are reached of those that mention the predicate; a goal with two predicates counts in both. An
-    answer that was not executed reaches what its protocol says: nothing under strict, what holds at the start
-    in some suites of the reference.
+    The share of goals with the predicate that are reached; a goal with two predicates counts in both. For a
+    plan that was not executed, the protocol decides: under strict it reaches nothing; some suites of the
+    reference count goals that hold at the start.
     """
     return _rates(goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied)
 
@@ -254,47 +256,47 @@ def _by_predicate(goals: Sequence[GoalLine]) -> Iterator[Row]:
 def _rates(
     lines: Sequence[TidyLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
 ) -> Iterator[Row]:
-    """For each suite, model and name the share of lines that count."""
-    for key, found in group_by_run(lines):
+    """Yield for each suite, model and name the share of lines that count."""
+    for key, of_run in group_by_run(lines):
         cases = group_pairs(
-            (name, make_case(line, share_of_one(counts(line)))) for line in found for name in names_of(line)
+            (name, make_case(line, share_of_one(counts(line)))) for line in of_run for name in names_of(line)
         )
         for name, of_name in sorted(cases.items()):
             yield (*key, name, Estimate.from_cases(of_name), len({case.task for case in of_name}))
 
 
-class _Choices(Options):
-    """How success is set against features of tasks.
+class _CofactorChoices(Options):
+    """How success is compared with features of tasks.
 
     Attributes:
-        bins: How many lengths of annotated plans stand together.
-        measure: What features of tasks are set against: score, executable or goals.
+        bins: Number of lengths of annotated plans in one bin.
+        measure: The score that is compared with features: score, executable or goals.
     """
 
     bins: int = Field(default=10, ge=1)
     measure: AnswerMeasure = "score"
 
 
-def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
-    found = cofactor_tables(records.tables(), width=chosen.bins, measure=chosen.measure)
-    yield Analysis(found, _figures(found, chosen.measure))
+def _analyze(records: Records, chosen: _CofactorChoices) -> Iterator[Analysis]:
+    tables = cofactor_tables(records.tables(), width=chosen.bins, measure=chosen.measure)
+    yield Analysis(tables, _figures(tables, chosen.measure))
 
 
-def _figures(found: Sequence[Table], measure: AnswerMeasure) -> Figures:
-    adjusted, _, curves, by_action, by_predicate = found
+def _figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:
+    adjusted, _, curves, by_action, by_predicate = tables
     for suite, rows in rows_of(curves).items():
-        yield of_suite(suite, "curves", draw_curves(rows, f"{measure}, percent"))
+        yield add_suite_title(suite, "curves", draw_curves(rows, f"{measure}, percent"))
     for suite, rows in rows_of(adjusted).items():
-        yield of_suite(suite, "adjusted", draw_effects(rows))
+        yield add_suite_title(suite, "adjusted", draw_effects(rows))
     for suite, rows in rows_of(by_action).items():
         figure = draw_names(rows, "action", "executed", "executed of the steps tried")
-        yield of_suite(suite, "by_action", figure)
+        yield add_suite_title(suite, "by_action", figure)
     for suite, rows in rows_of(by_predicate).items():
         figure = draw_names(rows, "predicate", "reached", "reached of the goals that mention it")
-        yield of_suite(suite, "by_predicate", figure)
+        yield add_suite_title(suite, "by_predicate", figure)
 
 
-SHOWN = (
+DRAWN_FEATURES = (
     "annotated_steps",
     "annotated_operators",
     "ground_relation_goals",
@@ -302,27 +304,27 @@ SHOWN = (
     "objects",
     "quantified_goals",
 )
-"""The features that are drawn; the table has them all."""
+"""Features that have a panel; the table has all features."""
 
-_PER_ROW = 2
+_PANELS_PER_ROW = 2
 _HEIGHT = 1.9
 _EFFECT_ROW = 0.3
 
 
 def draw_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None:
-    """Success by feature, a panel a feature: all models together with intervals, each of them as a thin line.
+    """Draw success by feature, one panel per feature; return None if no feature is known.
 
-    None if no feature is known.
+    The mean of all models has intervals; each model is a thin line.
     """
-    shown = [name for name in SHOWN if any(row["feature"] == name for row in rows)]
+    shown = [name for name in DRAWN_FEATURES if any(row["feature"] == name for row in rows)]
     if not shown:
         return None
-    lines = -(-len(shown) // _PER_ROW)
-    figure = make_figure(COLUMN * _PER_ROW, _HEIGHT * lines)
-    grid = figure.subplots(lines, _PER_ROW, squeeze=False, sharey=True)
-    for place, panel in enumerate(grid.flat):
-        if place < len(shown):
-            _draw_feature(panel, shown[place], [row for row in rows if row["feature"] == shown[place]])
+    lines = -(-len(shown) // _PANELS_PER_ROW)
+    figure = make_figure(COLUMN * _PANELS_PER_ROW, _HEIGHT * lines)
+    grid = figure.subplots(lines, _PANELS_PER_ROW, squeeze=False, sharey=True)
+    for number, panel in enumerate(grid.flat):
+        if number < len(shown):
+            _draw_feature(panel, shown[number], [row for row in rows if row["feature"] == shown[number]])
         else:
             panel.set_axis_off()
     for panels in grid:
@@ -337,13 +339,13 @@ def _draw_feature(panel: Axes, feature: str, rows: Sequence[Mapping[str, Cell]])
     bins = sorted({(int(str(row["from"])), int(str(row["to"]))) for row in rows})
     models = group_pairs((row["model"], (int(str(row["from"])), row)) for row in rows)
     first, *others = [dict(of_model) for of_model in models.values()]
-    places = range(len(bins))
+    numbers = range(len(bins))
     for of_bin in others:
         cells = [of_bin[low]["score"] if low in of_bin else None for low, _ in bins]
-        draw_line(panel, places, cells, MUTED, "-", intervals=False, linewidth=0.6, alpha=0.55)
+        draw_line(panel, numbers, cells, MUTED, "-", intervals=False, linewidth=0.6, alpha=0.55)
     cells = [first[low]["score"] if low in first else None for low, _ in bins]
-    hollow = [place for place, (low, _) in enumerate(bins) if low in first and first[low]["few"]]
-    draw_line(panel, places, cells, INK, hollow=hollow)
+    hollow = [number for number, (low, _) in enumerate(bins) if low in first and first[low]["few"]]
+    draw_line(panel, numbers, cells, INK, hollow=hollow)
     labels = [f"{_bin(low, high)}\n{first[low]['tasks'] if low in first else ''}" for low, high in bins]
     panel.set_xticks(range(len(bins)), labels=labels, fontsize=6.5)
     panel.text(-0.02, -0.17, "tasks", transform=panel.transAxes, fontsize=6.5, ha="right", va="top")
@@ -354,15 +356,15 @@ def _bin(low: int, high: int) -> str:
 
 
 def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """The log odds of each feature, alone (hollow) and beside the others (filled); None if there are none."""
+    """Draw the log odds of each feature, alone (hollow) and together with the others; None without rows."""
     if not rows:
         return None
     figure = make_figure(COLUMN, 1.12 + _EFFECT_ROW * len(rows))
     panel = figure.subplots()
     panel.axvline(0, color=MUTED, linewidth=0.8)
-    for place, row in enumerate(rows):
-        draw_estimate(panel, place - 0.14, row["alone"], MUTED, "white")
-        draw_estimate(panel, place + 0.14, row["together"], INK, INK)
+    for number, row in enumerate(rows):
+        draw_estimate(panel, number - 0.14, row["alone"], MUTED, "white")
+        draw_estimate(panel, number + 0.14, row["together"], INK, INK)
     panel.set_yticks(
         range(len(rows)), labels=[str(row["feature"]).replace("_", " ") for row in rows], fontsize=7
     )
@@ -378,7 +380,7 @@ def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
 COFACTORS = Study(
     "cofactors",
     "Success against what tasks are like, and what is left of each feature beside the others.",
-    choices=_Choices,
+    choices=_CofactorChoices,
     analyze=_analyze,
-    together=True,
+    included_in_all=True,
 )

@@ -1,4 +1,4 @@
-"""The flow of all answers, over all abilities and worlds, to what became of them."""
+"""The flow of all answers from abilities and worlds to outcomes."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ _LINE = 3.4
 _WIDTH = 0.07
 """The width of a bar; from one column to the next is 1."""
 
-_SMALLEST = 0.3
-"""The smallest share of additional steps that is named, in percent."""
+_MIN_NAMED_PERCENT = 0.3
+"""Smallest share of additional steps that has a label, in percent."""
 
 
 @make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
@@ -43,11 +43,10 @@ def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     step that was not needed, which ends no plan.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
-    suites = group_pairs(((each.protocol, each.domain, each.ability), each) for each in counted)
-    for suite in sorted(suites, key=lambda each: (*each[:2], ability_rank(Ability(each[2])))):
-        given = suites[suite]
-        outcomes = group_pairs((each.outcome, bool(each.additional_steps)) for each in given)
-        for outcome in [each.value for each in AnswerOutcome if each.value in outcomes]:
+    suites = group_pairs(((line.protocol, line.domain, line.ability), line) for line in counted)
+    for suite in sorted(suites, key=lambda suite: (*suite[:2], ability_rank(Ability(suite[2])))):
+        outcomes = group_pairs((line.outcome, bool(line.additional_steps)) for line in suites[suite])
+        for outcome in [kind.value for kind in AnswerOutcome if kind.value in outcomes]:
             yield (*suite, outcome, len(outcomes[outcome]), sum(outcomes[outcome]))
 
 
@@ -59,20 +58,20 @@ class _Bar(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """The height of its middle."""
+        """The vertical position of the bar's middle, in percent."""
         return self.top - self.height / 2
 
 
-_Suite: TypeAlias = tuple[str, str]
+_WorldAbility: TypeAlias = tuple[str, str]
 """A world and an ability."""
 
 _Name = TypeVar("_Name")
 
 
 def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
-    """Draw the flow of each protocol with answers to two suites or more, by the name of its file."""
+    """Draw the flow of each protocol with answers to two suites or more; yield names of files and figures."""
     for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.row_dicts()).items():
-        counts, needless = Counter[tuple[_Suite, str]](), Counter[str]()
+        counts, needless = Counter[tuple[_WorldAbility, str]](), Counter[str]()
         for row in rows:
             suite, outcome = (str(row["domain"]), str(row["ability"])), str(row["outcome"])
             counts[suite, outcome] += _number(row["answers"])
@@ -85,15 +84,17 @@ def _number(cell: object) -> int:
     return cell if isinstance(cell, int) else 0
 
 
-def _draw(counts: Mapping[tuple[_Suite, str], int], needless: Mapping[str, int], protocol: str) -> Figure:
-    """Bars of suites at the left, of outcomes at the right, and a band for each suite and outcome."""
+def _draw(
+    counts: Mapping[tuple[_WorldAbility, str], int], needless: Mapping[str, int], protocol: str
+) -> Figure:
+    """Draw suites as bars on the left, outcomes as bars on the right, and a band for each pair."""
     total = sum(counts.values())
     percents = {flow: 100 * number / total for flow, number in counts.items()}
     present = {outcome for _, outcome in counts}
-    outcomes = [str(each.value) for each in AnswerOutcome if each.value in present]
+    outcomes = [str(kind.value) for kind in AnswerOutcome if kind.value in present]
     suites = list(dict.fromkeys(suite for suite, _ in counts))
-    left = _bars({each: sum(percents.get((each, name), 0.0) for name in outcomes) for each in suites})
-    right = _bars({name: sum(percents.get((each, name), 0.0) for each in suites) for name in outcomes})
+    left = _bars({suite: sum(percents.get((suite, name), 0.0) for name in outcomes) for suite in suites})
+    right = _bars({name: sum(percents.get((suite, name), 0.0) for suite in suites) for name in outcomes})
     figure = make_figure(PAGE, _HEIGHT)
     panel = figure.subplots()
     panel.set_axis_off()
@@ -109,7 +110,7 @@ def _draw(counts: Mapping[tuple[_Suite, str], int], needless: Mapping[str, int],
 
 
 def _bars(heights: Mapping[_Name, float]) -> dict[_Name, _Bar]:
-    """Bars below each other, with gaps."""
+    """Return bars below each other, with gaps."""
     bars, top = dict[_Name, _Bar](), 100.0
     for name, height in heights.items():
         bars[name] = _Bar(top, height)
@@ -119,8 +120,8 @@ def _bars(heights: Mapping[_Name, float]) -> dict[_Name, _Bar]:
 
 def _draw_bands(
     panel: Axes,
-    percents: Mapping[tuple[_Suite, str], float],
-    left: Mapping[_Suite, _Bar],
+    percents: Mapping[tuple[_WorldAbility, str], float],
+    left: Mapping[_WorldAbility, _Bar],
     right: Mapping[str, _Bar],
 ) -> None:
     starts = {suite: bar.top for suite, bar in left.items()}
@@ -136,24 +137,24 @@ def _draw_bands(
 
 
 def _draw_outcomes(panel: Axes, bars: Mapping[str, _Bar], needless: Mapping[str, float]) -> None:
-    """The bars of outcomes with their names; the hatched part of a bar has additional steps."""
+    """Draw the named bars of outcomes; the hatched share of a bar has additional steps."""
     text_top = math.inf
     for outcome, bar in bars.items():
         panel.fill_between(
             [1, 1 + _WIDTH], bar.top - bar.height, bar.top, facecolor=_color(outcome), linewidth=0
         )
-        low, part = bar.top - bar.height, needless[outcome]
-        if part:
+        low, hatched = bar.top - bar.height, needless[outcome]
+        if hatched:
             panel.fill_between(
-                *([1, 1 + _WIDTH], low, low + part),
+                *([1, 1 + _WIDTH], low, low + hatched),
                 facecolor="none",
                 edgecolor=INK,
                 hatch="//////",
                 linewidth=0.4,
             )
         text = f"{label_of(outcome).lower()} {bar.height:.1f}"
-        if part >= _SMALLEST:
-            text += f", {part:.1f} with additional steps"
+        if hatched >= _MIN_NAMED_PERCENT:
+            text += f", {hatched:.1f} with additional steps"
         text_top = min(bar.middle, text_top - _LINE)
         panel.plot([1 + _WIDTH, 1.17], [bar.middle, text_top], color=MUTED, linewidth=0.6)
         panel.text(1.19, text_top, text, fontsize=6.5, va="center", color=INK)

@@ -1,4 +1,4 @@
-"""Errors: what goes wrong by the paper's taxonomy, and which precondition is overlooked."""
+"""Errors by the paper's taxonomy, and the preconditions that plans overlook."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from eai.results.plots import (
 from eai.results.table import Cell, Estimate, Label, Row, Table, make_table
 from eai.studies.errors.overview import draw_flows, flow_table
 from eai.studies.records import Records
-from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -58,37 +58,37 @@ RUNTIME = (
     AnswerOutcome.WRONG_ORDER.value,
     AnswerOutcome.UNCATEGORISED.value,
 )
-"""The errors in which a step cannot be carried out."""
+"""Outcomes in which a step cannot be executed."""
 
 _KINDS = ("state", "relation", "action")
 _VERDICTS = ("matched", "additional", "missing")
 
 
-class _Leaf(NamedTuple):
-    """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and which one."""
+class _ErrorLeaf(NamedTuple):
+    """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and its detail."""
 
     stage: str
     kind: str = ""
     detail: str = ""
 
 
-def leaf_of(answer: AnswerLine) -> _Leaf:
-    """The leaf of an answer; every answer is at one."""
+def find_leaf(answer: AnswerLine) -> _ErrorLeaf:
+    """Return the leaf of an answer. Each answer has exactly one."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
-            return _Leaf("grammar", answer.outcome)
+            return _ErrorLeaf("grammar", answer.outcome)
         case AnswerOutcome.HALLUCINATION:
             unknown = (answer.error_check or "").removeprefix("unknown_")
-            return _Leaf("grammar", answer.outcome, unknown)
+            return _ErrorLeaf("grammar", answer.outcome, unknown)
         case AnswerOutcome.GOAL_MISSED if answer.executable:
-            return _Leaf("goal", answer.outcome, "+".join(_missed(answer)))
+            return _ErrorLeaf("goal", answer.outcome, "+".join(_unmet_kinds(answer)))
         case _ if answer.outcome in RUNTIME:
-            return _Leaf("runtime", answer.outcome)
+            return _ErrorLeaf("runtime", answer.outcome)
         case _:
-            return _Leaf(answer.outcome)
+            return _ErrorLeaf(answer.outcome)
 
 
-def _missed(answer: AnswerLine) -> Iterator[str]:
+def _unmet_kinds(answer: AnswerLine) -> Iterator[str]:
     for kind in _KINDS:
         met, total = getattr(answer, f"{kind}_met"), getattr(answer, f"{kind}_total")
         if met is not None and met < total:
@@ -98,18 +98,18 @@ def _missed(answer: AnswerLine) -> Iterator[str]:
 def error_tables(
     answers: Sequence[AnswerLine], clauses: Sequence[ClauseLine], *, examples: int, explorer: str | None
 ) -> list[Table]:
-    """The tables of the analysis.
+    """Return the tables of the analysis.
 
     Args:
         answers: the answers.
-        clauses: those of operators.
-        examples: how many answers to name of each leaf and suite.
-        explorer: the address of an explorer of the same records, to which examples lead.
+        clauses: the clauses of operators.
+        examples: number of example answers for each leaf and suite.
+        explorer: address of an explorer of the same records, to which examples link.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     return [
         _leaves(counted),
-        _why(counted),
+        _failed_checks(counted),
         _additional(counted),
         _clauses(clauses),
         _predicates(clauses),
@@ -119,29 +119,30 @@ def error_tables(
     ]
 
 
-@make_table("leaves", (*SUITE, MODEL, *_Leaf._fields, "answers"))
+@make_table("leaves", (*SUITE, MODEL, *_ErrorLeaf._fields, "answers"))
 def _leaves(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers.
 
-    Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that of the
-    error that ended it. Of a missed goal the detail says which kinds of goals are not reached.
+    Answers at each leaf of the taxonomy, in percent of all counted answers. An answer belongs to one leaf,
+    that of the error that ended it. For a missed goal, the detail names the kinds of goals that are not
+    reached.
     """
-    for suite, given in group_by_suite(answers).items():
-        leaves = sorted({leaf_of(answer) for answer in given}, key=_order)
-        for model, lines in group_by_model(given).items():
-            shares = shares_by_kind(lines, [leaf_of(line) for line in lines], leaves)
+    for suite, of_suite in group_by_suite(answers).items():
+        leaves = sorted({find_leaf(answer) for answer in of_suite}, key=_leaf_order)
+        for model, lines in group_by_model(of_suite).items():
+            shares = shares_by_kind(lines, [find_leaf(line) for line in lines], leaves)
             yield from [(*suite, model, *leaf, share) for leaf, share in shares]
 
 
 _STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
 
 
-def _order(leaf: _Leaf) -> tuple[int, _Leaf]:
+def _leaf_order(leaf: _ErrorLeaf) -> tuple[int, _ErrorLeaf]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
 @make_table("why", (*SUITE, MODEL, "check", "share"), max_shown_rows=15)
-def _why(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _failed_checks(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Which precondition is overlooked.
 
     Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all runtime
@@ -150,7 +151,7 @@ def _why(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     for key, lines in group_by_run([a for a in answers if a.outcome in RUNTIME]):
         checks = [line.error_check or "" for line in lines]
         times = Counter(checks)
-        shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
+        shares = shares_by_kind(lines, checks, sorted(times, key=lambda check: (-times[check], check)))
         yield from [(*key, check, share) for check, share in shares]
 
 
@@ -175,19 +176,19 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     own; above 100 the model says too much, below too little.
     """
     for key, lines in group_by_run(clauses):
-        parts = group_pairs(
+        groups = group_pairs(
             ((line.side, category), line) for line in lines for category in line.categories.split()
         )
-        for part, found in sorted(parts.items()):
-            counts = [sum(line.verdict == verdict for line in found) for verdict in _VERDICTS]
-            yield (*key, *part, *counts, _written_to_gold(found))
+        for side_and_category, of_group in sorted(groups.items()):
+            counts = [sum(line.verdict == verdict for line in of_group) for verdict in _VERDICTS]
+            yield (*key, *side_and_category, *counts, _ratio_to_gold(of_group))
 
 
-def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
-    """(matched + additional) / (matched + missing), in percent."""
-    found = group_pairs(((line.task, line.name), line.verdict) for line in lines)
+def _ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
+    """Return (matched + additional) / (matched + missing), in percent."""
+    by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
-    for (task, name), verdicts in found.items():
+    for (task, name), verdicts in by_task.items():
         written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
         cases.append(Case(task, name, Share(written, gold)))
     return Estimate.from_cases(cases)
@@ -203,27 +204,27 @@ def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
         counts = Counter(
             (line.side, line.verdict, name) for line in lines for name in line.predicates.split()
         )
-        found = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
-        yield from [(*key, *place, count) for place, count in found]
+        ordered = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
+        yield from [(*key, *cells, count) for cells, count in ordered]
 
 
-@make_table("examples", (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"))
+@make_table("examples", (*SUITE, *_ErrorLeaf._fields, "answered_by", "task", "check", "objects"))
 def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     """Examples.
 
     The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
     """
-    for suite, given in group_by_suite(answers).items():
-        found = group_pairs((leaf_of(answer), answer) for answer in given)
-        for leaf in sorted(found, key=_order):
+    for suite, of_suite in group_by_suite(answers).items():
+        by_leaf = group_pairs((find_leaf(answer), answer) for answer in of_suite)
+        for leaf in sorted(by_leaf, key=_leaf_order):
             yield from [
-                (*suite, *leaf, a.agent, _place(a, explorer), a.error_check, a.error_objects)
-                for a in found[leaf][:number]
+                (*suite, *leaf, a.agent, _link_task(a, explorer), a.error_check, a.error_objects)
+                for a in by_leaf[leaf][:number]
             ]
 
 
-def _place(answer: AnswerLine, explorer: str | None) -> Cell:
-    """A task's id, which leads to the answer in an explorer, whose addresses ``explorer/state.js`` reads."""
+def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
+    """Return a task's id, linked to the answer in an explorer. ``explorer/state.js`` reads the link."""
     if explorer is None:
         return answer.task
     run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
@@ -232,7 +233,7 @@ def _place(answer: AnswerLine, explorer: str | None) -> Cell:
 
 @make_table(
     "errors",
-    (*SUITE, MODEL, "task", "name", *_Leaf._fields, "check", "objects", "step", "annotated_steps"),
+    (*SUITE, MODEL, "task", "name", *_ErrorLeaf._fields, "check", "objects", "step", "annotated_steps"),
     max_shown_rows=0,
 )
 def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
@@ -245,14 +246,14 @@ def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
         if answer.error_kind is not None:
             key = (answer.protocol, answer.domain, answer.ability, answer.agent, answer.task, answer.name)
             of_error = (answer.error_check, answer.error_objects, answer.error_step)
-            yield (*key, *leaf_of(answer), *of_error, answer.annotated_steps)
+            yield (*key, *find_leaf(answer), *of_error, answer.annotated_steps)
 
 
-class _Choices(Options):
+class _ErrorChoices(Options):
     """How errors are sorted.
 
     Attributes:
-        examples: How many answers to name of each kind.
+        examples: Number of example answers of each kind.
         explorer: An explorer.html by eai report, to which examples link.
     """
 
@@ -260,18 +261,18 @@ class _Choices(Options):
     explorer: Path | None = None
 
 
-def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
-    explorer = _address(chosen.explorer, records.folder)
-    tables = records.tables(features=False)
-    found = error_tables(tables.answers, tables.clauses, examples=chosen.examples, explorer=explorer)
-    yield Analysis(found, _figures(found))
+def _analyze(records: Records, chosen: _ErrorChoices) -> Iterator[Analysis]:
+    explorer = _explorer_address(chosen.explorer, records.folder)
+    tidy = records.tables(features=False)
+    tables = error_tables(tidy.answers, tidy.clauses, examples=chosen.examples, explorer=explorer)
+    yield Analysis(tables, _figures(tables))
 
 
-def _address(explorer: Path | None, folder: Path) -> str | None:
-    """The address of an explorer as seen from a folder.
+def _explorer_address(explorer: Path | None, folder: Path) -> str | None:
+    """Return the relative address of an explorer from a folder.
 
     Raises:
-        InputError: there is none.
+        InputError: the file does not exist.
     """
     if explorer is None:
         return None
@@ -280,25 +281,25 @@ def _address(explorer: Path | None, folder: Path) -> str | None:
     return quote(Path(os.path.relpath(explorer, folder)).as_posix())
 
 
-def _figures(found: Sequence[Table]) -> Figures:
-    leaves, why = found[:2]
-    yield from draw_flows(found[-1])
+def _figures(tables: Sequence[Table]) -> Figures:
+    leaves, checks = tables[:2]
+    yield from draw_flows(tables[-1])
     for suite, rows in rows_of(leaves).items():
-        yield of_suite(suite, "flow", draw(rows))
+        yield add_suite_title(suite, "flow", draw(rows))
         levels = ("stage", "kind", "detail")
-        yield of_suite(suite, "leaves", draw_matrix(rows, levels, "answers", "percent of answers"))
-    for suite, rows in rows_of(why).items():
-        yield of_suite(suite, "why", draw_names(rows, "check", "share", "share of runtime errors"))
+        yield add_suite_title(suite, "leaves", draw_matrix(rows, levels, "answers", "percent of answers"))
+    for suite, rows in rows_of(checks).items():
+        yield add_suite_title(suite, "why", draw_names(rows, "check", "share", "share of runtime errors"))
 
 
 _GAP = 4.0
-"""Percent between stages, and between what leaves of different stages are labelled with."""
+"""Gap between stages, in percent of all answers."""
 
-_SMALLEST = 0.5
-"""Percent below which a leaf is a band without a name."""
+_MIN_NAMED_PERCENT = 0.5
+"""Smallest share of a leaf that has a label, in percent."""
 
 _LINE = 5.6
-"""Percent that a line of text takes."""
+"""Height of a line of text, in percent of all answers."""
 
 _COLORS: Mapping[str, str] = {
     "success": OUTCOME_COLORS[AnswerOutcome.SUCCESS],
@@ -309,10 +310,10 @@ _COLORS: Mapping[str, str] = {
 
 
 def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """Draw the outcomes of all models' answers, or of the only one's; None if there are none.
+    """Draw the outcomes of the answers of all models, or of the only model; None without answers.
 
     Args:
-        rows: those of a suite in the table of leaves.
+        rows: the rows of one suite in the table of leaves.
     """
     first = rows[0]["model"] if rows else None
     cells = {_leaf(row): row["answers"] for row in rows if row["model"] == first}
@@ -321,7 +322,7 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     if not shares:
         return None
     stages = list(dict.fromkeys(stage for stage, _ in shares))
-    named = [leaf for leaf, share in shares.items() if share >= _SMALLEST]
+    named = [leaf for leaf, share in shares.items() if share >= _MIN_NAMED_PERCENT]
     figure = make_figure(COLUMN, 1.2 + 0.13 * len(named))
     panel = figure.subplots()
     panel.set_axis_off()
@@ -336,7 +337,7 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
         for leaf, share in leaves.items():
             middle = at - share / 2
             panel.fill_between([1, 1.12], at - share, at, facecolor=color, edgecolor="white", linewidth=0.5)
-            if share >= _SMALLEST:
+            if share >= _MIN_NAMED_PERCENT:
                 name = leaf[1] or stage.replace("_", " ")
                 text_top = min(middle, text_top - _LINE)
                 panel.plot([1.12, 1.2], [middle, text_top], color=MUTED, linewidth=0.6)
@@ -357,7 +358,7 @@ def _leaf(row: Mapping[str, Cell]) -> tuple[str, str]:
 ERRORS = Study(
     "errors",
     "Errors by the paper's taxonomy, and which check failed how often.",
-    choices=_Choices,
+    choices=_ErrorChoices,
     analyze=_analyze,
-    together=True,
+    included_in_all=True,
 )

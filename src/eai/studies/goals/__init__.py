@@ -1,1 +1,1 @@
-"""Which goals are found, missed and made up."""
+"""Goals that models find, miss and make up in goal interpretation."""

@@ -1,4 +1,4 @@
-"""Goals: which ones models find, miss and make up (paper, section "Goal interpretation": reporting bias)."""
+"""Goals that models find, miss and make up (paper, section "Goal interpretation": reporting bias)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from eai.results.lines import (
 from eai.results.plots import draw_matrix, draw_names, rows_of
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import Records
-from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 
 MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
@@ -30,36 +30,36 @@ _VERDICTS = (MATCHED, WRONG, MISSING)
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    found = goal_tables(records.tables().atoms)
-    yield Analysis(found, _figures(found))
+    tables = goal_tables(records.tables().atoms)
+    yield Analysis(tables, _figures(tables))
 
 
 def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
-    """The tables of the analysis, from the goals that answers state or should state."""
-    return [_by_predicate(atoms), _reasons(atoms), _wrong(atoms), _shared(atoms)]
+    """Return the tables of the analysis, from the goals that answers state or should state."""
+    return [_predicates_table(atoms), _reasons(atoms), _wrong(atoms), _models_table(atoms)]
 
 
 @make_table(
     "by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), max_shown_rows=30
 )
-def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+def _predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Goals by predicate.
 
-    Conditions of the tasks that are stated (matched) or not (missing), and stated goals that are none
-    (wrong), by predicate or action; a denied goal is one of its predicate. Precision is matched of stated,
-    recall is matched of asked, in percent; what names something that does not exist is in neither where the
-    protocol leaves it out.
+    Conditions of the tasks that are stated (matched) or not stated (missing), and stated goals that no task
+    has (wrong), by predicate or action. A negated goal counts for its predicate. Precision is the share of
+    stated goals that are matched; recall is the share of conditions that are matched. If the protocol leaves
+    out names that do not exist, neither counts them.
     """
     for key, lines in group_by_run(atoms):
         names = group_pairs((line.predicate, line) for line in lines)
-        asked = {name: sum(line.verdict != WRONG for line in found) for name, found in names.items()}
-        for name, found in sorted(names.items(), key=lambda pair: (-asked[pair[0]], pair[0])):
-            counts = Counter(line.verdict for line in found)
-            yield (*key, name, *(counts[v] for v in _VERDICTS), *_scores(found))
+        wanted = {name: sum(line.verdict != WRONG for line in of_name) for name, of_name in names.items()}
+        for name, of_name in sorted(names.items(), key=lambda pair: (-wanted[pair[0]], pair[0])):
+            counts = Counter(line.verdict for line in of_name)
+            yield (*key, name, *(counts[v] for v in _VERDICTS), *_scores(of_name))
 
 
 def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
-    """Precision and recall."""
+    """Return precision and recall."""
     return (
         Estimate.from_cases([_case(line) for line in lines if line.verdict != MISSING]),
         Estimate.from_cases([_case(line) for line in lines if line.verdict != WRONG]),
@@ -74,10 +74,10 @@ def _case(line: AtomLine) -> Case:
 def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Where wrong goals come from.
 
-    Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the predicate
-    or action is none of the benchmark's; procedural: an action that is a goal of no task; initial: it holds
-    at the start; final: it holds at the end of the data set's own plan, and nobody asked for it;
-    intermediate: it holds at some time on the way there, neither at the start nor at the end.
+    Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the benchmark
+    does not have the predicate or action; procedural: an action that is a goal of no task; initial: it holds
+    at the start; final: it holds at the end of the data set's own plan, but is no condition; intermediate: it
+    holds only in between.
     """
     for key, lines in group_by_run([a for a in atoms if a.reason is not None]):
         reasons = [str(line.reason) for line in lines]
@@ -105,38 +105,40 @@ def _wrong(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     title="What many models do alike",
     max_shown_rows=15,
 )
-def _shared(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+def _models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Goals, by how many models state or miss each.
 
-    Every goal that is asked or stated: how many models state it, rightly or wrongly, how many should and do
-    not, of all with answers in the suite; those that most models miss or make up come first.
+    For each condition and each stated goal: how many models state it rightly, state it wrongly, or miss it,
+    of all models with answers in the suite. Goals that most models miss or make up come first.
     """
     for suite, lines in group_by_suite(atoms).items():
         models = len({line.agent for line in lines})
-        found = sorted(_of_goals(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))
-        yield from [(*suite, *row, models) for row in found]
+        rows = sorted(_count_models(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))
+        yield from [(*suite, *row, models) for row in rows]
 
 
-def _of_goals(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
-    """Task, goal, and how many models are right, wrong about it, and miss it."""
-    found = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
-    for (task, goal), said in found.items():
-        right, wrong, missing = (len({a for verdict, a in said if verdict == each}) for each in _VERDICTS)
+def _count_models(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
+    """Yield task, goal, and how many models are right about it, wrong about it, and miss it."""
+    by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
+    for (task, goal), pairs in by_goal.items():
+        right, wrong, missing = (len({a for v, a in pairs if v == verdict}) for verdict in _VERDICTS)
         yield task, goal, right, wrong, missing
 
 
-def _figures(found: Sequence[Table]) -> Figures:
-    by_predicate, reasons = found[:2]
+def _figures(tables: Sequence[Table]) -> Figures:
+    by_predicate, reasons = tables[:2]
     for suite, rows in rows_of(by_predicate).items():
         for score in ("precision", "recall"):
-            yield of_suite(suite, score, draw_names(rows, "predicate", score, score))
+            yield add_suite_title(suite, score, draw_names(rows, "predicate", score, score))
     for suite, rows in rows_of(reasons).items():
-        yield of_suite(suite, "reasons", draw_matrix(rows, ("reason",), "share", "percent of wrong goals"))
+        yield add_suite_title(
+            suite, "reasons", draw_matrix(rows, ("reason",), "share", "percent of wrong goals")
+        )
 
 
 GOALS = Study(
     "goals",
     "Goal interpretation by predicate: found, missed and made up, and where wrong goals come from.",
     analyze=_analyze,
-    together=True,
+    included_in_all=True,
 )

@@ -1,1 +1,1 @@
-"""Perception: what is seen of a scene, how wrong that is, what is believed then, and pictures of it."""
+"""Perception: how questions show scenes, errors in the perceived scene, and tasks as they are perceived."""

@@ -1,8 +1,8 @@
-"""Tasks as someone believes them to be who has only perceived their scene.
+"""Tasks as they appear to a planner that only perceived their scene.
 
-What is described of a scene is as it was perceived; all else, such as what objects are good for, is as it is.
-An object that is not perceived is not there for whoever plans: no action may name it, and it is of no kind. A
-name that the scene has not is an object like the first one whose name begins alike.
+Facts that scene graphs describe are taken from the perceived graph; all other facts, such as the properties
+of objects, are the true ones. An unperceived object has no category, and no action may name it. A name that
+the scene does not have stands for an object like the first object with a similar name.
 """
 
 from __future__ import annotations
@@ -20,46 +20,46 @@ from eai.tasks.wording import prompt_objects
 from eai.world.state import Fact, Scene, State, WorldObject
 
 UNSEEN = "(unseen)"
-"""The category of an object that is not perceived."""
+"""Category of an unperceived object."""
 
 _STEM = re.compile(r"[\W_]*\d*$")
 
 
 def scene_words(benchmark: Benchmark) -> SceneWords:
-    """How scene graphs of a benchmark say what is so: as prompts of action sequencing do."""
+    """Return how scene graphs of a benchmark name facts: as prompts of action sequencing do."""
     return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
-def perceiving(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
-    """The benchmark as one plans in it who sees the scenes of scene graphs, by task id.
+def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
+    """Return the benchmark with the scenes that scene graphs show, by task id.
 
-    Goals that name what is not seen are passed over: nothing can be done about it.
+    Goals that name an unseen object are left out, since no plan can reach them.
     """
     words = scene_words(benchmark)
 
-    def believed(task: Task) -> Task:
+    def apply_graph(task: Task) -> Task:
         graph = graphs.get(task.id)
         if graph is None:
             return task
-        seen = believed_task(task, words, graph)
-        unseen = {thing.name for thing in seen.scene.objects if thing.category == UNSEEN}
-        goals = [each for each in seen.goals if unseen.isdisjoint(object_names(each.formula))]
+        seen = apply_scene_graph(task, words, graph)
+        unseen = {item.name for item in seen.scene.objects if item.category == UNSEEN}
+        goals = [goal for goal in seen.goals if unseen.isdisjoint(object_names(goal.formula))]
         return replace(seen, goals=tuple(goals))
 
-    return benchmark.with_changed(believed)
+    return benchmark.with_changed(apply_graph)
 
 
-def believed_task(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
-    """The task with the scene that a graph shows."""
+def apply_scene_graph(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
+    """Return the task with the scene that a scene graph shows."""
     described = words.describe(task)
     if set(graph.facts) == set(described.facts) and set(graph.names) == set(described.objects):
         return task
-    believer = _Believer(task, words, graph)
-    return replace(task, initial=believer.state(described), relevant=believer.relevant())
+    believer = _PerceivedScene(task, words, graph)
+    return replace(task, initial=believer.make_state(described), relevant=believer.list_relevant())
 
 
-class _Believer:
-    """A task as one scene graph shows it."""
+class _PerceivedScene:
+    """The scene of a task as one scene graph shows it."""
 
     def __init__(self, task: Task, words: SceneWords, graph: SceneGraph) -> None:
         self._task = task
@@ -67,67 +67,74 @@ class _Believer:
         self._graph = graph
         names = words.names(task)
         self._index = {name: index for index, name in enumerate(names)}
-        self._strangers = {name: self._model(name) for name in graph.names if name not in self._index}
-        self._index |= {name: len(names) + place for place, name in enumerate(self._strangers)}
+        self._invented = {
+            name: self._find_similar_object(name) for name in graph.names if name not in self._index
+        }
+        self._index |= {name: len(names) + number for number, name in enumerate(self._invented)}
         agent = task.scene.agent
         self._unseen = {i for i in task.relevant if names[i] not in graph.names and i != agent}
 
-    def relevant(self) -> tuple[int, ...]:
-        """The objects that an answer may name: those that are seen, be they there or not."""
+    def list_relevant(self) -> tuple[int, ...]:
+        """Return the objects that an answer may name: seen objects, including invented ones."""
         seen = [index for index in self._task.relevant if index not in self._unseen]
         return (*seen, *range(len(self._task.scene.objects), len(self._index)))
 
-    def state(self, described: SceneGraph) -> State:
-        """The perceived state."""
+    def make_state(self, described: SceneGraph) -> State:
+        """Return the perceived state."""
         index, seen = self._index, set(self._graph.facts)
-        undescribed = set(self._task.initial.facts()) - {self._stored(fact) for fact in described.facts}
+        undescribed = set(self._task.initial.facts()) - {
+            self._to_stored_fact(fact) for fact in described.facts
+        }
         kept = [fact for fact in self._task.initial.facts() if fact in undescribed]
         first = [fact for fact in described.facts if fact in seen]
         further = [fact for fact in self._graph.facts if fact not in set(first)]
-        perceived = [self._stored(fact) for fact in self._possible([*first, *further], set(described.facts))]
-        static = {each.name for each in self._task.scene.vocabulary.predicates if each.static}
+        perceived = [
+            self._to_stored_fact(fact)
+            for fact in self._select_possible([*first, *further], set(described.facts))
+        ]
+        static = {item.name for item in self._task.scene.vocabulary.predicates if item.static}
         copied = [
             Fact(fact.predicate, (index[name],))
-            for name, model in self._strangers.items()
+            for name, model in self._invented.items()
             for fact in kept
             if model is not None and fact.arguments == (model,) and fact.predicate in static
         ]
-        return self._scene().state([*kept, *perceived, *copied])
+        return self._make_scene().state([*kept, *perceived, *copied])
 
-    def _possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
-        """The facts that a state can hold: those with a stored form, without circles or second supports."""
+    def _select_possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
+        """Yield the facts that a state can hold: no circles of supports, no second support of an object."""
         words = self._words
-        forms = {each.name for each in self._task.scene.vocabulary.predicates if each.single}
-        single = {words.spelling(name) for name, form in words.stored.items() if form in forms}
-        supports = Supports(frozenset(words.spelling(name) for name in words.supports))
+        forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
+        single = {words.spelling(name) for name, form in words.stored_forms.items() if form in forms}
+        supports = Supports(frozenset(words.spelling(name) for name in words.support_predicates))
         for fact in facts:
-            if words.predicates[fact.predicate] not in words.stored:
+            if words.predicates[fact.predicate] not in words.stored_forms:
                 continue
-            if fact not in described and fact.predicate in single and supports.rests(fact):
+            if fact not in described and fact.predicate in single and supports.would_support_twice(fact):
                 continue
-            if not supports.closes(fact):
+            if not supports.would_close_circle(fact):
                 supports.add(fact)
                 yield fact
 
-    def _stored(self, fact: NamedFact) -> Fact:
-        form = self._words.stored[self._words.predicates[fact.predicate]]
+    def _to_stored_fact(self, fact: NamedFact) -> Fact:
+        form = self._words.stored_forms[self._words.predicates[fact.predicate]]
         return Fact(form, tuple([self._index[name] for name in fact.arguments]))
 
-    def _scene(self) -> Scene:
-        """The objects: what is not seen is of no kind, what is seen without being there comes last."""
+    def _make_scene(self) -> Scene:
+        """Return the objects: unseen objects have no category, and invented objects come last."""
         scene = self._task.scene
-        things = [
-            WorldObject(thing.name, UNSEEN) if index in self._unseen else thing
-            for index, thing in enumerate(scene.objects)
+        objects = [
+            WorldObject(item.name, UNSEEN) if index in self._unseen else item
+            for index, item in enumerate(scene.objects)
         ]
-        for name, model in self._strangers.items():
-            things.append(
+        for name, model in self._invented.items():
+            objects.append(
                 WorldObject(name, _STEM.sub("", name) if model is None else scene.objects[model].category)
             )
-        return Scene(scene.vocabulary, things, scene.agent)
+        return Scene(scene.vocabulary, objects, scene.agent)
 
-    def _model(self, name: str) -> int | None:
-        """The first object that a prompt speaks of whose name begins like this one."""
+    def _find_similar_object(self, name: str) -> int | None:
+        """Return the first object in the prompt whose name equals this name but for its number."""
         stem = _STEM.sub("", name)
         names = self._words.names(self._task)
         return next((i for i in prompt_objects(self._task) if _STEM.sub("", names[i]) == stem), None)

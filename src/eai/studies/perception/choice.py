@@ -1,4 +1,4 @@
-"""How questions show the scene: the options of a run."""
+"""The options of the study of perception: how questions show the scene."""
 
 from __future__ import annotations
 
@@ -12,80 +12,85 @@ from typing_extensions import Self
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
-from eai.studies.perception.noise import Noise, noise_of
+from eai.studies.perception.noise import Noise, parse_noise
 from eai.studies.variation import Variation
 from eai.tasks.options import Arguments
 
 STUDY = "perception"
 """Name of the study in records."""
 
-Showing: TypeAlias = Literal["text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"]
-"""How a question shows the scene (paper, appendix on vision models: experiments 0, 1, 2 and 5).
+SceneFormat: TypeAlias = Literal[
+    "text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"
+]
+"""Format of the scene in a question (paper, appendix on vision models: experiments 0, 1, 2 and 5).
 
-``text``: as a list of what holds. ``image``: in pictures alone. ``both``: in both. ``predicted``: as the list
-that a second model made from pictures. ``noisy``: as a list with seeded errors. Ours are ``rendered``: in
-pictures of things with bodies; ``numbered``: in these, with a number at each thing; and ``pointed``: in these
-as they are, and a pixel of each thing with its name.
+- text: a list of facts.
+- image: only pictures.
+- both: facts and pictures.
+- predicted: the list of facts that a second model made from pictures.
+- noisy: a list of facts with seeded errors.
+- rendered (not in the paper): pictures of objects with bodies.
+- numbered (not in the paper): rendered pictures with a number at each object.
+- pointed (not in the paper): rendered pictures, with a pixel and the name of each object.
 """
 
 Clutter: TypeAlias = Literal["none", "some", "many"]
-"""How much a picture shows besides what the task is about.
+"""Number of objects in a picture that the task is not about.
 
-``none``: nothing. ``some``: up to as many other objects. ``many``: up to four times as many; fewer where the
-picture would be too high. Objects that are in or on what is shown come first. Where a scene
-has no other objects, all three are alike.
+``none``: no others. ``some``: at most as many others as objects of the task. ``many``: at most four times as
+many, fewer if the picture would be too high. Objects in or on those of the task come first.
 """
 
-PICTURED = ("image", "rendered", "numbered", "pointed")
-"""The ways to show it in pictures alone."""
+PICTURE_FORMATS = ("image", "rendered", "numbered", "pointed")
+"""Formats that show the scene only in pictures."""
 
-ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""The abilities whose questions tell of a scene."""
+SCENE_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
+"""Abilities whose questions describe a scene."""
 
 
-def _noise(given: object) -> object:
-    """Noise as a table of rates, or as texts such as ``missing=0.1``."""
+def _parse_noise_option(given: object) -> object:
+    """Return noise from a table of rates, or from texts such as ``missing=0.1``."""
     if isinstance(given, Mapping):
         given = [f"{name}={rate}" for name, rate in given.items()]
     elif isinstance(given, str):
         given = [given]
-    return noise_of([str(each) for each in given]) if isinstance(given, list | tuple) else given
+    return parse_noise([str(setting) for setting in given]) if isinstance(given, list | tuple) else given
 
 
 class Perception(Variation):
     """How the questions of a run show the scene.
 
     Raises:
-        InputError: it makes no sense; the message names the option.
+        InputError: options contradict each other; the message names them.
 
     Attributes:
         scene: How questions show the scene: text, image, both, predicted (as a second model lists it), noisy
-            (with seeded errors), rendered (with bodies), numbered (with a number at each thing) or pointed
-            (with a pixel of each thing).
-        context: How much else a list of facts tells of the scene, with text or both: none, some or many other
-            objects, and states that do not hold.
-        images: A folder with pictures of your own: files that begin with the id of their task. Schematic ones
-            if not given.
-        clutter: How much else is in schematic pictures: none, some or many.
+            (with seeded errors), rendered (with bodies), numbered (with a number at each object) or pointed
+            (with a pixel of each object).
+        context: How much more a list of facts describes, with text or both: none, some or many other objects,
+            and states that do not hold.
+        images: A folder with your own pictures; their file names begin with the id of the task. Without it,
+            schematic pictures are drawn.
+        clutter: How many other objects schematic pictures show: none, some or many.
         noise: The rates of errors in a noisy scene, such as noise.missing=0.1: missing, misplaced,
             unnecessary, invented, unseen; and noise.seed.
-        scene_model: The model that lists a predicted scene from pictures; eai/captioner: built in, errs now
-            and then.
+        scene_model: The model that lists a predicted scene from pictures; eai/captioner is built in and errs
+            now and then.
         scene_args: Arguments of that model, such as scene_args.rate=0.2.
         scene_base_url: The address of its server.
     """
 
-    scene: Showing = "text"
+    scene: SceneFormat = "text"
     context: Clutter | None = None
     images: Path | None = None
     clutter: Clutter | None = None
-    noise: Annotated[Noise | None, BeforeValidator(_noise)] = None
+    noise: Annotated[Noise | None, BeforeValidator(_parse_noise_option)] = None
     scene_model: str | None = None
     scene_args: Arguments = Field(default={})
     scene_base_url: str | None = None
 
     @model_validator(mode="after")
-    def _without_contradictions(self) -> Self:
+    def _check_options(self) -> Self:
         how = f"perception.scene {self.scene}"
         pictured = self.scene in ("image", "both", "predicted")
         for name, given, fits in (
@@ -96,11 +101,13 @@ class Perception(Variation):
             ("noise", self.noise, self.scene == "noisy"),
         ):
             if given is not None and not fits:
-                raise InputError(f"perception.{name}: means nothing with {how}")
+                raise InputError(f"perception.{name}: has no effect with {how}; leave it out")
         if self.images is not None and self.clutter is not None:
-            raise InputError("perception.clutter: is of schematic pictures, not of perception.images")
+            raise InputError("perception.clutter: applies to schematic pictures, not to perception.images")
         if self.scene == "predicted" and self.scene_model is None:
-            raise InputError(f"{how}: expected perception.scene_model, who sees; eai/captioner is built in")
+            raise InputError(
+                f"{how}: expected perception.scene_model, which lists the scene; eai/captioner is built in"
+            )
         if self.scene == "noisy" and self.noise is None:
             raise InputError(f"{how}: expected rates of errors, such as perception.noise.missing=0.1")
         if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
@@ -109,17 +116,17 @@ class Perception(Variation):
 
     @property
     def choice(self) -> str:
-        """The scene, if questions do not list it as it is, or the context that they tell besides."""
+        """The format of the scene if it is not a complete list of facts, or else the added context."""
         if self.scene != "text":
             return f"perception.scene {self.scene}"
-        return f"perception.context {self.context}" if self._context else ""
+        return f"perception.context {self.context}" if self._context_label else ""
 
     @property
     def heading(self) -> str:
-        """How the scene is shown."""
+        """One line that says how the scene is shown."""
         return f"scene: {self.label}"
 
-    def recorded(self, study: str) -> None:
+    def record_choice(self, study: str) -> None:
         """Return None: the stage states how the scene is shown."""
 
     @property
@@ -128,61 +135,59 @@ class Perception(Variation):
         return self.scene_model
 
     @property
-    def states(self) -> Literal["", "scene", "goals"]:
+    def changed_part(self) -> Literal["", "scene", "goals"]:
         """The scene."""
         return "scene"
 
-    def contradiction(self, other: Variation) -> str:
-        """Return why scenes cannot be shown so in the other study, whose world may change."""
+    def find_contradiction(self, other: Variation) -> str:
+        """Return why the scene cannot be shown in this format in the other study; empty if it can."""
         acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
             if not self.can_look_again:
-                return "the scene is seen at the start alone, and feedback tells of a world that has changed"
+                return "the scene is only shown at the start, but feedback describes a changed world"
             if self.scene in ("image", "both") and acted.form == "chat":
-                return "pictures of a world that has changed have no place in a chat"
-        return super().contradiction(other)
+                return "a chat cannot show pictures of a changed world"
+        return super().find_contradiction(other)
 
     @property
     def can_look_again(self) -> bool:
-        """Whether a scene that has changed can be shown: no model and no files of the user's show it."""
+        """Whether a changed scene can be shown: neither a model nor the user's own files show it."""
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
-    def abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Return the abilities whose questions tell of a scene, in order; those of `named` if any are.
+    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Return the abilities whose questions describe a scene, in order; only named ones if any are named.
 
-        Scene graphs are listed from pictures only, and only if they are named.
+        The ability ``scene_graph`` needs pictures and must be named.
 
         Raises:
-            InputError: the questions of an ability that is named tell of no scene.
+            InputError: the questions of a named ability describe no scene.
         """
-        possible = (*ABILITIES, SCENE_GRAPH) if self.scene in PICTURED else ABILITIES
+        possible = (*SCENE_ABILITIES, SCENE_GRAPH) if self.scene in PICTURE_FORMATS else SCENE_ABILITIES
         for ability in named:
             if ability not in possible:
                 raise InputError(
-                    f"perception.scene {self.scene}: questions of {ability.value} tell of no scene"
+                    f"perception.scene {self.scene}: questions of {ability.value} describe no scene"
                 )
-        return [ability for ability in possible if ability in (named or ABILITIES)]
+        return [ability for ability in possible if ability in (named or SCENE_ABILITIES)]
 
     @property
     def label(self) -> str:
-        """A short text that tells it from other ways to show the scene."""
+        """A short text that distinguishes this choice from all others."""
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._pictures}{self._context}"
+        return f"{self.scene}{who}{self._pictures_label}{self._context_label}"
 
-    def of_pictures(self) -> Self:
-        """The way to show the same pictures alone, as a captioner sees them."""
+    def show_pictures_only(self) -> Self:
+        """Return the choice that shows only the pictures, as a captioner sees them."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
-    def _context(self) -> str:
-        """A short text that tells how much else is told."""
+    def _context_label(self) -> str:
         return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property
-    def _pictures(self) -> str:
-        """A short text that tells its pictures from others."""
+    def _pictures_label(self) -> str:
         if self.images is not None:
             return "-own"
         return "" if self.clutter in (None, "none") else f"-{self.clutter}"

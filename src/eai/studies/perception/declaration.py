@@ -1,4 +1,4 @@
-"""Scene graphs as a registered ability: a model lists what it sees in pictures of a scene."""
+"""The ability ``scene_graph``: a model lists the objects and facts that it sees in pictures of a scene."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 
 def perception_shares(perceived: Perceived) -> dict[str, Share]:
-    """The share that one scene graph adds to each rate; the paper gives no denominators, so these are ours.
+    """Return the share that one scene graph adds to each rate, by the name of the rate.
 
-    ``predicate_error`` is the paper's: facts missing or misplaced, of those described. ``object_error`` too:
-    names that the scene has not, of all names given. Below them are the four kinds of error, each of what it
-    can befall, the objects that are not named, and precision, recall and F1 of facts.
+    The paper gives no denominators; these are ours. ``predicate_error`` and ``object_error`` are the paper's:
+    missing or misplaced facts of all described facts, and invented names of all names. The other rates are
+    the four kinds of error, unnamed objects, and precision, recall and F1 of facts.
     """
     lost = perceived.missing + perceived.misplaced
     return {
@@ -49,7 +49,7 @@ def perception_shares(perceived: Perceived) -> dict[str, Share]:
 
 
 def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """The maker of scorers, imported where it is needed, so that reports load no engine."""
+    """Return the maker of scorers. The import is local, so that reports load no engine."""
     from eai.studies.perception.errors import scorers
 
     return scorers(_words(world))
@@ -61,7 +61,7 @@ def _words(world: AbilityWorld) -> SceneWords:
     return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
 
 
-def _pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+def _make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     words = _words(world)
     values = {
         "vocabulary": words.wording.describe_vocabulary(),
@@ -78,7 +78,7 @@ def _pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
 
 
 def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
-    """The contributions of one answer to each rate; those of a predicate only where a fact has it."""
+    """Return what one answer adds to each rate; a predicate has rates only if a fact has the predicate."""
     shares = {
         "right": share_of_one(verdict.success),
         **perception_shares(verdict.seen),
@@ -90,7 +90,7 @@ def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
-    """The outcome of an answer."""
+    """Return the outcome of an answer."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return error_outcome(verdict) or counts_outcome(
@@ -103,7 +103,7 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    interaction=Interaction(_scorers, _pose, _pictures, lists_are_sets=True, plain_text_prefix=None),
+    interaction=Interaction(_scorers, _make_question, _pictures, lists_are_sets=True, plain_text_prefix=None),
     title="Scene graphs",
     short_title="scene",
     verdict=SceneGraphVerdict,

@@ -1,4 +1,4 @@
-"""How wrong a scene graph is: its differences from the scene, by the paper's four kinds of error."""
+"""Errors of a scene graph: its differences from the scene, by the paper's four kinds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.world.fault import FaultKind
 
 
 def scorers(words: SceneWords) -> Callable[[Task], Scorer]:
-    """The maker of scorers, by how scene graphs say what is so."""
+    """Return the maker of scorers of scene graphs with given words."""
     return partial(_SceneGraphScorer, words)
 
 
@@ -27,7 +27,7 @@ class _SceneGraphScorer(Scorer):
         self._words, self._task = words, task
 
     def assess(self, text: str) -> Assessment:
-        """The verdict; in an answer that cannot be read nothing is perceived."""
+        """Return the assessment of an answer; an unreadable answer perceives nothing."""
         graph = read_scene_graph(text, self._words.arities)
         seen = perception_errors(self._task, self._words, graph)
         verdict = SceneGraphVerdict(
@@ -52,17 +52,19 @@ def _explanation(task: Task, words: SceneWords, graph: SceneGraph) -> Explanatio
 
 
 def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perceived:
-    """The differences of a scene graph from a task's scene.
+    """Return the differences of a scene graph from a task's scene.
 
-    A lost relation is misplaced, not missing, where the graph has the same predicate of the same object and
-    another one, which does not hold: each such fact accounts for one lost relation.
+    A lost relation counts as misplaced, not as missing, if the graph relates its first object to another one
+    by the same predicate, and that fact does not hold. Each such fact accounts for one lost relation.
     """
     described = words.describe(task)
     lost, wrong = _differences(task, words, graph)
-    index = {name: place for place, name in enumerate(words.names(task))}
+    index = {name: number for number, name in enumerate(words.names(task))}
     strange = [fact for fact in wrong if not index.keys() >= {*fact.arguments}]
-    moved = Counter(_place(fact) for fact in wrong if fact not in strange and len(fact.arguments) == 2)
-    gone = Counter(_place(fact) for fact in lost if len(fact.arguments) == 2)
+    moved = Counter(
+        _relation_start(fact) for fact in wrong if fact not in strange and len(fact.arguments) == 2
+    )
+    gone = Counter(_relation_start(fact) for fact in lost if len(fact.arguments) == 2)
     misplaced = (moved & gone).total()
     objects = {name for name in described.objects if index[name] != task.scene.agent}
     right = set(described.facts).intersection(graph.facts)
@@ -87,23 +89,23 @@ def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perce
 def _differences(
     task: Task, words: SceneWords, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
-    """The described facts that a scene graph lacks, and those of its facts that do not hold, in order."""
+    """Return the described facts that a graph lacks, and the facts of the graph that do not hold."""
     names, seen, mentioned = words.names(task), set(graph.facts), set(graph.names)
     about = [index for index, name in enumerate(names) if name in mentioned]
-    holding = {words.named(fact, names) for fact in words.holding(task.initial, about)}
+    holding = {words.to_named_fact(fact, names) for fact in words.list_facts(task.initial, about)}
     lost = [fact for fact in words.describe(task).facts if fact not in seen]
     return lost, [fact for fact in graph.facts if fact not in holding]
 
 
-def _place(fact: NamedFact) -> tuple[str, str]:
-    """The predicate and the first object of a relation."""
+def _relation_start(fact: NamedFact) -> tuple[str, str]:
+    """Return the predicate and the first object of a relation."""
     return fact.predicate, fact.arguments[0]
 
 
 def _confusions(
     right: Iterable[NamedFact], wrong: Iterable[NamedFact], lost: Iterable[NamedFact]
 ) -> dict[str, Confusion]:
-    """By predicate, how many facts are right, do not hold, and are lacking."""
+    """Return by predicate the counts of right, untrue and missing facts."""
     counts = [Counter(fact.predicate for fact in facts) for facts in (right, wrong, lost)]
     names = dict.fromkeys(name for count in counts for name in count)
     return {name: Confusion(*(count[name] for count in counts)) for name in sorted(names)}

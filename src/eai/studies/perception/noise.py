@@ -1,4 +1,4 @@
-"""Noise: a scene graph with seeded errors, as if someone had looked and seen wrong."""
+"""Noise: a perceived scene graph with seeded errors."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from eai.tasks.task import Task
 
 _NUMBER = re.compile(r"\d+$")
 
-_TRIES = 100
-"""How often a fact is made up until one is possible."""
+_MAX_DRAWS = 100
+"""Maximum number of draws of an untrue fact until one is possible."""
 
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """How often what error is made, each of its own occasions.
+    """Probabilities of the errors in a perceived scene.
 
     Attributes:
-        missing: the probability that a described fact is lost.
-        misplaced: that a described relation gets another second object.
-        unnecessary: that a fact is added which does not hold, once for each described fact.
-        invented: that an object is seen twice, once under a name that there is not.
-        unseen: that an object is not seen, nor any fact about it. The agent is always seen.
-        seed: of the draws. Each occasion has its own, so that the errors of a rate are among those of a
-            higher one with the same seed.
+        missing: probability that a described fact is lost.
+        misplaced: probability that a described relation gets another second object.
+        unnecessary: probability, for each described fact, that an untrue fact is added.
+        invented: probability that an object is seen twice, the second time under an invented name.
+        unseen: probability that an object and all facts about it are missed. The agent is always seen.
+        seed: seed of the draws. Each possible error has its own draw, so the errors of a lower rate are also
+            made at a higher rate with the same seed.
 
     Raises:
-        InputError: a probability is not between 0 and 1, or a fact would be lost and misplaced.
+        InputError: a probability is not between 0 and 1, or ``missing`` and ``misplaced`` exceed 1 together.
     """
 
     missing: float = 0.0
@@ -47,7 +47,7 @@ class Noise:
             if not 0 <= rate <= 1:
                 raise InputError(f"noise: expected {name} from 0 to 1, not {rate:g}")
         if self.missing + self.misplaced > 1:
-            raise InputError("noise: missing and misplaced come to more than 1")
+            raise InputError("noise: expected missing + misplaced of at most 1")
 
     @property
     def rates(self) -> dict[str, float]:
@@ -56,24 +56,24 @@ class Noise:
 
     @property
     def label(self) -> str:
-        """A short text that tells it from every other noise."""
+        """A short text that distinguishes this noise from all others."""
         parts = [f"{name}-{rate:g}" for name, rate in self.rates.items() if rate]
         return "-".join([*parts, f"seed-{self.seed}"])
 
 
-def noise_of(settings: Sequence[str]) -> Noise:
-    """The noise that texts such as ``missing=0.1`` describe.
+def parse_noise(settings: Sequence[str]) -> Noise:
+    """Return the noise that settings such as ``missing=0.1`` describe.
 
     Raises:
-        InputError: one is no setting of noise.
+        InputError: a text is not a setting of noise.
     """
-    known = [field.name for field in fields(Noise)]
+    names = [field.name for field in fields(Noise)]
     values: dict[str, float] = {}
     for setting in settings:
         name, separator, text = setting.partition("=")
-        if name not in known or not separator:
-            hint = did_you_mean(name, known)
-            raise InputError(f"noise {setting}: expected NAME=NUMBER, NAME one of {', '.join(known)}{hint}")
+        if name not in names or not separator:
+            hint = did_you_mean(name, names)
+            raise InputError(f"noise {setting}: expected NAME=NUMBER, NAME one of {', '.join(names)}{hint}")
         try:
             values[name] = float(text)
         except ValueError as error:
@@ -85,22 +85,22 @@ def noise_of(settings: Sequence[str]) -> Noise:
 
 
 def perceive(task: Task, words: SceneWords, noise: Noise, stream: str = "") -> SceneGraph:
-    """Return what is seen of a task's scene: a pure function of the arguments.
+    """Return the scene graph that is perceived of a task's scene. The same arguments give the same graph.
 
-    No circle of supports is seen where there is none, and nothing is where something that nothing is said
-    about is, such as a half of what has not been cut. A relation for which there is no other place stays.
+    The noise never creates a circle of supports. It never places an object relative to an undescribed object,
+    such as half of an uncut apple. A relation without another possible place stays as it is.
 
     Args:
         task: the task.
-        words: how scene graphs say what is so.
-        noise: how often what error is made.
-        stream: which of several independent repetitions this is.
+        words: how scene graphs name facts.
+        noise: the probabilities of errors.
+        stream: name of one of several independent repetitions.
     """
-    return _Look(task, words, noise, stream).graph()
+    return _NoisyObserver(task, words, noise, stream).perceive_scene()
 
 
-class _Look:
-    """One look at one scene."""
+class _NoisyObserver:
+    """Perceives one scene with noise."""
 
     def __init__(self, task: Task, words: SceneWords, noise: Noise, stream: str) -> None:
         self._words = words
@@ -110,102 +110,117 @@ class _Look:
         self._names = words.names(task)
         agent = None if task.scene.agent is None else self._names[task.scene.agent]
         objects = [name for name in self._truth.objects if name != agent]
-        self._blind = {name for name in objects if self._draw("unseen", name).random() < noise.unseen}
-        self._seen = [name for name in self._truth.objects if name not in self._blind]
+        self._unseen = {name for name in objects if self._seed_random("unseen", name).random() < noise.unseen}
+        self._seen_names = [name for name in self._truth.objects if name not in self._unseen]
         described = {name for fact in self._truth.facts for name in fact.arguments}
-        self._places = [name for name in objects if name in described and name not in self._blind]
+        self._described_names = [name for name in objects if name in described and name not in self._unseen]
         true_of_these = [index for index, name in enumerate(self._names) if name in set(self._truth.objects)]
-        self._holding = {
-            words.named(fact, self._names) for fact in words.holding(task.initial, true_of_these)
+        self._true_facts = {
+            words.to_named_fact(fact, self._names) for fact in words.list_facts(task.initial, true_of_these)
         }
-        supports = [words.spelling(name) for name in words.supports]
+        supports = [words.spelling(name) for name in words.support_predicates]
         self._supports = Supports(frozenset(supports))
 
-    def graph(self) -> SceneGraph:
-        visible = [fact for fact in self._truth.facts if self._blind.isdisjoint(fact.arguments)]
-        fates = {fact: self._draw("fact", str(fact)).random() for fact in visible}
-        kept = [fact for fact in visible if fates[fact] >= self._noise.missing]
+    def perceive_scene(self) -> SceneGraph:
+        visible = [fact for fact in self._truth.facts if self._unseen.isdisjoint(fact.arguments)]
+        draws = {fact: self._seed_random("fact", str(fact)).random() for fact in visible}
+        kept = [fact for fact in visible if draws[fact] >= self._noise.missing]
         moved = [
-            fact for fact in kept if fates[fact] >= 1 - self._noise.misplaced and len(fact.arguments) == 2
+            fact for fact in kept if draws[fact] >= 1 - self._noise.misplaced and len(fact.arguments) == 2
         ]
         facts: dict[NamedFact, NamedFact] = {fact: fact for fact in kept if fact not in moved}
         for fact in facts:
             self._supports.add(fact)
         for fact in moved:
-            facts[fact] = self._misplaced(fact, facts)
+            facts[fact] = self._misplace(fact, facts)
             self._supports.add(facts[fact])
         in_order = [facts[fact] for fact in kept]
-        in_order += self._unnecessary(visible, in_order)
-        strangers = dict(self._invented())
-        in_order += [each for name in strangers if (each := self._again(name, strangers[name])) is not None]
-        return graph_of([*self._seen, *strangers.values()], in_order)
+        in_order += self._draw_unnecessary_facts(visible, in_order)
+        doubles = dict(self._draw_doubles())
+        in_order += [
+            extra for name in doubles if (extra := self._draw_fact_of_double(name, doubles[name])) is not None
+        ]
+        return graph_of([*self._seen_names, *doubles.values()], in_order)
 
-    def _misplaced(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
-        """The relation with another second object, the first one possible; as it is where there is none."""
-        known, places = set(facts.values()), list(self._places)
-        self._draw("place", str(fact)).shuffle(places)
-        others = (fact._replace(arguments=(fact.arguments[0], place)) for place in places)
-        return next((each for each in others if self._is_new(each, known)), fact)
+    def _misplace(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
+        """Return the relation with another possible second object, or the same relation if there is none."""
+        seen, objects = set(facts.values()), list(self._described_names)
+        self._seed_random("place", str(fact)).shuffle(objects)
+        others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
+        return next((other for other in others if self._is_new(other, seen)), fact)
 
-    def _unnecessary(self, visible: Sequence[NamedFact], seen: Sequence[NamedFact]) -> list[NamedFact]:
-        """Facts that do not hold, about objects of which something is said; what is in a hand is felt."""
-        known, added = set(seen), list[NamedFact]()
+    def _draw_unnecessary_facts(
+        self, visible: Sequence[NamedFact], seen: Sequence[NamedFact]
+    ) -> list[NamedFact]:
+        """Return untrue facts about described objects. None is about a hand, which the agent feels."""
+        all_seen, added = set(seen), list[NamedFact]()
         words = self._words
-        predicates = [words.spelling(name) for name in words.stored if name not in words.held]
+        predicates = [
+            words.spelling(name) for name in words.stored_forms if name not in words.holding_predicates
+        ]
         for fact in visible:
-            draw = self._draw("more", str(fact))
+            draw = self._seed_random("more", str(fact))
             if draw.random() >= self._noise.unnecessary:
                 continue
-            made = (self._made(draw, predicates) for _ in range(_TRIES))
-            possible = (each for each in made if self._is_new(each, known) and not self._supports.rests(each))
+            drawn = (self._draw_fact(draw, predicates) for _ in range(_MAX_DRAWS))
+            possible = (
+                new
+                for new in drawn
+                if self._is_new(new, all_seen) and not self._supports.would_support_twice(new)
+            )
             chosen = next(possible, None)
             if chosen is not None:
-                known.add(chosen)
+                all_seen.add(chosen)
                 self._supports.add(chosen)
                 added.append(chosen)
         return added
 
-    def _made(self, draw: random.Random, predicates: Sequence[str]) -> NamedFact:
-        """Some fact about things of which something is said."""
+    def _draw_fact(self, draw: random.Random, predicates: Sequence[str]) -> NamedFact:
+        """Return a random fact about described objects."""
         predicate = draw.choice(predicates)
         arity = self._words.arities[predicate]
-        return NamedFact(predicate, tuple([draw.choice(self._places) for _ in range(arity)]))
+        return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
 
-    def _is_new(self, fact: NamedFact, known: set[NamedFact]) -> bool:
-        """Whether a fact neither holds nor is seen, and is possible."""
-        is_known = fact in self._holding or fact in known
+    def _is_new(self, fact: NamedFact, seen: set[NamedFact]) -> bool:
+        """Whether a fact is possible, does not hold, and is not among the seen facts."""
+        is_known = fact in self._true_facts or fact in seen
         return (
-            not is_known and len({*fact.arguments}) == len(fact.arguments) and not self._supports.closes(fact)
+            not is_known
+            and len({*fact.arguments}) == len(fact.arguments)
+            and not self._supports.would_close_circle(fact)
         )
 
-    def _invented(self) -> Iterator[tuple[str, str]]:
-        """Each object that is seen twice, with the name of its double."""
+    def _draw_doubles(self) -> Iterator[tuple[str, str]]:
+        """Yield each object that is seen twice, with the invented name of its double."""
         taken = set(self._names)
-        for name in self._seen:
-            if name in self._places and self._draw("double", name).random() < self._noise.invented:
+        for name in self._seen_names:
+            if (
+                name in self._described_names
+                and self._seed_random("double", name).random() < self._noise.invented
+            ):
                 double = _next_name(name, taken)
                 taken.add(double)
                 yield name, double
 
-    def _again(self, name: str, double: str) -> NamedFact | None:
-        """The fact about a double: one of those that hold of the object, if any does."""
-        own = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
-        own = [fact for fact in own if self._blind.isdisjoint(fact.arguments)]
-        if not own:
+    def _draw_fact_of_double(self, name: str, double: str) -> NamedFact | None:
+        """Return a true fact of the object, told of its double; None if the object has no visible fact."""
+        facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
+        facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
+        if not facts:
             return None
-        chosen = self._draw("of double", name).choice(own)
+        chosen = self._seed_random("of double", name).choice(facts)
         return chosen._replace(arguments=(double, *chosen.arguments[1:]))
 
-    def _draw(self, kind: str, what: str) -> random.Random:
-        """The draws of one occasion."""
-        digest = hashlib.sha256(f"{self._key} {kind} {what}".encode()).digest()
+    def _seed_random(self, kind: str, subject: str) -> random.Random:
+        """Return the random generator of one possible error, seeded by its kind and subject."""
+        digest = hashlib.sha256(f"{self._key} {kind} {subject}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - noise, not secrets
 
 
 def _next_name(name: str, taken: set[str]) -> str:
-    """A name of the same form with a number that is not taken."""
-    found = _NUMBER.search(name)
-    stem, number = (f"{name}_", 1) if found is None else (name[: found.start()], int(found.group()))
+    """Return the name with the next free number."""
+    match = _NUMBER.search(name)
+    stem, number = (f"{name}_", 1) if match is None else (name[: match.start()], int(match.group()))
     while f"{stem}{number}" in taken:
         number += 1
     return f"{stem}{number}"

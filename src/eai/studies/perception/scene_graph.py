@@ -1,4 +1,4 @@
-"""Scene graphs: what there is to perceive of a scene, over names, and how answers write it."""
+"""Scene graphs: the objects of a scene by name and the facts about them, as answers write them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
 SCENE = "scene"
-"""The field of a question's metadata that has the scene graph which it tells of instead of the scene."""
+"""Metadata field of a question: the text of the scene graph that the question states instead of the scene."""
 
 
 class NamedFact(NamedTuple):
-    """A fact by the names that answers use."""
+    """A fact whose objects have the names that answers use."""
 
     predicate: str
     arguments: tuple[str, ...]
@@ -39,9 +39,9 @@ class SceneGraph:
     Attributes:
         objects: the objects.
         facts: the facts.
-        ill_formed: the entries of an answer that are left out, as texts.
-        repairs: what it took to find it in the answer.
-        unreadable: why there is none in the answer; None if there is one.
+        ill_formed: entries of an answer that are not facts, as texts.
+        repairs: repairs of the answer's text that made the graph readable.
+        unreadable: why the answer has no readable scene graph; None if it has one.
     """
 
     objects: tuple[str, ...] = ()
@@ -52,25 +52,25 @@ class SceneGraph:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names in it, each once."""
+        """All names in the graph, each once."""
         return tuple(
             dict.fromkeys([*self.objects, *(name for fact in self.facts for name in fact.arguments)])
         )
 
     @property
     def text(self) -> str:
-        """It as an answer writes it: ``{"objects": ["a", ...], "facts": [["inside", "a", "b"], ...]}``."""
+        """The graph as answers write it: ``{"objects": ["a", ...], "facts": [["on", "a", "b"], ...]}``."""
         return json.dumps(
             {"objects": self.objects, "facts": [[fact.predicate, *fact.arguments] for fact in self.facts]}
         )
 
 
 def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
-    """The scene graph in an answer.
+    """Read the scene graph in an answer.
 
     Args:
         text: the answer.
-        arities: how many objects each predicate is said of, by its name in answers.
+        arities: number of objects of each predicate, by the predicate's name in answers.
     """
     reading = read_json(text, _FORM)
     if isinstance(reading, Unreadable):
@@ -89,7 +89,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
 
 
 def _sections(value: object) -> tuple[list[object], list[object]] | None:
-    """The objects and facts of a JSON value that has a list of facts."""
+    """Return the objects and facts of a JSON object with a list of facts, or None for other values."""
     if not isinstance(value, JsonObject):
         return None
     members = dict(value.members)
@@ -108,15 +108,15 @@ def _fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:
 
 
 def graph_of(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
-    """The scene graph of objects and facts, each once."""
+    """Return the scene graph of objects and facts, each kept once."""
     return SceneGraph(tuple(dict.fromkeys(objects)), tuple(dict.fromkeys(facts)))
 
 
 class Supports:
-    """The supports of objects, while facts are added.
+    """The supports of objects in a growing set of facts.
 
     Args:
-        predicates: what says so, by the names that scene graphs use.
+        predicates: names of the predicates of support, as scene graphs write them.
     """
 
     def __init__(self, predicates: frozenset[str]) -> None:
@@ -124,15 +124,15 @@ class Supports:
         self._below: dict[str, list[str]] = {}
 
     def add(self, fact: NamedFact) -> None:
-        """Take a fact into account, if it is of a support."""
+        """Add a fact, if its predicate is one of support."""
         if fact.predicate in self._predicates:
             self._below.setdefault(fact.arguments[0], []).append(fact.arguments[1])
 
-    def rests(self, fact: NamedFact) -> bool:
-        """Whether a fact gives a support to something that has one."""
+    def would_support_twice(self, fact: NamedFact) -> bool:
+        """Whether a fact gives a support to an object that already has one."""
         return fact.predicate in self._predicates and fact.arguments[0] in self._below
 
-    def closes(self, fact: NamedFact) -> bool:
+    def would_close_circle(self, fact: NamedFact) -> bool:
         """Whether a fact would close a circle of supports."""
         if fact.predicate not in self._predicates:
             return False
@@ -149,35 +149,37 @@ class Supports:
 
 
 class SceneWords:
-    """How scene graphs of one domain say what is so.
+    """The words of scene graphs in one domain: the names of predicates and objects.
 
     Args:
-        wording: what facts and objects are called.
+        wording: the wording of prompts.
 
     Attributes:
-        wording: the same.
-        stored: by described predicate, the stored predicate that alone makes it true of the same objects.
+        wording: the wording of prompts.
+        stored_forms: by described predicate, the stored predicate that makes it true of the same objects.
     """
 
     def __init__(self, wording: Wording) -> None:
         vocabulary = wording.domain.vocabulary
         self.wording = wording
-        forms = {name: stored_form(vocabulary, name) for name in wording.predicates}
-        self.stored: Mapping[str, str] = {name: form for name, form in forms.items() if form is not None}
+        forms = {name: find_stored_form(vocabulary, name) for name in wording.predicates}
+        self.stored_forms: Mapping[str, str] = {
+            name: form for name, form in forms.items() if form is not None
+        }
 
     @cached_property
-    def held(self) -> tuple[str, ...]:
-        """The described predicates that say what is in a hand."""
-        return self._described(spatial_predicates(self.wording.domain)[0])
+    def holding_predicates(self) -> tuple[str, ...]:
+        """The described predicates that say which object a hand holds."""
+        return self._list_described(spatial_predicates(self.wording.domain)[0])
 
     @cached_property
-    def supports(self) -> tuple[str, ...]:
-        """The described predicates that say in, on or under what things are."""
-        return self._described(spatial_predicates(self.wording.domain)[1])
+    def support_predicates(self) -> tuple[str, ...]:
+        """The described predicates that say in, on or under which object another one is."""
+        return self._list_described(spatial_predicates(self.wording.domain)[1])
 
     @cached_property
     def arities(self) -> Mapping[str, int]:
-        """How many objects each predicate is said of, by its name in scene graphs."""
+        """Number of objects of each predicate, by the predicate's name in scene graphs."""
         arity = self.wording.domain.vocabulary.arity
         return {self.spelling(name): arity(name) or 0 for name in self.wording.predicates}
 
@@ -187,66 +189,68 @@ class SceneWords:
         return {self.spelling(name): name for name in self.wording.predicates}
 
     def spelling(self, predicate: str) -> str:
-        """The name of a predicate in scene graphs."""
+        """Return the name of a predicate in scene graphs."""
         return self.wording.answer_names.get(predicate, predicate)
 
     def names(self, task: Task) -> list[str]:
-        """The name of each object of the scene."""
+        """Return the name of each object of the scene."""
         return [self.wording.object_name(task, index) for index in range(len(task.scene.objects))]
 
-    def holding(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
-        """All facts about some objects, those included that follow from others."""
-        for each in self.wording.goal_listings:
-            yield from each.facts(state, objects)
+    def list_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
+        """Yield all facts about some objects, including facts that follow from others."""
+        for listing in self.wording.goal_listings:
+            yield from listing.facts(state, objects)
 
-    def elementary(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
-        """The facts about some objects from which the others follow."""
-        for fact in self.holding(state, objects):
-            form = self.stored.get(fact.predicate)
+    def list_stored_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
+        """Yield the facts about some objects that a state stores; all others follow from them."""
+        for fact in self.list_facts(state, objects):
+            form = self.stored_forms.get(fact.predicate)
             if form is not None and state.has(form, *fact.arguments):
                 yield fact
 
     def describe(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
-        """The scene graph of a task: of the objects that a prompt speaks of, or of these."""
+        """Return the true scene graph of some objects; without `objects`, of those in the task's prompt."""
         names, chosen = self.names(task), prompt_objects(task) if objects is None else objects
-        facts = self.elementary(task.initial, chosen)
-        return graph_of([names[index] for index in chosen], [self.named(fact, names) for fact in facts])
+        facts = self.list_stored_facts(task.initial, chosen)
+        return graph_of(
+            [names[index] for index in chosen], [self.to_named_fact(fact, names) for fact in facts]
+        )
 
-    def named(self, fact: Fact, names: Sequence[str]) -> NamedFact:
-        """A fact by names."""
+    def to_named_fact(self, fact: Fact, names: Sequence[str]) -> NamedFact:
+        """Return a fact with the names of its objects."""
         return NamedFact(self.spelling(fact.predicate), tuple([names[index] for index in fact.arguments]))
 
-    def _described(self, stored: Iterable[str]) -> tuple[str, ...]:
+    def _list_described(self, stored: Iterable[str]) -> tuple[str, ...]:
         wanted = set(stored)
-        return tuple([name for name, form in self.stored.items() if form in wanted])
+        return tuple([name for name, form in self.stored_forms.items() if form in wanted])
 
 
-def stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """The stored predicate that says the same of the same objects in the simplest case; None if none does.
+def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
+    """Return the stored predicate that makes a predicate true of the same objects; None without one.
 
-    That is the first one in the definition which changes and is said there, not denied, of all parameters.
+    For a derived predicate, it is the first changing predicate that the definition asserts of all parameters.
     """
-    if (own := vocabulary.find_stored(predicate)) is not None:
-        return None if own.static else predicate
+    if (stored := vocabulary.find_stored(predicate)) is not None:
+        return None if stored.static else predicate
     derived = vocabulary.derived_by_name.get(predicate)
     defined = None if derived is None else find_definition(derived)
     if defined is None:
         return None
-    for atom in _asserted(defined.definition):
+    for atom in _iterate_positive_atoms(defined.definition):
         if atom.predicate != predicate and atom.arguments == defined.parameters:
-            form = stored_form(vocabulary, atom.predicate)
+            form = find_stored_form(vocabulary, atom.predicate)
             if form is not None:
                 return form
     return None
 
 
-def _asserted(formula: f.Formula) -> Iterator[f.Atom]:
-    """The atoms of a formula that are not denied, left to right."""
+def _iterate_positive_atoms(formula: f.Formula) -> Iterator[f.Atom]:
+    """Yield the atoms of a formula that are not denied, left to right."""
     match formula:
         case f.Atom():
             yield formula
         case f.And(parts) | f.Or(parts):
             for part in parts:
-                yield from _asserted(part)
+                yield from _iterate_positive_atoms(part)
         case _:
             return

@@ -1,4 +1,4 @@
-"""Counts the steps of answers: actions of plans, or subgoals."""
+"""Number of steps in answers: actions of plans, or subgoals."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from eai.results.record import Record
 
 
 def mean_steps(records: Sequence[Record]) -> float | None:
-    """Return the mean number of steps in the answers of a run that can be read.
+    """Return the mean number of steps in the readable answers of a run.
 
-    None if no answer can be read, or answers of this ability have no steps.
+    The mean is None if no answer can be read, or if answers to the ability have no steps.
     """
     first = records[0]
     if first.domain not in list_benchmarks():
@@ -34,7 +34,7 @@ def _counts(records: Sequence[Record], count: Callable[[str], int | None]) -> It
 
 
 def _counter(benchmark: Benchmark, ability: Ability) -> Callable[[str], int | None] | None:
-    """The counter of steps in an answer; None if answers to the ability have no steps."""
+    """Return the function that counts an answer's steps; None if answers to the ability have no steps."""
     if ability is Ability.ACTION_SEQUENCING:
         return lambda text: (
             None

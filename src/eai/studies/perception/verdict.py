@@ -1,4 +1,4 @@
-"""The verdict on a scene graph, and how the graph differs from the scene."""
+"""The verdict on a scene graph, with its differences from the scene."""
 
 from __future__ import annotations
 
@@ -10,27 +10,28 @@ from eai.abilities.verdict import Confusion, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Perceived:
-    """How a scene graph differs from the scene (paper, appendix on vision models, which names four errors).
+    """The differences of a scene graph from the scene, by the paper's four kinds of error.
 
-    What is described of a scene are the facts that a prompt states, without those that follow from others. A
-    fact that holds without being described is no error.
+    The kinds are from the appendix on vision models. The described facts of a scene are those that a prompt
+    states, without facts that follow from others. A true fact of the graph that is not described is no error.
 
     Attributes:
-        facts: how many facts are described.
-        relations: how many of them relate two objects.
-        perceived: how many facts the scene graph has.
-        missing: described facts that it lacks, other than the misplaced ones.
-        misplaced: described relations for which it has the same of the same object and another one: spatial
-            hallucinations.
-        unnecessary: further facts of it that do not hold, of objects that exist.
-        invented: facts of it with a name that the scene has not: object hallucinations.
-        objects: how many objects there are to name.
-        names: how many names the scene graph has.
-        invented_names: how many of them the scene has not.
-        unseen: how many of the objects it does not name.
-        predicates: by predicate, facts that are right, that do not hold, and that it lacks.
-        ill_formed: entries of the answer that are no facts: unknown predicates, wrong numbers of objects.
-        unreadable: whether there is no scene graph in the answer, so that nothing is perceived.
+        facts: number of described facts.
+        relations: number of described facts that relate two objects.
+        perceived: number of facts in the scene graph.
+        missing: number of described facts that the graph lacks, without the misplaced ones.
+        misplaced: number of described relations that the graph states with another second object (the paper's
+            spatial hallucinations).
+        unnecessary: number of other untrue facts in the graph about existing objects.
+        invented: number of facts in the graph with an unknown name (object hallucinations).
+        objects: number of objects to name.
+        names: number of names in the graph.
+        invented_names: number of names in the graph that the scene does not have.
+        unseen: number of objects that the graph does not name.
+        predicates: by predicate, the numbers of right, untrue and lacking facts.
+        ill_formed: number of entries of the answer that are not facts, such as unknown predicates or wrong
+            numbers of objects.
+        unreadable: whether the answer has no readable scene graph, so that nothing is perceived.
     """
 
     facts: int
@@ -54,11 +55,11 @@ _NOTHING_PERCEIVED = Perceived(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
 
 @dataclass(frozen=True, slots=True)
 class SceneGraphVerdict(Verdict):
-    """How right a scene graph is.
+    """The verdict on a scene graph.
 
     Attributes:
-        success: whether it has every described fact, and nothing that does not hold.
-        seen: its differences from the scene.
+        success: whether the graph has every described fact, and no fact that does not hold.
+        seen: the differences of the graph from the scene.
     """
 
     success: bool = False

@@ -56,11 +56,11 @@ CONDITIONS_MISSED: ChainEnd = (GOAL, "conditions")
 
 @dataclass(frozen=True, slots=True)
 class _OperatorChain:
-    """Carries out the plans that a planner finds with operators of answers.
+    """Executes the plans that a planner finds with the operators of answers.
 
     Attributes:
-        operators: transition modeling.
-        plans: action sequencing with the same tasks.
+        operators: the suite of transition modeling.
+        plans: the suite of action sequencing with the same tasks.
     """
 
     operators: Suite
@@ -69,7 +69,7 @@ class _OperatorChain:
     _readings: OperatorCache = field(default_factory=ResultCache)
 
     @staticmethod
-    def of(domain: str, source: Source) -> _OperatorChain:
+    def open(domain: str, source: Source) -> _OperatorChain:
         """Return the chain of a benchmark under the default protocol."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
         return _OperatorChain(
@@ -78,8 +78,8 @@ class _OperatorChain:
             open_answer_book(benchmark, ability, source),
         )
 
-    def end_of(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
-        """Return the end of an answer's chain; None if the task is excluded or no planner was asked.
+    def find_end(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
+        """Return the end of an answer's chain; None if the task is excluded or no planner was run.
 
         Args:
             task_id: the task.
@@ -98,22 +98,22 @@ class _OperatorChain:
             return (OPERATORS, outcome.value)
         if outcome is not None and outcome is not PlannerOutcome.SOLVED:
             return (PLANNER, outcome.value)
-        plan = self.plan_of(task_id, answer, verdict)
-        return UNTRANSLATED if plan is None else self._end_of_plan(task_id, plan)
+        plan = self.translate_plan(task_id, answer, verdict)
+        return UNTRANSLATED if plan is None else self._find_plan_end(task_id, plan)
 
-    def plan_of(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
+    def translate_plan(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
         """Return the planner's plan as an answer to action sequencing.
 
         The plan is None if a step stands for no action, or has another number of objects than its operator.
 
         Raises:
-            InputError: as of `end_of`.
+            InputError: as raised by `find_end`.
         """
         scorer, written = self.operators.scorer(task_id), extract(answer, self._readings)
         if not isinstance(scorer, TransitionModeling):
             raise TypeError(f"{task_id}: {scorer} scores no operators")
         by_name = {} if isinstance(written, Unreadable) else written.value
-        actions = {name: each.action for name, each in by_name.items() if each.action is not None}
+        actions = {name: item.action for name, item in by_name.items() if item.action is not None}
         plan = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
         task, transition = self.plans.tasks[task_id], scorer.task
         if any(step.action not in actions or step.action not in transition.gold for step in plan):
@@ -133,7 +133,7 @@ class _OperatorChain:
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
-    def _end_of_plan(self, task_id: str, plan: str) -> ChainEnd:
+    def _find_plan_end(self, task_id: str, plan: str) -> ChainEnd:
         """Return the end of a chain whose plan is carried out."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:
@@ -146,11 +146,11 @@ class _OperatorChain:
         missed = {goal.kind for goal, is_reached in goals if not is_reached}
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
-    def true_end_of(self, task_id: str) -> ChainEnd | None:
-        """Return the end of the chain of the data set's own operators; None as of `end_of`."""
+    def find_true_end(self, task_id: str) -> ChainEnd | None:
+        """Return the end of the chain of the data set's own operators; None as in `find_end`."""
         suite = self.operators
         answer = self._true_answers[task_id].text
-        return self.end_of(task_id, answer, _operators_verdict(suite.score(task_id, answer)))
+        return self.find_end(task_id, answer, _operators_verdict(suite.score(task_id, answer)))
 
 
 def _operators_verdict(verdict: object) -> OperatorVerdict:
@@ -178,23 +178,23 @@ class _ChainedRun:
 
 def _chain_runs(runs: Sequence[Run], records: Records) -> Iterator[_ChainedRun]:
     """Yield runs of transition modeling with the ends of their chains. Other protocols get a note."""
-    chain_of = cache(lambda domain: _OperatorChain.of(domain, records.source))
-    true_end_of = cache(lambda domain, task_id: chain_of(domain).true_end_of(task_id))
+    chain_of = cache(lambda domain: _OperatorChain.open(domain, records.source))
+    true_end_of = cache(lambda domain, task_id: chain_of(domain).find_true_end(task_id))
     for run in sorted(runs, key=lambda run: run.key.order):
         key = run.key
         if key.ability is not Ability.TRANSITION_MODELING:
             continue
         if key.protocol is not DEFAULT_PROTOCOL:
-            records.note(f"left out, as operators are carried out under strict alone: {key}")
+            records.note(f"left out, because operators are only executed under strict: {key}")
             continue
         chain = chain_of(key.domain)
         ends = [
-            (record, chain.end_of(record.task_id, record.response, _operators_verdict(record.verdict)))
+            (record, chain.find_end(record.task_id, record.response, _operators_verdict(record.verdict)))
             for record in run.records
         ]
         carried_out = [(record, end) for record, end in ends if end is not None]
         if not carried_out:
-            records.note(f"left out, as no planner was asked: {key}")
+            records.note(f"left out, because no planner was run: {key}")
             continue
         yield _ChainedRun(
             key,
@@ -209,10 +209,10 @@ def analyze_operators(runs: Sequence[Run], records: Records) -> Iterator[Analysi
     chained = list(_chain_runs(runs, records))
     if chained:
         table = _operators_table(chained)
-        yield Analysis([table], shown=[_for_screen(table)])
+        yield Analysis([table], screen_tables=[_show_counts(table)])
 
 
-def _for_screen(table: Table) -> Table:
+def _show_counts(table: Table) -> Table:
     """Return the table with counts instead of rates."""
     return replace(table, rows=tuple([tuple(map(_count, row)) for row in table.rows]))
 

@@ -1,8 +1,8 @@
 """The first stage of a pipeline: a model's answers to goal interpretation, whose goals questions then state.
 
-What comes of an answer is defined for any. One that can be read states what it says, be it right, wrong or
-about nothing that exists. One that cannot be read states no goals; the second stage is asked all the same.
-Where there is none, nothing is asked, and the task counts as not answered. None leaves a denominator.
+Every answer has a defined outcome, and no task leaves a denominator. The goals of a readable answer are
+stated, right or wrong, even if they name nothing that exists. An unreadable answer states no goals, and the
+second stage is asked all the same. Without an answer nothing is asked, and the task counts as not answered.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from eai.results.epochs import STATED, SUBGOALS, BeliefSet
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
-from eai.studies.variation import Endpoint, Stage
+from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import Belief
 from eai.tasks.source import Source
 
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-"""The abilities whose questions state the goals of a task."""
+"""Abilities whose questions state the goals of a task."""
 
 OWN = "own"
-"""The value of ``pipeline.goals`` for the goals that the model itself is asked for first."""
+"""Value of ``pipeline.goals``: the model itself is asked for the goals first."""
 
 
 STUDY = "pipeline"
@@ -49,38 +49,38 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 """A model, and its answers to goal interpretation by task id."""
 
 
-def read_believed(
+def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
 ) -> BeliefSet:
-    """The goals that answers in a file or folder state, for the second stage (`read_interpretations`).
+    """Return the goals that answers in a file or folder state, as beliefs (`read_interpretations`).
 
     Raises:
-        InputError: the second stage is no ability whose questions state goals, or there are no such answers.
+        InputError: questions of the ability state no goals, or there are no answers.
     """
-    refuse_no_stage_two(ability)
-    return believe(read_interpretations(path, benchmark, source, model), benchmark, source)
+    check_stage_two(ability)
+    return make_goal_beliefs(read_interpretations(path, benchmark, source, model), benchmark, source)
 
 
-def refuse_no_stage_two(ability: Ability) -> None:
+def check_stage_two(ability: Ability) -> None:
     """Raise if questions of an ability state no goals."""
     if ability not in STAGE_TWO:
-        known = " and ".join(each.value for each in STAGE_TWO)
-        raise InputError(f"goals: questions of {known} state goals, those of {ability.value} do not")
+        names = " and ".join(stage.value for stage in STAGE_TWO)
+        raise InputError(f"goals: questions of {names} state goals, those of {ability.value} do not")
 
 
-def believe(
+def make_goal_beliefs(
     interpretations: Interpretations,
     benchmark: Benchmark,
     source: Source,
     scenes: Mapping[str, Belief] | None = None,
 ) -> BeliefSet:
-    """The goals that answers state for the tasks of a benchmark, judged under the default protocol.
+    """Return the goals that answers state for the tasks of a benchmark, judged under the default protocol.
 
     Args:
         interpretations: the answers.
         benchmark: the benchmark.
-        source: where its data comes from.
-        scenes: by task, the scene in which the answers are read, if it is not the task's own.
+        source: source of the benchmark's data.
+        scenes: by task id, the scene in which goals are read, if it is not the task's own.
     """
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
@@ -92,18 +92,18 @@ def believe(
             scene = (scenes or {}).get(task_id) or Belief(suite.tasks[task_id])
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = Belief(replace(scene.task, goals=goals), answer)
-            stated[task_id] = _judged(answer, task_id, suite)
+            stated[task_id] = _judge_goals(answer, task_id, suite)
     return BeliefSet(
         beliefs,
         Experiment({STUDY: make_name_choice("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
         {task_id: {STATED: belief.answer} for task_id, belief in beliefs.items()},
-        {task_id: {STUDY: each} for task_id, each in stated.items()},
+        {task_id: {STUDY: summary} for task_id, summary in stated.items()},
     )
 
 
-def _judged(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
-    """Return what records say of stated goals; they are scored under the default protocol."""
+def _judge_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
+    """Return the summary of stated goals for records; they are scored under the default protocol."""
     read = read_stated_goals(
         answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
     )
@@ -117,9 +117,9 @@ def _judged(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
 
 
 def goal_counts(verdict: object) -> Confusion:
-    """The goals that are right, those that are not, and those that are missed.
+    """Return the numbers of right goals, of other stated goals, and of missed goals.
 
-    Not right is all else that is stated: wrong goals, ill-formed ones, and such as name what does not exist.
+    The others are wrong goals, ill-formed goals, and goals that name something that does not exist.
     """
     if not isinstance(verdict, GoalVerdict) or verdict.counts is None:
         raise TypeError(f"{verdict} is no verdict on goals")
@@ -130,24 +130,24 @@ def goal_counts(verdict: object) -> Confusion:
 def read_interpretations(
     path: Path, benchmark: Benchmark, source: Source, model: str = ""
 ) -> Interpretations:
-    """The answers in a response file, in records, or in a folder of either, where records come first.
+    """Return the answers in a response file, in records, or in a folder of either. Records come first.
 
     Args:
         path: the file or folder.
-        benchmark: whose tasks they are answers to.
-        source: where its data comes from.
-        model: whose answers are wanted where there are those of several.
+        benchmark: the benchmark of the answers.
+        source: source of the benchmark's data.
+        model: the model whose answers are wanted, if the folder has those of several.
 
     Raises:
-        InputError: there are none, or those of several models and none of the one that is wanted, or those of
-            several runs of the model.
+        InputError: there are no answers, none of several models is the wanted one, or the model has several
+            runs.
     """
     are_records = path.suffix == ".jsonl"
     records = files_below(path, RECORDS) if path.is_dir() else [path] * are_records
-    found = list(_in_records(records, benchmark))
-    if not found and not are_records:
-        found = list(_in_responses(path, benchmark, source))
-    by_model, wanted = group_pairs(found), f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
+    answers = list(_read_from_records(records, benchmark))
+    if not answers and not are_records:
+        answers = list(_read_from_responses(path, benchmark, source))
+    by_model, wanted = group_pairs(answers), f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
     chosen = next(iter(by_model)) if len(by_model) == 1 else to_file_name(model) if model else ""
     if chosen not in by_model:
         names = ", ".join(sorted(by_model)) or "none"
@@ -158,7 +158,7 @@ def read_interpretations(
     return chosen, runs[0]
 
 
-def _in_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretations]:
+def _read_from_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretations]:
     for file in files:
         answers: dict[str, dict[str, str]] = {}
         for record in read_records(file):
@@ -169,40 +169,40 @@ def _in_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretat
         yield from answers.items()
 
 
-def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[Interpretations]:
+def _read_from_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[Interpretations]:
     task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
     for file in find_files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
         read = read_responses(file, task_ids, benchmark.data.task_id_of)
-        yield read.model, {each.task_id: each.text for each in read.responses}
+        yield read.model, {response.task_id: response.text for response in read.responses}
 
 
-def interpreted(goals: str, stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-    """The goals that a model interpreted, once for each model and domain.
+def find_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+    """Return the goals that a model interpreted, found once for each model and domain.
 
     Args:
         goals: `OWN`, or the file or folder with the answers.
-        stage: where the model is asked.
+        stage: the stage in which the model is asked.
         endpoint: the model.
-        suite: what is asked afterwards.
+        suite: the suite that is asked afterwards.
 
     Raises:
-        InputError: there are no such answers, or none to any of the tasks.
+        InputError: there are no answers, or none to any of the run's tasks.
     """
     key = (endpoint.model, suite.domain)
-    if key not in stage.known:
+    if key not in stage.found_beliefs:
         if goals == OWN:
-            found = _own(stage, endpoint, suite)
+            answers = _ask_for_goals(stage, endpoint, suite)
         else:
-            found = read_interpretations(Path(goals), suite.benchmark, suite.source, endpoint.model)
-        scenes = None if stage.before is None else stage.before.believed(endpoint, suite).beliefs
-        stage.known[key] = believe(found, suite.benchmark, suite.source, scenes)
-    if not stage.known[key].beliefs.keys() & set(stage.wanted[suite.domain]):
+            answers = read_interpretations(Path(goals), suite.benchmark, suite.source, endpoint.model)
+        scenes = None if stage.previous is None else stage.previous.collect_beliefs(endpoint, suite).beliefs
+        stage.found_beliefs[key] = make_goal_beliefs(answers, suite.benchmark, suite.source, scenes)
+    if not stage.found_beliefs[key].beliefs.keys() & set(stage.task_ids[suite.domain]):
         raise InputError(f"goals {goals}: none of the tasks has an answer to goal interpretation")
-    return stage.known[key]
+    return stage.found_beliefs[key]
 
 
-def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-    """The subgoals that a model lists for its own goals, once for each model and domain.
+def find_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+    """Return the subgoals that a model lists for its own goals, found once for each model and domain.
 
     Raises:
         InputError: published prompts cannot state subgoals.
@@ -210,25 +210,25 @@ def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
     if stage.library.prompts == "official" and suite.benchmark.data.prompts is not None:
         raise InputError("pipeline.subgoals: published prompts state no subgoals; ask ours (--set eai)")
     key = (endpoint.model, suite.domain)
-    if key not in stage.known:
-        asked = open_suite(
+    if key not in stage.found_beliefs:
+        subgoal_suite = open_suite(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         prompts = stage.library.open(suite.benchmark, Ability.SUBGOAL_DECOMPOSITION)
-        wanted = {i: prompts[i] for i in asked.task_ids if i in stage.wanted[suite.domain]}
-        answers = stage.answers(endpoint, wanted, asked, first=stage.before)
-        goals = None if stage.before is None else stage.before.believed(endpoint, suite)
-        stage.known[key] = with_subgoals(goals, (to_file_name(endpoint.model), answers), asked)
-    return stage.known[key]
+        wanted = {i: prompts[i] for i in subgoal_suite.task_ids if i in stage.task_ids[suite.domain]}
+        answers = stage.ask_for_answers(endpoint, wanted, subgoal_suite, first=stage.previous)
+        goals = None if stage.previous is None else stage.previous.collect_beliefs(endpoint, suite)
+        stage.found_beliefs[key] = add_subgoals(goals, (to_file_name(endpoint.model), answers), subgoal_suite)
+    return stage.found_beliefs[key]
 
 
-def with_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite) -> BeliefSet:
-    """The subgoals that answers list, below the goals that questions state; unreadable answers list none.
+def add_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite) -> BeliefSet:
+    """Return the beliefs with the subgoals that answers list; unreadable answers list none.
 
     Args:
-        goals: the goals.
+        goals: the beliefs with goals.
         listed: a model, and its answers to subgoal decomposition.
-        suite: subgoal decomposition.
+        suite: the suite of subgoal decomposition.
     """
     model, answers = listed
     beliefs: dict[str, Belief] = {}
@@ -250,31 +250,33 @@ def with_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite
     )
 
 
-def summary_of(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
-    """Return what records say of the goals and subgoals that a question stated; the suite is the question's.
+def summarize_goals(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+    """Return the summary of the goals and subgoals that a question stated.
 
     Args:
         record: the record of the answer.
-        suite: the suite of the record.
+        suite: the suite of the question.
         about: the metadata of the question, with the answers whose goals and subgoals it stated.
     """
     task_id, models = record.task_id, record.study[STUDY].options
     if STATED not in about:
         return {}
-    believed = believe((models["goals_from"], {task_id: about[STATED]}), suite.benchmark, suite.source)
+    believed = make_goal_beliefs(
+        (models["goals_from"], {task_id: about[STATED]}), suite.benchmark, suite.source
+    )
     if SUBGOALS in about:
-        asked = open_suite(
+        subgoal_suite = open_suite(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: about[SUBGOALS]}
-        believed = believed.combine(with_subgoals(believed, listed, asked))
+        believed = believed.combine(add_subgoals(believed, listed, subgoal_suite))
     return believed.summaries.get(task_id, {}).get(STUDY, {})
 
 
-def _own(stage: Stage, endpoint: Endpoint, suite: Suite) -> Interpretations:
-    """The answers of the model itself."""
+def _ask_for_goals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> Interpretations:
+    """Return the model's own answers to goal interpretation."""
     first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
     prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
-    wanted = [task_id for task_id in first.task_ids if task_id in stage.wanted[suite.domain]]
-    asked = {task_id: prompts[task_id] for task_id in wanted}
-    return to_file_name(endpoint.model), stage.answers(endpoint, asked, first, first=stage.before)
+    wanted = [task_id for task_id in first.task_ids if task_id in stage.task_ids[suite.domain]]
+    chosen = {task_id: prompts[task_id] for task_id in wanted}
+    return to_file_name(endpoint.model), stage.ask_for_answers(endpoint, chosen, first, first=stage.previous)

@@ -1,4 +1,4 @@
-"""Pipelines: a model's interpreted goals in the place of the task's, against the same ability alone."""
+"""Pipelines: questions state goals that a model interpreted, compared with the modular run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing_extensions import Self
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import Ask, Stage, Variation
+from eai.studies.variation import AskModel, FirstStage, Variation
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from eai.studies.records import Records
 
 
-class _Pipeline(Variation):
-    """Whose goals the questions state instead of the task's.
+class _PipelineOptions(Variation):
+    """Which goals the questions state instead of the task's.
 
     Attributes:
         goals: Ask with interpreted goals: the model's own, asked for first (own), or those in a file or
             folder of answers to goal interpretation (its path).
-        subgoals: Ask for plans with the subgoals, too, that the model itself lists for these goals (own).
+        subgoals: Ask for plans with subgoals too, which the model itself lists for these goals (own).
     """
 
     goals: str | None = None
@@ -44,33 +44,33 @@ class _Pipeline(Variation):
 
     @property
     def choice(self) -> str:
-        """Interpreted goals."""
+        """The option of interpreted goals, if it is chosen."""
         return "" if self.goals is None else "pipeline.goals"
 
     @property
     def heading(self) -> str:
-        """Whose goals they are."""
+        """One line that names the source of the goals."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
-    def recorded(self, study: str) -> None:
+    def record_choice(self, study: str) -> None:
         """Return None: the stage states the models whose goals and subgoals questions state."""
 
     @property
-    def states(self) -> Literal["", "scene", "goals"]:
+    def changed_part(self) -> Literal["", "scene", "goals"]:
         """The goals."""
         return "goals"
 
-    def abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Those whose questions state goals.
+    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Return the abilities whose questions state goals; only named ones if any are named.
 
         Raises:
-            InputError: one that is named does not.
+            InputError: the questions of a named ability state no goals.
         """
-        from eai.studies.pipeline.stage_one import STAGE_TWO, refuse_no_stage_two
+        from eai.studies.pipeline.stage_one import STAGE_TWO, check_stage_two
 
-        for each in named:
-            refuse_no_stage_two(each)
-        chosen = [each for each in PAPER_ABILITIES if each in (named or STAGE_TWO)]
+        for ability in named:
+            check_stage_two(ability)
+        chosen = [ability for ability in PAPER_ABILITIES if ability in (named or STAGE_TWO)]
         if self.subgoals is None:
             return chosen
         if Ability.ACTION_SEQUENCING not in chosen:
@@ -79,44 +79,50 @@ class _Pipeline(Variation):
             )
         return [Ability.ACTION_SEQUENCING]
 
-    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage:
-        """Goal interpretation, and subgoal decomposition for its goals if that is chosen."""
-        from eai.studies.pipeline.stage_one import chained, interpreted
+    def make_stage(
+        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+    ) -> FirstStage:
+        """Return the stage of goal interpretation, or that of subgoal decomposition after it if chosen."""
+        from eai.studies.pipeline.stage_one import find_goals, find_subgoals
 
-        first = Stage(library, wanted, ask, partial(interpreted, str(self.goals)))
-        return first if self.subgoals is None else Stage(library, wanted, ask, chained, before=first)
+        first = FirstStage(library, wanted, ask, partial(find_goals, str(self.goals)))
+        return (
+            first
+            if self.subgoals is None
+            else FirstStage(library, wanted, ask, find_subgoals, previous=first)
+        )
 
 
-class _Choices(Options):
+class _PipelineChoices(Options):
     """How a pipeline is compared.
 
     Attributes:
-        goals: The answers to goal interpretation: says which conditions are missing, and finds what a perfect
+        goals: The answers to goal interpretation. They show which conditions are missing, and what a perfect
             second stage would reach.
-        search: With goals, search for plans (half a minute a hundred tasks).
+        search: With goals, search for plans (half a minute per hundred tasks).
     """
 
     goals: Path | None = None
     search: bool = True
 
 
-def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
+def _analyze(records: Records, chosen: _PipelineChoices) -> Iterator[Analysis]:
     from eai.studies.pipeline.analysis import analyze
 
     return analyze(records, chosen.goals, search=chosen.search)
 
 
 def _summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
-    from eai.studies.pipeline.stage_one import summary_of
+    from eai.studies.pipeline.stage_one import summarize_goals
 
-    return summary_of(record, suite, about)
+    return summarize_goals(record, suite, about)
 
 
 PIPELINE = Study(
     "pipeline",
     "Interpreted goals (action sequencing, subgoal decomposition).",
-    _Pipeline,
-    choices=_Choices,
+    _PipelineOptions,
+    choices=_PipelineChoices,
     analyze=_analyze,
     summarize=_summarize,
 )

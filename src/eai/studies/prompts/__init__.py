@@ -1,1 +1,1 @@
-"""How much depends on the way in which a question is put."""
+"""Prompts: how much results depend on the wording of questions."""

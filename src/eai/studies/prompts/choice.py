@@ -1,4 +1,4 @@
-"""The name of prompts as the choice of a run."""
+"""The named prompts of a run, as records store them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ STUDY = "prompts"
 _PLACE = 40
 
 
-def of_prompts(name: str | None) -> Experiment:
+def make_prompts_experiment(name: str | None) -> Experiment:
     """Return the experiment of a run whose prompts have a name, or a plain experiment if the name is None."""
     if name is None:
         return Experiment()

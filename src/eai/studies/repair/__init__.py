@@ -1,1 +1,1 @@
-"""How far failed answers are from right ones, and what mends them."""
+"""Repair: the distance of failed answers from right ones, and the edits that make them right."""

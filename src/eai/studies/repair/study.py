@@ -1,4 +1,4 @@
-"""Repair: how many edits failed answers are from right ones, of which kinds, and where."""
+"""Repair: the number, kinds and steps of the edits that make failed answers right."""
 
 from __future__ import annotations
 
@@ -17,100 +17,100 @@ from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
-_FAR = 5
-"""Distances from here on are counted together."""
+_MAX_DISTANCE = 5
+"""Distances of this number of edits or more are counted together."""
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    mended = [(run.key, found) for run in records.runs() if (found := list(_mended(run)))]
-    mended.sort(key=lambda each: each[0].order)
-    tables = [_distances(mended), _edits(mended), _kinds(mended), _causes(mended)]
+    repairs = [(run.key, pairs) for run in records.runs() if (pairs := list(_list_repairs(run)))]
+    repairs.sort(key=lambda pair: pair[0].order)
+    tables = [_distances(repairs), _edits(repairs), _kinds(repairs), _causes(repairs)]
     if not tables[0].rows:
         raise InputError(
             "no record has a repair; eai score --look-back 20000 puts one into each failed answer"
         )
-    yield Analysis(tables, shown=tables[:1])
+    yield Analysis(tables, screen_tables=tables[:1])
 
 
-def _mended(run: Run) -> Iterator[tuple[Record, Repair]]:
-    """The failed answers of a run of which a repair is told, each with it."""
+def _list_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
+    """Yield each failed answer of a run that has a recorded repair, with the repair."""
     for record in run.records:
         repair = record.verdict.repair
         if repair is not None and repair.at_most != 0:
             yield record, repair
 
 
-_Mended = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
+_RepairsByRun = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
 
 
-def _share(found: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> Estimate:
-    return share_of([record for record, _ in found], counted)
+def _share(answers: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> Estimate:
+    return share_of([record for record, _ in answers], counted)
 
 
 @make_table("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
-def _distances(mended: _Mended) -> Iterator[Row]:
+def _distances(repairs: _RepairsByRun) -> Iterator[Row]:
     """How far failed answers are from right ones.
 
-    Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. unknown:
-    those of which nothing is known, unreadable ones above all; exact: those whose number is known, within_2:
-    whose bounds differ by two at most, one_edit: that one edit mends, in percent of the others.
+    Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. unknown: no
+    bounds are known, mostly because answers are unreadable. In percent of the others: exact (the number is
+    known), within_2 (its bounds differ by at most two), and one_edit (a single edit suffices).
     """
-    for key, answers in mended:
-        found = _bounded(answers)
-        if not found:
+    for key, answers in repairs:
+        bounded = _select_bounded(answers)
+        if not bounded:
             continue
-        near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in found]
-        exact = [r.distance is not None for _, r in found]
-        single = [r.distance == 1 for _, r in found]
-        shares = [_share(found, counted) for counted in (exact, near, single)]
-        yield (*key.cells, len(found), len(answers) - len(found), *shares)
+        near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in bounded]
+        exact = [r.distance is not None for _, r in bounded]
+        single = [r.distance == 1 for _, r in bounded]
+        shares = [_share(bounded, counted) for counted in (exact, near, single)]
+        yield (*key.cells, len(bounded), len(answers) - len(bounded), *shares)
 
 
-def _bounded(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Repair]]:
-    """The answers of whose distance something is known."""
+def _select_bounded(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Repair]]:
+    """Return the answers whose distance has known bounds."""
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
 
 @make_table("edits", (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"))
-def _edits(mended: _Mended) -> Iterator[Row]:
+def _edits(repairs: _RepairsByRun) -> Iterator[Row]:
     """How many edits it takes.
 
-    Failed answers whose distance is known, by distance. ties: of those at one edit, how many single edits
-    make them right, in the median.
+    Failed answers with a known distance, by distance. ties: median number of single edits that make an answer
+    right, among answers at a distance of one.
     """
-    for key, answers in mended:
-        found = _bounded(answers)
-        times = Counter(min(r.distance, _FAR) for _, r in found if r.distance is not None)
-        ties = [r.ties for _, r in found if r.ties is not None]
+    for key, answers in repairs:
+        bounded = _select_bounded(answers)
+        times = Counter(min(r.distance, _MAX_DISTANCE) for _, r in bounded if r.distance is not None)
+        ties = [r.ties for _, r in bounded if r.ties is not None]
         if times:
-            counts = [times[distance] for distance in range(1, _FAR + 1)]
+            counts = [times[distance] for distance in range(1, _MAX_DISTANCE + 1)]
             yield (*key.cells, *counts, median(ties) if ties else None)
 
 
 @make_table("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), max_shown_rows=20)
-def _kinds(mended: _Mended) -> Iterator[Row]:
+def _kinds(repairs: _RepairsByRun) -> Iterator[Row]:
     """Which kinds of edits suffice.
 
-    Answers that one edit mends, by what they came to: the set of the kinds of all single edits that make them
-    right, in percent of those that came to the same.
+    Answers that one edit makes right, by outcome and by the set of kinds of all such single edits, in percent
+    of the answers with the same outcome.
     """
-    for key, answers in mended:
+    for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.kinds]
         for error in sorted({outcome_of(record).value for record, _ in near}):
             of_error = [(r, repair) for r, repair in near if outcome_of(r).value == error]
             sets = [" or ".join(repair.kinds) for _, repair in of_error]
-            for kinds, number in sorted(Counter(sets).items(), key=lambda each: (-each[1], each[0])):
+            for kinds, number in sorted(Counter(sets).items(), key=lambda pair: (-pair[1], pair[0])):
                 yield (*key.cells, error, kinds, number, _share(of_error, [s == kinds for s in sets]))
 
 
 @make_table("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
-def _causes(mended: _Mended) -> Iterator[Row]:
+def _causes(repairs: _RepairsByRun) -> Iterator[Row]:
     """Where the cause lies.
 
-    Answers that one edit mends, by what all such edits have in common: a step, an inserted action (interval),
-    or nothing. earlier: where it is a step, those whose step is before the one that failed, in percent.
+    Answers that one edit makes right, by what all such edits share: a step, the place of an inserted action
+    (interval), or nothing (several). earlier: percent of shared steps that come before the failed step.
     """
-    for key, answers in mended:
+    for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]
         blamed = [(record, repair) for record, repair in near if repair.blame == "step"]
         shown = [(record.verdict.error, repair.blamed) for record, repair in blamed]

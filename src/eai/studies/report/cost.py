@@ -1,4 +1,4 @@
-"""The cost of answers, as a section of a report and as a table, beside what the paper's cost."""
+"""The cost of answers, as a section of a report and as a table, with the paper's cost for comparison."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ models in 8 suites (144), with {queries:,} queries. It does not say which tokens
 each model took, so that only what a query costs can be set beside other runs, and only roughly."""
 
 
-_Place: TypeAlias = "tuple[str, str, Ability | None]"
-"""The model, the domain and the ability of a line; of the line of all together an empty domain and None."""
+_CostKey: TypeAlias = "tuple[str, str, Ability | None]"
+"""Model, domain and ability of a row; the row of the total has an empty domain and None."""
 
 
-def _row(place: _Place, spent: Spending) -> dict[str, Plain]:
-    """A line as ``cost.csv`` has it, by column."""
-    (model, domain, ability), usage, answers = place, spent.usage, spent.answers
+def _csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:
+    """Return a row of ``cost.csv``, by column."""
+    (model, domain, ability), usage, answers = key, spent.usage, spent.answers
     return {
         "model": model,
         "domain": domain or None,
@@ -55,10 +55,10 @@ def _row(place: _Place, spent: Spending) -> dict[str, Plain]:
     }
 
 
-def _shown(place: _Place, spent: Spending) -> dict[str, str]:
-    """A line as the report shows it, by heading."""
-    (model, domain, ability), usage, answers = place, spent.usage, spent.answers
-    known = "≥ " if spent.unpriced_answers else ""
+def _report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
+    """Return a row of the report, by heading."""
+    (model, domain, ability), usage, answers = key, spent.usage, spent.answers
+    bound = "≥ " if spent.unpriced_answers else ""
     return {
         "model": escape_markdown(model),
         "suite": suite_title(domain, ability) if ability else "",
@@ -67,20 +67,20 @@ def _shown(place: _Place, spent: Spending) -> dict[str, str]:
         "out": _number(usage.output_tokens),
         "of them reasoning": _number(usage.reasoning_tokens),
         "an answer": _number(divide_amount(spent.tokens, answers)),
-        "dollars": _number(usage.cost, 2, known),
-        "per 1,000 answers": _number(divide_amount(_thousandfold(usage.cost), answers), 2, known),
+        "dollars": _number(usage.cost, 2, bound),
+        "per 1,000 answers": _number(divide_amount(_thousandfold(usage.cost), answers), 2, bound),
     }
 
 
 def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool) -> Iterator[str]:
-    """The section; nothing where no record says what its answer took.
+    """Yield the section on cost; nothing if no record has token counts.
 
     Args:
-        runs: all runs, experiments too.
-        prices: what tokens cost that were not priced when they were asked for.
-        with_paper: whether the paper's cost stands below.
+        runs: all runs, including experiments.
+        prices: prices of tokens, for answers that have none recorded.
+        with_paper: whether the paper's cost is added below.
     """
-    lines = [_shown(place, spent) for place, spent in _spent_by(runs, prices).items()]
+    lines = [_report_row(key, spent) for key, spent in _sum_by_run(runs, prices).items()]
     if not lines:
         return
     yield "## What the answers cost\n"
@@ -101,21 +101,21 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
 
 
 def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
-    """The same as CSV, without the paper; None where no record says what its answer took."""
-    rows = [_row(place, spent) for place, spent in _spent_by(runs, prices).items()]
+    """Return the cost of all runs as CSV; None if no record has token counts."""
+    rows = [_csv_row(key, spent) for key, spent in _sum_by_run(runs, prices).items()]
     return rows_csv(rows) if rows else None
 
 
-def _spent_by(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_Place, Spending]:
-    """The cost of each run, under whichever protocol comes first, and of all if there are several."""
-    known = {} if prices is None else {to_file_name(name): price for name, price in prices.models.items()}
-    found: dict[_Place, Spending] = {}
+def _sum_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_CostKey, Spending]:
+    """Return the cost of each run, under its first protocol, and a total if there are several runs."""
+    price_of = {} if prices is None else {to_file_name(name): price for name, price in prices.models.items()}
+    spending: dict[_CostKey, Spending] = {}
     for item in runs:
         if item.spent.answers:
-            place = item.key.name, item.key.domain, item.key.ability
-            found.setdefault(place, item.spent.apply_price(known.get(to_file_name(item.key.model))))
-    together = {("together", "", None): sum(found.values(), Spending())}
-    return found | together if len(found) > 1 else found
+            key = item.key.name, item.key.domain, item.key.ability
+            spending.setdefault(key, item.spent.apply_price(price_of.get(to_file_name(item.key.model))))
+    total = {("together", "", None): sum(spending.values(), Spending())}
+    return spending | total if len(spending) > 1 else spending
 
 
 @make_table("per_success", ("model", "suite", *_KINDS), title="")
@@ -133,7 +133,7 @@ def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
 
 
 def _ratio(cases: Cases) -> Cell:
-    """All that was spent for each success; where there is none, at least that."""
+    """Return the amount per success; without a success, the whole amount as a lower bound."""
     if not cases:
         return None
     rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)

@@ -1,6 +1,7 @@
-"""The report as one Markdown page: tables, how sure the main results are, and how near the paper's they come.
+"""The report as one Markdown page: tables, certainty of the main results, and agreement with the paper.
 
-How sure: with and without regard to near copies. How near: our numbers for the paper's models, cell by cell.
+Certainty: intervals over names of tasks and over single tasks. Agreement: our numbers for the paper's models,
+cell by cell.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ STRATA: Mapping[str, range] = {
     **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},
     "33 steps or more": range(33, 1_000_000),
 }
-"""The strata of lengths of plans."""
+"""Ranges of lengths of plans, by their labels."""
 
-DIGIT = 0.056
-"""A difference that the printed digit hides; the paper rounds to two digits and then to one."""
+ROUNDING_DIFFERENCE = 0.056
+"""Maximum difference by rounding, in percentage points: the paper rounds to two digits, then to one."""
 
 
-def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
-    """Rows on the runs under the paper's protocol of its models: how near the figures of each table are.
+def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
+    """Return rows that compare runs of the paper's models with the figures of each table of the paper.
 
-    A run is of such a model if it has the name of the published response file. Those that are not ranked are
-    left out.
+    The runs are those under the paper's protocol that have the name of a published response file. Unranked
+    runs are left out.
     """
     setting = read_paper_setting()
     ours = [
@@ -47,19 +48,19 @@ def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
         and item.key.model in read_paper_models()
         and item.coverage.ranked
     ]
-    found = group_pairs(
+    by_table = group_pairs(
         ((table.title, suite_title(item.key.domain, item.key.ability)), pair)
         for table in map(read_paper_table, setting.full_tables)
         for item in ours
         for pair in _pairs(table, item)
     )
-    return [_agreement(table, suite, pairs) for (table, suite), pairs in found.items()]
+    return [_agreement(table, suite, pairs) for (table, suite), pairs in by_table.items()]
 
 
 def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> dict[str, str]:
-    """The row of one ability's cells of one table of the paper."""
+    """Return the row of one ability's cells in one table of the paper."""
     largest, where = max(pairs, key=itemgetter(0))
-    bounds = {"to the digit": DIGIT, "within 1": 1, "within 2": 2}
+    bounds = {"to the digit": ROUNDING_DIFFERENCE, "within 1": 1, "within 2": 2}
     return {
         "table": table,
         "suite": suite,
@@ -74,7 +75,7 @@ def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> di
 
 
 def _pairs(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
-    """How far our figures are from the paper's, in percentage points, and which they are."""
+    """Yield each difference from the paper's figures, in percentage points, with a text that names it."""
     model = read_paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
@@ -92,7 +93,7 @@ neither ranked nor in bold. Rows marked *floor* are null models: what is earned 
 protocol says what the numbers mean: `strict` is what the paper defines, `eai-1.0.5` gives the verdicts of the
 reference package, defects included, and is the one to set beside published numbers. Each has tables of its
 own."""
-_BESIDES = """\
+_OTHER_PAPER_TABLES = """\
 The paper's tables of a few models, or of other ways to ask, in percent and in the paper's order. A run
 stands above the paper's rows where it measures the same: under `eai-1.0.5`, each answer asked for once."""
 _EXPERIMENTS = """\
@@ -108,25 +109,29 @@ def report_markdown(
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
     experiments: Sequence[Ranking],
-    besides: Sequence[Ranking],
+    other_paper_tables: Sequence[Ranking],
     cost: str,
     *,
     with_paper: bool,
 ) -> str:
-    """The page; what the answers cost is a section of it, if there is one."""
+    """Return the page. The section on cost is added at the end if it is not empty."""
     plain = plain_runs(runs)
     blocks = [
         "# Results\n",
         _INTRODUCTION + "\n",
         *_tables(tables),
-        *_titled("Experiments", _EXPERIMENTS, experiments),
-        *_titled("What the paper reports besides", _BESIDES, besides),
+        *_tables_section("Experiments", _EXPERIMENTS, experiments),
+        *_tables_section("What the paper reports besides", _OTHER_PAPER_TABLES, other_paper_tables),
         *(_cards() if with_paper else ()),
         *_strata(plain),
-        *_section("How sure the numbers are", _certainty_rows(plain), _CERTAINTY, unnamed_remark(plain)),
-        *_repeated(runs),
+        *_section(
+            "How sure the numbers are", _certainty_rows(plain), _CERTAINTY, write_unnamed_remark(plain)
+        ),
+        *_epochs_section(runs),
         *_protocols(plain),
-        *_section("Against the paper, cell by cell", agreements(plain) if with_paper else (), _AGREEMENT),
+        *_section(
+            "Against the paper, cell by cell", compare_with_paper(plain) if with_paper else (), _AGREEMENT
+        ),
         *_outcomes(plain),
         *_runs(runs),
         *([cost] if cost else []),
@@ -142,20 +147,22 @@ def _tables(tables: Sequence[Ranking]) -> Iterator[str]:
             yield table_markdown(table.table())
 
 
-def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
-    """A section of tables of one kind; several protocols may have one of the same title."""
+def _tables_section(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
+    """Yield a section of tables; titles that occur under several protocols name the protocol."""
     if tables:
         yield f"## {title}\n"
         yield f"{introduction}\n"
     for table in tables:
-        alike = [each.protocol for each in tables if (each.title, each.domain) == (table.title, table.domain)]
-        rules = f", protocol {table.protocol.value}" if len(alike) > 1 else ""
-        yield f"### {table.title}, {title_of(table.domain)}{rules}\n"
+        protocols = [
+            other.protocol for other in tables if (other.title, other.domain) == (table.title, table.domain)
+        ]
+        suffix = f", protocol {table.protocol.value}" if len(protocols) > 1 else ""
+        yield f"### {table.title}, {title_of(table.domain)}{suffix}\n"
         yield table_markdown(table.table())
 
 
 def _cards() -> Iterator[str]:
-    """The section of the paper's models."""
+    """Yield the section on the paper's models."""
     cards = model_cards()
     yield f"## {cards.title}\n"
     yield f"{cards.definition}\n"
@@ -163,21 +170,21 @@ def _cards() -> Iterator[str]:
 
 
 def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:
-    """A section with a table of cells by heading, below some paragraphs; nothing if it has no rows."""
+    """Yield a section with paragraphs and a table, given as cells by heading; nothing if it has no rows."""
     written = list(rows)
     if written:
         yield f"## {title}\n"
-        yield from (f"{each}\n" for each in paragraphs if each)
+        yield from (f"{paragraph}\n" for paragraph in paragraphs if paragraph)
         yield "\n".join(grid([*written[0]], [[*row.values()] for row in written])) + "\n"
 
 
-def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """The runs of which there are several epochs: whether one answer to a task is right, or all are."""
+def _epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """Yield the section on runs with several epochs: is one answer to a task right, or are all?"""
     groups = group_pairs(pair for item in runs for pair in _epoch(item))
     if not groups:
         return
     table = passes_table(
-        {f"{key.name}, {suite_title(key.domain, key.ability)}": each for key, each in groups.items()}
+        {f"{key.name}, {suite_title(key.domain, key.ability)}": cases for key, cases in groups.items()}
     )
     yield f"## {table.title}\n"
     yield f"{table.definition}.\n"
@@ -185,27 +192,27 @@ def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _epoch(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
-    """The run that a run is an epoch of, and which of its answers are right; nothing of any other run."""
+    """Yield the key of the run that this run is an epoch of, with its successes; nothing for other runs."""
     metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
         yield item.key._replace(model=model), item.cases.get(metric, ())
 
 
 def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """The main metrics of runs that are there under every protocol of the report."""
+    """Yield the section on runs that were scored under every protocol of the report."""
     by_key = {item.key: item for item in runs}
     used = {key.protocol for key in by_key}
-    protocols = sorted(used, key=lambda each: (each.value != read_paper_setting().protocol, each.value))
+    protocols = sorted(used, key=lambda item: (item.value != read_paper_setting().protocol, item.value))
     rows = []
     for key in by_key:
-        alike = [by_key.get(key._replace(protocol=protocol)) for protocol in protocols]
-        found = [run for run in alike if run is not None]
-        if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
-            answered = " ".join(dict.fromkeys(str(run.coverage) for run in found))
+        by_protocol = [by_key.get(key._replace(protocol=protocol)) for protocol in protocols]
+        scored = [run for run in by_protocol if run is not None]
+        if key.protocol is protocols[0] and len(scored) == len(protocols) > 1:
+            answered = " ".join(dict.fromkeys(str(run.coverage) for run in scored))
             for metric in declaration_of(key.ability).overview_headings:
                 row = {"model": escape_markdown(key.name), "suite": suite_title(key.domain, key.ability)}
                 row |= {"answered": answered, "metric": label_of(metric)}
-                row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in found}
+                row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in scored}
                 rows.append(row)
     yield from _section("Both protocols", rows)
 
@@ -213,43 +220,44 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
 def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = (
-        _named(item) | {label_of(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
+        _run_cells(item)
+        | {label_of(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
         for item in runs
     )
     yield from _section("Outcomes of answers", rows)
 
 
 def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """The section on success by length of the data set's own plan, and on goals by what they speak of."""
+    """Yield the sections on success by length of the annotated plan, and on goals by predicate."""
     for suite, items in group_pairs((_run_suite(item), item) for item in runs).items():
         if items[0].breakdown.flow is not None:
             names = [escape_markdown(item.key.name) for item in items]
             rows = [
-                {"tasks or goals": label, **dict(zip(names, map(_counted, rates), strict=True))}
-                for label, rates in (*_by_length(items), *_by_predicate(items))
+                {"tasks or goals": label, **dict(zip(names, map(_rate_text, rates), strict=True))}
+                for label, rates in (*_length_rows(items), *_predicate_rows(items))
             ]
             yield from _section(f"By length of plan and kind of goal: {suite}", rows, _STRATA)
 
 
-def _by_length(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
-    """Success in each stratum, a row a stratum and a cell a run."""
+def _length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+    """Yield a row per stratum: its label, and the success of each run."""
     for label, steps in STRATA.items():
-        found = [
+        shares = [
             [case.share for n, cases in item.breakdown.by_length.items() if n in steps for case in cases]
             for item in items
         ]
-        if any(found):
-            yield f"plan of {label}", [*map(rate_of, found)]
+        if any(shares):
+            yield f"plan of {label}", [*map(rate_of, shares)]
 
 
-def _by_predicate(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
-    """The goals met of those that speak of each predicate, a row a predicate."""
+def _predicate_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+    """Yield a row per predicate: its label, and the share of its goals that each run meets."""
     tables = [item.breakdown.by_predicate for item in items]
     for name in sorted({name for table in tables for name in table}):
         yield f"goals on {escape_markdown(name)}", [table.get(name, NOTHING) for table in tables]
 
 
-def _counted(rate: Rate) -> str:
+def _rate_text(rate: Rate) -> str:
     if not rate.denominator:
         return "–"
     return f"{_percent(rate.percent)} ({round(rate.numerator, 1):g}/{rate.denominator:g})"
@@ -257,7 +265,7 @@ def _counted(rate: Rate) -> str:
 
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     rows = [
-        _named(item)
+        _run_cells(item)
         | {
             "answered": str(item.coverage),
             "excluded": str(sum(item.excluded.values())),
@@ -274,14 +282,14 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         if item.errata is not None and item.errata.remark is not None
     )
     if remarks:
-        yield "\n".join(f"* {each}" for each in remarks) + "\n"
+        yield "\n".join(f"* {remark}" for remark in remarks) + "\n"
     reasons = {reason for item in runs for reason in item.excluded}
     if reasons:
         yield "Excluded: " + "; ".join(escape_markdown(reason) for reason in sorted(reasons)) + ".\n"
 
 
-def _named(item: RunSummary) -> dict[str, str]:
-    """The cells that say what run a row is of."""
+def _run_cells(item: RunSummary) -> dict[str, str]:
+    """Return the cells that identify the run of a row."""
     return {"model": escape_markdown(item.key.name), "suite": _run_suite(item)}
 
 
@@ -306,8 +314,8 @@ _UNNAMED = (
 )
 
 
-def unnamed_remark(runs: Sequence[RunSummary]) -> str:
-    """The remark on runs whose records do not describe their tasks; empty if there are none."""
+def write_unnamed_remark(runs: Sequence[RunSummary]) -> str:
+    """Return the remark on runs whose records do not describe their tasks; empty if there are none."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 
@@ -318,7 +326,7 @@ def _certainty_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
             certainty = item.certainties.get(metric)
             if certainty is not None:
                 effective = certainty.effective_tasks
-                yield _named(item) | {
+                yield _run_cells(item) | {
                     "metric": label_of(metric),
                     "percent": _percent(item.rates[metric].percent),
                     "mean over names": _percent(mean_over_names(item.cases[metric])),

@@ -1,8 +1,8 @@
-"""The explorer: one HTML file with everything in it, which opens from disk and reaches for nothing.
+"""The explorer: one HTML file with all data in it, which opens from disk without a network.
 
-Records are compact JSON, in which each text stands once. The page reads it with ``explorer/data.js``, which
-knows the same keys. Texts are numbers into ``texts``, steps and operators numbers into ``steps`` and
-``operators``, scenes and the tiles in them into ``scenes`` and ``tiles``; what is empty is left out.
+Records are compact JSON, and each text is stored once. The page reads it with ``explorer/data.js``, which
+uses the same keys. Texts are numbers into ``texts``; steps and operators are numbers into ``steps`` and
+``operators``; scenes and their tiles are numbers into ``scenes`` and ``tiles``. Empty values are left out.
 """
 
 from __future__ import annotations
@@ -34,29 +34,29 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorVerdict
 
 VERSION = 3
-"""The version of the format."""
+"""Version of the data format."""
 
-_PARTS = ("steps", "operators", "scenes", "tiles")
-"""The parts that are packed once, and are numbers where they stand."""
+_PACKED_KINDS = ("steps", "operators", "scenes", "tiles")
+"""Kinds of values that are stored once and referred to by numbers."""
 
 _VIEWER = "http://127.0.0.1:7575/#/logs"
-"""The address at which ``inspect view`` shows logs."""
+"""Address at which ``inspect view`` shows logs."""
 
 
 Owner: TypeAlias = Literal["agent", "object", "other"]
-"""The owner of a tile: the agent, an object that the task is about, or another one."""
+"""Owner of a tile: the agent, an object that the task is about, or another object."""
 
 
 @dataclass(slots=True)
 class Tile:
-    """The view of an object in a picture.
+    """One object in a picture of a scene.
 
     Attributes:
-        name: its name.
-        kind: whose it is.
-        marks: what is said of it alone.
-        lines: its relations to others, each a line.
-        zones: the tiles that lie in it, by the relation in which they do.
+        name: name of the object.
+        kind: owner of the tile.
+        marks: facts about the object alone.
+        lines: relations to other objects, each a line.
+        zones: tiles inside this tile, by the relation between them.
     """
 
     name: str
@@ -66,46 +66,48 @@ class Tile:
     zones: dict[str, list[Tile]] = field(default_factory=dict)
 
 
-Course: TypeAlias = Sequence[Sequence[Tile]]
-"""The outermost tiles at the start and after each step that was tried; nothing where they are not known."""
+TileScenes: TypeAlias = Sequence[Sequence[Tile]]
+"""Scenes at the start and after each attempted step, each as its outermost tiles; empty if unknown."""
 
 
 @dataclass(frozen=True, slots=True)
-class Background:
-    """The questions behind the answers of a domain, where they are at hand.
+class ExplorerBackground:
+    """Data on the questions behind the answers of a domain, as far as it is available.
 
     Attributes:
         prompts: ability -> task -> prompt.
         operators: operator -> its definition in the data set.
-        instructions: task -> what it is in natural language.
-        course: what gives the scenes that an answer passes through.
-        film: what gives the address of an answer's film beside the page; empty where there is none.
+        instructions: task -> the task in natural language.
+        find_scenes: returns the scenes of an answer; empty if they are unknown.
+        find_film: returns the address of an answer's film, relative to the page; empty without a film.
     """
 
     prompts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     operators: Mapping[str, str] = field(default_factory=dict)
     instructions: Mapping[str, str] = field(default_factory=dict)
-    course: Callable[[Record], Course] = lambda _: ()
-    film: Callable[[Record], str] = lambda _: ""
+    find_scenes: Callable[[Record], TileScenes] = lambda _: ()
+    find_film: Callable[[Record], str] = lambda _: ""
 
 
 def film_name(record: Record) -> str:
-    """The name of the file with the film of an answer in a folder of films, the same for equal answers."""
+    """Return the file name of an answer's film in a folder of films. Equal answers have the same name."""
     return f"{to_file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
 
 
 class ExplorerData:
-    """Runs are added one by one; what is kept of them is text.
+    """Collects runs as JSON text for the explorer.
 
     Args:
-        background: gives that of a domain, for which it is asked once.
+        background: returns the background of a domain. It is called once for each domain.
     """
 
-    def __init__(self, background: Callable[[str], Background] = lambda domain: Background()) -> None:
+    def __init__(
+        self, background: Callable[[str], ExplorerBackground] = lambda domain: ExplorerBackground()
+    ) -> None:
         self._background = cache(background)
         self._number_of_step = cache(self._step)
         self._number_of_operator = cache(self._operator)
-        self._known: dict[str, dict[str, int]] = {name: {} for name in ("texts", *_PARTS)}
+        self._numbers: dict[str, dict[str, int]] = {name: {} for name in ("texts", *_PACKED_KINDS)}
         self._runs: dict[RunKey, str] = {}
         self._prompts: dict[str, dict[str, Json]] = {}
         self._tasks: dict[str, dict[str, Json]] = {}
@@ -121,20 +123,20 @@ class ExplorerData:
             "log": run.log and [*run.log, f"{_VIEWER}/{quote(run.log[0])}/samples/sample"],
             "answers": [self._answer(record) for record in run.records],
         }
-        self._runs[key] = encode_for_script(_without_empty(packed))
-        asked = background.prompts.get(key.ability.value, {})
-        kept = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
+        self._runs[key] = encode_for_script(_drop_empty(packed))
+        prompts = background.prompts.get(key.ability.value, {})
+        stored = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
         tasks = self._tasks.setdefault(key.domain, {})
         for record in run.records:
             if record.task is not None and record.task_id not in tasks:
                 instruction = " ".join(background.instructions.get(record.task_id, "").split())
                 tasks[record.task_id] = [self._text(record.task.name), self._text(instruction)]
-            prompt = asked.get(record.task_id)
-            if prompt and record.task_id not in kept:
-                kept[record.task_id] = self._all(prompt.split("\n"))
+            prompt = prompts.get(record.task_id)
+            if prompt and record.task_id not in stored:
+                stored[record.task_id] = self._texts(prompt.split("\n"))
 
     def to_json(self) -> str:
-        """Everything as one JSON text that is safe inside a script element."""
+        """Return all data as one JSON text that is safe inside a script element."""
         domains = dict.fromkeys(key.domain for key in self._runs)
         content = {
             "version": encode_for_script(VERSION),
@@ -145,15 +147,15 @@ class ExplorerData:
             "gold": encode_for_script(
                 {domain: {**gold} for domain in domains if (gold := self._background(domain).operators)}
             ),
-            "texts": encode_for_script(list(self._known["texts"])),
-            **{name: _array(self._known[name]) for name in _PARTS},
+            "texts": encode_for_script(list(self._numbers["texts"])),
+            **{name: _array(self._numbers[name]) for name in _PACKED_KINDS},
         }
         return f"{{{','.join(f'{encode_for_script(name)}:{text}' for name, text in content.items())}}}"
 
     def _answer(self, record: Record) -> Json:
         verdict = record.verdict
         explanation = record.explanation or Explanation()
-        return _without_empty(
+        return _drop_empty(
             {
                 "t": self._text(record.task_id),
                 "o": outcome_of(record).value,
@@ -163,29 +165,29 @@ class ExplorerData:
                 "f": self._error(verdict),
                 "m": list(record.repairs),
                 "S": _spans(verdict),
-                "R": self._all(repair_lines(verdict.repair)) if verdict.repair else [],
-                **self._own(record),
+                "R": self._texts(repair_lines(verdict.repair)) if verdict.repair else [],
+                **self._ability_fields(record),
                 "T": self._turns(record),
-                "w": self._all(explanation.notes),
+                "w": self._texts(explanation.notes),
                 "s": [self._number_of_step(step) for step in explanation.steps],
                 "G": self._goals(explanation),
                 "A": self._attempts(record),
-                "F": film if (film := self._background(record.domain).film(record)) else None,
-                "P": [self._scene(scene) for scene in self._background(record.domain).course(record)],
+                "F": film if (film := self._background(record.domain).find_film(record)) else None,
+                "P": [self._scene(scene) for scene in self._background(record.domain).find_scenes(record)],
             }
         )
 
     def _goals(self, explanation: Explanation) -> list[Json]:
-        """Each goal; with a missed one, why, and the facts that came about instead, as `eai explain` says."""
+        """Return each goal, with the cause and the nearest facts of a missed goal, as in `eai explain`."""
         near, goals = find_near_misses(explanation), list[Json]()
         for goal in explanation.goals:
             got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
-            remarks = self._all(filter(None, (goal.why, got)))
+            remarks = self._texts(filter(None, (goal.why, got)))
             goals.append([goal.kind, self._text(goal.goal), int(goal.satisfied), *remarks])
         return goals
 
     def _turns(self, record: Record) -> list[Json]:
-        """Of each turn of an episode the goals reached after it, and the agent's words beside its command."""
+        """Return for each turn of an episode the reached goals, and the agent's thought."""
         turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
         is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
         written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
@@ -193,26 +195,25 @@ class ExplorerData:
         return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
 
     def _attempts(self, record: Record) -> list[Json]:
-        """Each of several attempts, as an answer of its own."""
+        """Return each attempt as an answer of its own, if there are several."""
         number = len(record.attempts)
-        each = [replace(keep_attempts(record, k), attempts=()) for k in range(1, number + 1)]
-        return [self._answer(attempt) for attempt in each] if number > 1 else []
+        attempts = [replace(keep_attempts(record, k), attempts=()) for k in range(1, number + 1)]
+        return [self._answer(attempt) for attempt in attempts] if number > 1 else []
 
-    def _own(self, record: Record) -> dict[str, Json]:
-        """The further fields of the verdicts of an ability."""
+    def _ability_fields(self, record: Record) -> dict[str, Json]:
         if isinstance(record.verdict, PlanVerdict):
-            return self._of_plan(record.ability, record.verdict)
+            return self._plan_fields(record.ability, record.verdict)
         if record.ability is Ability.GOAL_INTERPRETATION:
             goals = cast("GoalVerdict", record.verdict)
             return {
                 "n": {kind: list(counts) for kind, counts in (goals.counts or {}).items()},
-                "h": self._all(goals.hallucinated),
+                "h": self._texts(goals.hallucinated),
             }
         if record.ability is Ability.TRANSITION_MODELING:
-            return self._of_operators(cast("OperatorVerdict", record.verdict))
+            return self._operator_fields(cast("OperatorVerdict", record.verdict))
         return {}
 
-    def _of_plan(self, ability: Ability, verdict: PlanVerdict) -> dict[str, Json]:
+    def _plan_fields(self, ability: Ability, verdict: PlanVerdict) -> dict[str, Json]:
         subgoals = ability is Ability.SUBGOAL_DECOMPOSITION
         category = cast("SubgoalVerdict", verdict).category if subgoals else None
         return {
@@ -223,7 +224,7 @@ class ExplorerData:
             "C": None if verdict.partial is None else list(verdict.partial),
         }
 
-    def _of_operators(self, verdict: OperatorVerdict) -> dict[str, Json]:
+    def _operator_fields(self, verdict: OperatorVerdict) -> dict[str, Json]:
         return {
             "n": {
                 f"{side}/{category}": list(counts)
@@ -240,48 +241,47 @@ class ExplorerData:
         return None if error is None else [error.kind.value, error.step, self._text(error.detail)]
 
     def _step(self, step: StepReport) -> int:
-        """Action, outcome, reason, earlier, facts added, facts removed, number of other changes."""
-        texts = self._all((step.action, step.outcome, step.reason, step.earlier))
-        facts = self._all(step.added), self._all(step.removed)
-        return self._part("steps", [*texts, *facts, step.hidden_changes])
+        """Return the number of a packed step: the fields of `StepReport` in the order of the page."""
+        texts = self._texts((step.action, step.outcome, step.reason, step.earlier))
+        facts = self._texts(step.added), self._texts(step.removed)
+        return self._pack("steps", [*texts, *facts, step.hidden_changes])
 
     def _scene(self, tiles: Sequence[Tile]) -> int:
-        """The outermost tiles."""
-        return self._part("scenes", [self._tile(tile) for tile in tiles])
+        return self._pack("scenes", [self._tile(tile) for tile in tiles])
 
     def _tile(self, tile: Tile) -> int:
-        """Name, kind, marks, lines, and each zone with the tiles in it."""
-        name, marks, lines = self._text(tile.name), self._all(tile.marks), self._all(tile.lines)
+        """Return the number of a packed tile: name, kind, marks, lines, and each zone with its tiles."""
+        name, marks, lines = self._text(tile.name), self._texts(tile.marks), self._texts(tile.lines)
         zones: list[Json] = [
-            [self._text(label), [self._tile(each) for each in within]] for label, within in tile.zones.items()
+            [self._text(label), [self._tile(item) for item in within]] for label, within in tile.zones.items()
         ]
-        return self._part("tiles", [name, tile.kind, marks, lines, zones])
+        return self._pack("tiles", [name, tile.kind, marks, lines, zones])
 
     def _operator(self, operator: OperatorReport) -> int:
-        """Name, status, the sides with what is matched, additional and missing, and offences."""
+        """Return the number of a packed operator: name, status, clauses of each side, and violations."""
         sides = [
-            [self._all(parts) for parts in (side.matched, side.additional, side.missing)]
+            [self._texts(parts) for parts in (side.matched, side.additional, side.missing)]
             for side in (operator.precondition, operator.effect)
         ]
         offences = [
             {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
             for offence in operator.offences
         ]
-        return self._part("operators", [operator.name, operator.status.value, *sides, offences])
+        return self._pack("operators", [operator.name, operator.status.value, *sides, offences])
 
-    def _all(self, texts: Iterable[str]) -> list[Json]:
+    def _texts(self, texts: Iterable[str]) -> list[Json]:
         return [self._text(text) for text in texts]
 
     def _text(self, text: str) -> int:
         return self._number("texts", text)
 
-    def _part(self, kind: str, packed: list[Json]) -> int:
+    def _pack(self, kind: str, packed: list[Json]) -> int:
         return self._number(kind, encode_for_script(packed))
 
     def _number(self, kind: str, item: str) -> int:
-        """The place of an item among those of its kind, to which it is added if it is not there."""
-        known = self._known[kind]
-        return known.setdefault(item, len(known))
+        """Return the number of an item among those of its kind. A new item is added."""
+        numbers = self._numbers[kind]
+        return numbers.setdefault(item, len(numbers))
 
 
 def _array(items: Iterable[str]) -> str:
@@ -289,13 +289,13 @@ def _array(items: Iterable[str]) -> str:
 
 
 def _spans(verdict: Verdict) -> list[Json]:
-    """Return the parts of an answer's text and what became of each; none if all was read as it is."""
+    """Return the spans of an answer's text with their kinds; empty if all text was read unchanged."""
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]
 
 
-def _without_empty(values: Mapping[str, Json]) -> dict[str, Json]:
+def _drop_empty(values: Mapping[str, Json]) -> dict[str, Json]:
     return {key: value for key, value in values.items() if value not in (None, [], {}, "")}
 
 
@@ -312,13 +312,13 @@ SCRIPTS = (
     "compare.js",
     "main.js",
 )
-"""The parts of the program, in the order in which they need each other."""
+"""Files of the page's program; each may use those before it."""
 
 
 def explorer_html(data: str) -> str:
-    """The page.
+    """Return the HTML page of the explorer.
 
     Args:
-        data: from `ExplorerData.to_json`.
+        data: JSON text from `ExplorerData.to_json`.
     """
     return build_page("eai.studies.report", "explorer", SCRIPTS, data)

@@ -1,4 +1,4 @@
-"""The radar of a report: the main results of models in all abilities and worlds."""
+"""The radar plot of a report: the main results of models in all abilities and worlds."""
 
 from __future__ import annotations
 
@@ -19,52 +19,52 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
-_FEWEST_AXES = 3
-"""Fewer axes than this enclose no area."""
+_MIN_AXES = 3
+"""Minimum number of axes, since fewer enclose no area."""
 
-_MOST_WITH_INTERVALS = 3
-"""More models than this leave no room for intervals."""
+_MAX_MODELS_WITH_INTERVALS = 3
+"""Maximum number of models that are drawn with intervals."""
 
 _HEIGHT = 3.3
-"""The height of a panel, in inches."""
+"""Height of a panel, in inches."""
 
 _LEGEND_ROW = 0.17
 
 _Axis: TypeAlias = tuple[Ability, str]
-"""An ability and a metric that counts in the average over all abilities."""
+"""An ability, and one of its metrics in the average over all abilities."""
 
 _Results: TypeAlias = Mapping[_Axis, RunSummary]
 """The runs of a model in a world, by axis."""
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the main results of the plain runs of a protocol, a panel a world; None if no world has 3 results.
+    """Draw the main results of plain runs of a protocol, one panel per world.
 
-    The nine models with the highest means have colours, the others are grey. With three models or fewer, the
-    intervals of 95 % are bands.
+    Worlds with fewer than three metrics are left out; the result is None if no world is left. The nine models
+    with the highest means have colours, all others are grey. Up to three models have 95 % intervals as bands.
     """
-    worlds = {domain: _models_of(items) for domain, items in _by_domain(runs).items()}
-    worlds = {domain: models for domain, models in worlds.items() if len(_axes_of(models)) >= _FEWEST_AXES}
+    worlds = {domain: _models_of(items) for domain, items in _group_by_domain(runs).items()}
+    worlds = {domain: models for domain, models in worlds.items() if len(_axes_of(models)) >= _MIN_AXES}
     if not worlds:
         return None
-    ranked = _ranked(worlds)
+    ranked = _rank_models(worlds)
     colors = dict(zip(ranked, LINES, strict=False))
     rows = math.ceil((min(len(ranked), len(LINES)) + 1) / 3)
     figure = make_figure(max(PAGE * len(worlds) / 2, PAGE / 2), _HEIGHT + _LEGEND_ROW * rows)
     panels = figure.subplots(1, len(worlds), squeeze=False, subplot_kw={"projection": "polar"})[0]
     for panel, (domain, models) in zip(panels, worlds.items(), strict=True):
         panel.set_title(title_of(domain), fontsize=9.5, pad=14)
-        _draw_panel(panel, models, colors, intervals=len(ranked) <= _MOST_WITH_INTERVALS)
+        _draw_panel(panel, models, colors, intervals=len(ranked) <= _MAX_MODELS_WITH_INTERVALS)
     _draw_legend(figure, ranked, colors)
     return figure
 
 
-def _by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
+def _group_by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
     return group_pairs((item.key.domain, item) for item in plain_runs(runs))
 
 
 def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
-    """The results of each model in a world, in the order of the runs."""
+    """Return the results of each model in a world, in the order of the runs."""
     models: dict[str, dict[_Axis, RunSummary]] = {}
     for item in runs:
         for metric in declaration_of(item.key.ability).averaged_metrics:
@@ -74,12 +74,12 @@ def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
 
 
 def _axes_of(models: Mapping[str, _Results]) -> list[_Axis]:
-    found = dict.fromkeys(axis for results in models.values() for axis in results)
-    return sorted(found, key=lambda axis: ability_rank(axis[0]))
+    axes = dict.fromkeys(axis for results in models.values() for axis in results)
+    return sorted(axes, key=lambda axis: ability_rank(axis[0]))
 
 
-def _ranked(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
-    """The models of all worlds, those with the highest mean of percentages first."""
+def _rank_models(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
+    """Return the models of all worlds, sorted by their mean percentage, highest first."""
     percents = group_pairs(
         (model, item.rates[metric].percent or 0.0)
         for models in worlds.values()
@@ -108,20 +108,20 @@ def _draw_panel(
     panel.spines["polar"].set_color(RULE)
     for model in sorted(models, key=lambda model: model in colors):
         results, color = models[model], colors.get(model, MUTED)
-        places = [(angle, axis) for angle, axis in zip(angles, axes, strict=True) if axis in results]
-        values = [results[axis].rates[axis[1]].percent or 0.0 for _, axis in places]
-        around = [angle for angle, _ in places]
+        points = [(angle, axis) for angle, axis in zip(angles, axes, strict=True) if axis in results]
+        values = [results[axis].rates[axis[1]].percent or 0.0 for _, axis in points]
+        around = [angle for angle, _ in points]
         width, alpha = (1.2, 1.0) if model in colors else (0.6, 0.6)
         closed = [*around, *around[:1]], [*values, *values[:1]]
         panel.plot(*closed, "o-", color=color, linewidth=width, alpha=alpha, markersize=2.5)
         if intervals:
-            _draw_band(panel, around, [results[axis] for _, axis in places], [a[1] for _, a in places], color)
+            _draw_band(panel, around, [results[axis] for _, axis in points], [a[1] for _, a in points], color)
 
 
 def _draw_band(
     panel: PolarAxes, angles: Sequence[float], runs: Sequence[RunSummary], metrics: Sequence[str], color: str
 ) -> None:
-    """The intervals of a model's results, as a band around its line."""
+    """Draw the intervals of a model's results as a band around its line."""
     lows, highs = [], []
     for item, metric in zip(runs, metrics, strict=True):
         certainty, percent = item.certainties.get(metric), item.rates[metric].percent or 0.0
@@ -133,7 +133,7 @@ def _draw_band(
 
 
 def _label_of(axis: _Axis) -> str:
-    """The name of an axis in short lines; an ability with one metric has its name alone."""
+    """Return the label of an axis in short lines; an ability with one metric has only its title."""
     ability, metric = axis
     declared, title = declaration_of(ability), "\n".join(ability_title(ability).split())
     return (

@@ -1,4 +1,4 @@
-"""A model on one page: its main results, the goals that it reaches and what goes wrong, by domain."""
+"""A model on one page: its main results, reached goals and errors, by domain."""
 
 from __future__ import annotations
 
@@ -20,46 +20,48 @@ if TYPE_CHECKING:
 
 _MARKS = "osD^v"
 _LINE = 0.19
-"""The height of a line of a panel, in inches."""
+"""Height of a line of a panel, in inches."""
 
 _HEAD = 0.5
-"""The height of a panel besides its lines, in inches."""
+"""Height of a panel without its lines, in inches."""
 
 _FOOT = 0.75
-"""The height of the title and the legend, in inches."""
+"""Height of the title and the legend, in inches."""
 
 _APART = 0.3
-"""How far the domains' marks stand from each other, in lines."""
+"""Distance between the marks of two domains, in lines."""
 
 
-_PLANS = [f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)]
+_PLANS = [
+    f"{ability.value}_trajectory" for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+]
 _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
     ("Main results, percent", ["overview"], ()),
     ("Goals that its plans reach, percent", ["goal_satisfaction"], ()),
     ("What goes wrong in its plans, percent of answers", _PLANS, (GRAMMAR, RUNTIME)),
 )
-"""The title of each panel, the names of the tables it is from, and the groups of columns; all if none."""
+"""Title of each panel, names of its tables, and groups of columns; empty for all groups."""
 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
-"""A heading and what is measured -> the tables that have it, with the row of the model."""
+"""A heading and a column -> the tables with the column, each with the row of the model."""
 
 _PAPERS = ("paper", "published")
 
 
-def models_of(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
-    """The models that runs are of, each with its protocols, in the order of the tables."""
-    found = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
-    return list(dict.fromkeys(found))
+def list_models(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
+    """Return the models that have runs, each with its protocols, in the order of the tables."""
+    models = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
+    return list(dict.fromkeys(models))
 
 
 def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | None:
-    """The page of a model; None if it has no numbers.
+    """Draw the page of a model; return None if it has no numbers.
 
-    Rates are dots with their 95 % intervals, a mark and a colour a domain, and their numbers beside them. The
-    paper's models are grey ticks, where the tables have them.
+    Rates are dots with 95 % intervals and their numbers. Each domain has a mark and a colour. The paper's
+    models are grey ticks, if the tables have them.
 
     Args:
-        tables: those of a report, of all protocols and domains.
+        tables: the tables of a report, of all protocols and domains.
         model: the model.
         protocol: the protocol.
     """
@@ -67,14 +69,14 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
         (table, row)
         for table in tables
         if table.protocol is protocol
-        for row in [each for each in table.rows if each.source == "run" and each.model == model][:1]
+        for row in [row for row in table.rows if row.source == "run" and row.model == model][:1]
     ]
     domains: dict[str, str] = {}
     for table, row in shown:
         answered = "" if row.coverage is None else f", {row.coverage} answered"
         domains.setdefault(table.domain, f"{title_of(table.domain)}{answered}")
-    found = {title: _lines(shown, names, groups) for title, names, groups in _PANELS}
-    panels = {title: lines for title, lines in found.items() if lines}
+    all_panels = {title: _lines(shown, names, groups) for title, names, groups in _PANELS}
+    panels = {title: lines for title, lines in all_panels.items() if lines}
     if not panels:
         return None
     heights = [_HEAD + _LINE * _number_of(lines) for lines in panels.values()]
@@ -91,7 +93,7 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
 def _lines(
     shown: Sequence[tuple[Ranking, RankedModel]], names: Sequence[str], groups: Sequence[str]
 ) -> _Lines:
-    """The columns of the tables of some names as lines, below the abilities that they are of."""
+    """Return the columns of the named tables as lines, by the title of their ability."""
     return group_pairs(
         ((ability_title(column.ability) if column.ability else column.group, column), (table, row))
         for name in names
@@ -103,12 +105,12 @@ def _lines(
 
 
 def _number_of(lines: _Lines) -> int:
-    """How many lines a panel has, a heading for each group included."""
+    """Return the number of lines of a panel, including a heading for each group."""
     return len(lines) + len({heading for heading, _ in lines})
 
 
 def _others(tables: Sequence[Ranking]) -> str | None:
-    """The meaning of the ticks; None if there are none."""
+    """Return the legend's text on the ticks, or None without ticks."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source == "paper"}
     scored = {row.model for row in rows if row.source == "published"}
@@ -125,18 +127,18 @@ def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
     axes.tick_params(axis="x", labelsize=7)
-    places, labels, line = [], [], 0
-    for heading, group in groupby(lines, key=lambda each: each[0]):
+    heights, labels, line = [], [], 0
+    for heading, group in groupby(lines, key=lambda pair: pair[0]):
         style = {"ha": "right", "va": "center", "fontsize": 7.5, "weight": "bold"}
         axes.text(-0.01, line, heading, style, transform=axes.get_yaxis_transform())
         for key in group:
             line += 1
-            places.append(line)
+            heights.append(line)
             labels.append(clip_label(key[1].label))
             for table, row in lines[key]:
                 _draw_mark(axes, line, (table, row, key[1]), domains)
         line += 1
-    axes.set_yticks(places, labels=labels, fontsize=7.5)
+    axes.set_yticks(heights, labels=labels, fontsize=7.5)
 
 
 def _draw_mark(
@@ -147,9 +149,9 @@ def _draw_mark(
     if cell.value is None:
         return
     at, color = line + _APART * (number - (len(domains) - 1) / 2), _color(number)
-    others = (each.cells[column].value for each in table.rows if each.source in _PAPERS)
-    for other in (percent for percent in others if percent is not None):
-        axes.plot(other, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
+    others = (other.cells[column].value for other in table.rows if other.source in _PAPERS)
+    for percent in (percent for percent in others if percent is not None):
+        axes.plot(percent, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
     if cell.low is not None and cell.high is not None:
         axes.hlines(at, cell.low, cell.high, color=color, linewidth=1.2)
     axes.plot(cell.value, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)

@@ -1,8 +1,8 @@
-"""Plots of runs for papers. Needs matplotlib, which is imported when there is something to draw.
+"""Plots of runs for papers. They need matplotlib, which is imported when a plot is drawn.
 
-Lines are success against the number of goals of tasks, and against the length of the data set's own plan.
-Stacked bars say what the answers of each run came to; flows from answer to outcome show how many answers are
-left after each stage, and what the others were lost to; matrices are shares by action and by predicate.
+Lines show success by number of goals, and by length of the annotated plan. Stacked bars show the outcomes of
+each run's answers. Flows show how many answers are left after each stage, and how the others were lost.
+Matrices show shares by action and by predicate.
 """
 
 from __future__ import annotations
@@ -43,30 +43,30 @@ _DIFFICULTY = (
 )
 
 
-BIN = 10
-"""How many lengths stand together: bins are 0-9, 10-19 and so on, as in the paper's figure."""
+LENGTHS_PER_BIN = 10
+"""Number of lengths in one bin: 0-9, 10-19 and so on, as in the paper's figure."""
 
-_MANY = 10
-"""So many goals, and more, stand together."""
+_MAX_GOALS = 10
+"""Tasks with this number of goals or more share a bin."""
 
-_MOST_WITH_INTERVALS = 3
-"""More models than this in one panel leave no room for intervals."""
+_MAX_MODELS_WITH_INTERVALS = 3
+"""Maximum number of models in a panel with intervals."""
 _PANEL = (3.5, 2.5)
-"""A column of a page, in inches, so that letters have the size that they say."""
+"""Width (one column of a page) and height of a panel, in inches, so that fonts keep their size."""
 _LEGEND_ROW = 0.17
 _LEGEND_COLUMNS = {1: 1, 2: 3}
-"""Number of panels -> names of models beside each other."""
+"""Number of panels -> number of columns of the legend."""
 _MARKS = "os^Dv<>ph"
 _STYLES = ("-", "--", ":", "-.")
-_APART = 0.09
-"""How far models stand beside each other where intervals are drawn."""
+_MODEL_DISTANCE = 0.09
+"""Horizontal distance between models with intervals, in bins."""
 
 Bins = Mapping[int, Cases]
-"""Bin -> successes of one model; a bin without tasks is not there."""
+"""Bin -> successes of one model; bins without tasks are left out."""
 
 
 _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
-"""The name of the files of a plot, without ending, what it shows, and what draws it if it has numbers."""
+"""Name of a plot's files without suffix, its caption, and the function that draws it or returns None."""
 
 
 def add_plots(
@@ -76,17 +76,17 @@ def add_plots(
     formats: Sequence[str],
     watching: Callable[[str, int], AbstractContextManager[ProgressCallback]],
 ) -> int:
-    """Draw all plots that runs have numbers for, show them at the end of ``report.md``, and count them.
+    """Draw all plots for which runs have numbers, add them to the end of ``report.md``, and count them.
 
-    Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
-    that the solver of the layout does not always give alike.
+    Nothing is clipped. No plot needs it, and names of clipping areas depend on digits that vary between
+    runs of the layout solver.
 
     Args:
-        out: the folder of the report.
+        out: folder of the report.
         runs: the runs, sorted by the order of their keys.
-        pages: the tables from which each model gets a page that sums it up; none if empty.
-        formats: those of `eai.results.plots.FORMATS` in which each is written.
-        watching: shows how far it is.
+        pages: the tables for a summary page of each model; without tables there are no pages.
+        formats: file formats of each plot, among `eai.results.plots.FORMATS`.
+        watching: shows the progress.
 
     Raises:
         EaiError: matplotlib is not installed.
@@ -107,7 +107,7 @@ def add_plots(
 
 
 def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
-    for model, protocol in plot_summary.models_of(tables):
+    for model, protocol in plot_summary.list_models(tables):
         name = to_file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escape_markdown(model)} on one page, protocol {protocol.value}"
         yield name, caption, partial(plot_summary.draw, tables, model, protocol)
@@ -116,23 +116,22 @@ def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
 def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
     for protocol, of_protocol in group_pairs((item.key.protocol, item) for item in runs).items():
         title = f"Main results of all abilities, protocol {protocol.value}"
-        drawn = partial(_entitled, f"{title}, percent", draw_radar, of_protocol)
+        drawn = partial(_draw_with_title, f"{title}, percent", draw_radar, of_protocol)
         yield f"radar-{to_file_name(protocol.value)}", title, drawn
     for (protocol, domain), group in group_pairs((item.key[:2], item) for item in runs).items():
-        place = f"{title_of(domain)}, protocol {protocol.value}"
+        suite = f"{title_of(domain)}, protocol {protocol.value}"
         name = to_file_name(f"{domain}-{protocol.value}")
-        drawn = partial(_entitled, place, draw_outcomes, group)
-        yield f"outcomes-{name}", f"Outcomes of answers: {place}", drawn
+        drawn = partial(_draw_with_title, suite, draw_outcomes, group)
+        yield f"outcomes-{name}", f"Outcomes of answers: {suite}", drawn
         for ability, of_ability in group_pairs((item.key.ability, item) for item in group).items():
             title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
-                caption = f"{caption}: {ability_title(ability).lower()}, {place}"
-                drawn = partial(_entitled, title, draw, of_ability)
+                caption = f"{caption}: {ability_title(ability).lower()}, {suite}"
+                drawn = partial(_draw_with_title, title, draw, of_ability)
                 yield f"{kind}-{ability.value}-{name}", caption, drawn
 
 
-def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
-    """A figure below its title."""
+def _draw_with_title(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
     figure = draw(runs)
     if figure is not None:
         plots.add_title(figure, title)
@@ -140,20 +139,23 @@ def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | N
 
 
 def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
-    """Success by number of goals and by length of the annotated plan, a line a model.
+    """Draw success by number of goals and by length of the annotated plan, a line per model.
 
-    None if neither is known, or all tasks are alike.
+    The result is None if neither is known or neither varies.
     """
     panels = [
         (
             "goals of the task",
-            lambda place: str(place) if place < _MANY else f"{_MANY}+",
-            [_binned(item.breakdown.by_goals, lambda goals: min(goals, _MANY)) for item in runs],
+            lambda goals: str(goals) if goals < _MAX_GOALS else f"{_MAX_GOALS}+",
+            [_group_by_bin(item.breakdown.by_goals, lambda goals: min(goals, _MAX_GOALS)) for item in runs],
         ),
         (
             "steps of the annotated plan",
-            lambda place: f"{place * BIN}–{place * BIN + BIN - 1}",
-            [_binned(item.breakdown.by_length, lambda length: length // BIN) for item in runs],
+            lambda number: f"{number * LENGTHS_PER_BIN}–{number * LENGTHS_PER_BIN + LENGTHS_PER_BIN - 1}",
+            [
+                _group_by_bin(item.breakdown.by_length, lambda length: length // LENGTHS_PER_BIN)
+                for item in runs
+            ],
         ),
     ]
     panels = [panel for panel in panels if any(len(bins) > 1 for bins in panel[2])]
@@ -172,7 +174,7 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     return figure
 
 
-def _binned(table: Mapping[int, Cases], bin_of: Callable[[int], int]) -> dict[int, list[Case]]:
+def _group_by_bin(table: Mapping[int, Cases], bin_of: Callable[[int], int]) -> dict[int, list[Case]]:
     return group_pairs((bin_of(number), case) for number, cases in table.items() for case in cases)
 
 
@@ -181,21 +183,21 @@ def _draw_panel(
 ) -> None:
     panel.set_ylim(-3, 103)
     panel.grid(axis="y", color=RULE, linewidth=0.7)
-    places = sorted({place for bins in series for place in bins})
-    tasks = [max(len(bins.get(place, ())) for bins in series) for place in places]
-    labels = [f"{name_of_bin(place)}\n{count}" for place, count in zip(places, tasks, strict=True)]
-    panel.set_xticks(places, labels=labels, fontsize=7)
+    numbers = sorted({number for bins in series for number in bins})
+    tasks = [max(len(bins.get(number, ())) for bins in series) for number in numbers]
+    labels = [f"{name_of_bin(number)}\n{count}" for number, count in zip(numbers, tasks, strict=True)]
+    panel.set_xticks(numbers, labels=labels, fontsize=7)
     panel.text(-0.03, -0.115, "tasks", transform=panel.transAxes, fontsize=7, ha="right", va="top")
     for number, (bins, model) in enumerate(zip(series, models, strict=True)):
         color, mark = LINES[number % len(LINES)], _MARKS[number % len(_MARKS)]
         style = _STYLES[number // len(LINES) % len(_STYLES)]
-        intervals = len(series) <= _MOST_WITH_INTERVALS
-        shift = _APART * (number - (len(series) - 1) / 2) if intervals else 0.0
-        known = range(min(bins, default=0), max(bins, default=-1) + 1)
-        cells = [Estimate.from_cases(bins.get(place, ())) for place in known]
-        hollow = [place + shift for place in bins if len(bins[place]) < FEW_CASES]
-        at, look = [place + shift for place in known], mark + style
-        draw_line(panel, at, cells, color, look, hollow=hollow, intervals=intervals, label=model)
+        intervals = len(series) <= _MAX_MODELS_WITH_INTERVALS
+        shift = _MODEL_DISTANCE * (number - (len(series) - 1) / 2) if intervals else 0.0
+        all_bins = range(min(bins, default=0), max(bins, default=-1) + 1)
+        cells = [Estimate.from_cases(bins.get(index, ())) for index in all_bins]
+        hollow = [index + shift for index in bins if len(bins[index]) < FEW_CASES]
+        at, line_style = [index + shift for index in all_bins], mark + style
+        draw_line(panel, at, cells, color, line_style, hollow=hollow, intervals=intervals, label=model)
 
 
 _WIDTH = 8.2
@@ -204,7 +206,7 @@ _HEAD = 0.62
 
 
 def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
-    """The runs of one domain and protocol, a panel an ability; None if there are none."""
+    """Draw the outcomes of the runs of one domain and protocol, one panel per ability; None without runs."""
     from matplotlib.patches import Patch
 
     panels = [list(items) for _, items in groupby(runs, key=lambda item: item.key.ability)]
@@ -234,35 +236,35 @@ def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
     panel.invert_yaxis()
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
-    for place, (item, scored) in enumerate(zip(items, answers, strict=True)):
+    for number, (item, scored) in enumerate(zip(items, answers, strict=True)):
         widths = {kind: Rate(_count(item, kind), scored).percent or 0.0 for kind in AnswerOutcome}
         shown = {kind: width for kind, width in widths.items() if width}
         starts = accumulate(shown.values(), initial=0.0)
         bars = list(zip(starts, shown.values(), strict=False))
         colors = [OUTCOME_COLORS[kind] for kind in shown]
-        panel.broken_barh(bars, (place - 0.37, 0.74), facecolors=colors, linewidth=0)
+        panel.broken_barh(bars, (number - 0.37, 0.74), facecolors=colors, linewidth=0)
 
 
 def _count(item: RunSummary, kind: AnswerOutcome) -> int:
     return 0 if kind is AnswerOutcome.EXCLUDED else item.breakdown.outcomes.get(kind, 0)
 
 
-_MOST_NAMES = 40
-"""So many fit a page."""
+_MAX_NAMES = 40
+"""Maximum number of names that fit a page."""
 
 _F1 = "F1 of clauses, percent"
 
 
 def draw_actions(runs: Sequence[RunSummary]) -> Figure | None:
-    """The shares by action of each model, of one ability; None if they are not known."""
+    """Draw the shares by action of each model in one ability; None if they are unknown."""
     label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
     return _draw({item.key.name: item.breakdown.by_action for item in runs}, label)
 
 
 def draw_predicates(runs: Sequence[RunSummary]) -> Figure | None:
-    """The shares by predicate of each model, of one ability; None if they are not known."""
-    found = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
-    label = found.get(runs[0].key.ability, "percent of goals reached")
+    """Draw the shares by predicate of each model in one ability; None if they are unknown."""
+    labels = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
+    label = labels.get(runs[0].key.ability, "percent of goals reached")
     return _draw({item.key.name: item.breakdown.by_predicate for item in runs}, label)
 
 
@@ -276,19 +278,19 @@ def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None
 
 
 def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
-    """The names with most cases, in order; answers can have any number of names of their own."""
+    """Return the names with most cases, sorted by name. Answers can contain any number of names."""
     cases: dict[str, float] = {}
     for column in columns:
         for name, rate in column.items():
             cases[name] = cases.get(name, 0) + rate.denominator
-    return sorted(sorted(cases, key=lambda name: (-cases[name], name))[:_MOST_NAMES])
+    return sorted(sorted(cases, key=lambda name: (-cases[name], name))[:_MAX_NAMES])
 
 
 _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
-"""The room of a model, in inches."""
+"""Width and height of a model's panel, in inches."""
 _BETWEEN = (6.1, 180.0)
-"""How far one model is from the next: in stages across, in percent down."""
+"""Distance from one model to the next: stages to the right, percent down."""
 _STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),
@@ -299,15 +301,15 @@ _LOSSES = (
 )
 _TOP = 100.0
 _GAP = 9.0
-"""How far a band bends down that leaves the flow."""
+"""Depth to which a lost band bends down, in percent."""
 _LINE = 9.0
-"""Percent that a line of text takes; what would stand on the line of the loss before stands below it."""
+"""Height of a line of text, in percent. A label that would overlap the one before is moved below it."""
 
 _SMALLEST_LABELLED = 0.5
 
 
 def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
-    """The runs of one ability, a panel a model; None if they have no plans."""
+    """Draw the flow of answers of one ability, one panel per model; None if the ability has no plans."""
     flows = [(item.key.name, flow) for item in runs if (flow := item.breakdown.flow) and flow["answers"]]
     if not flows:
         return None
@@ -316,24 +318,26 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     left, top = -0.42, 139.0
     across, up = (left, left + _BETWEEN[0] * columns), (top - _BETWEEN[1] * rows, top)
     figure, panel = plots.make_canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
-    for place, (model, flow) in enumerate(flows):
-        row, column = divmod(place, columns)
+    for number, (model, flow) in enumerate(flows):
+        row, column = divmod(number, columns)
         _draw_flow_of(panel, (_BETWEEN[0] * column, _TOP - _BETWEEN[1] * row), model, flow)
     return figure
 
 
 def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]) -> None:
-    """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
+    """Draw bands from left to right; a lost share bends down at the end of its stage."""
     shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
     left, top = corner
     panel.text(left - 0.35, top + 27, clip_label(model), fontsize=9)
     before = top
     for stage, (label, kind) in enumerate(_LOSSES):
-        at, kept, lost = left + stage, shares[stage + 1], shares[stage] - shares[stage + 1]
-        plots.draw_band(panel, at, (top - kept, top - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
+        at, passed, lost = left + stage, shares[stage + 1], shares[stage] - shares[stage + 1]
+        plots.draw_band(
+            panel, at, (top - passed, top - passed, passed), OUTCOME_COLORS[AnswerOutcome.SUCCESS]
+        )
         if lost >= _SMALLEST_LABELLED:
-            end = top - kept - lost - _GAP
-            plots.draw_band(panel, at, (top - kept - lost, end, lost), OUTCOME_COLORS[kind])
+            end = top - passed - lost - _GAP
+            plots.draw_band(panel, at, (top - passed - lost, end, lost), OUTCOME_COLORS[kind])
             text = f"{label} {lost:.0f}"
             before = before - _LINE if abs(end - 5 - before) < _LINE else end - 5
             panel.text(at + 0.1, before, text, fontsize=6, va="center", color=plots.INK)
@@ -350,4 +354,4 @@ _OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
     ("actions", "By action (of fewer than five cases in brackets)", draw_actions),
     ("predicates", "By predicate (of fewer than five cases in brackets)", draw_predicates),
 )
-"""The plots of an ability: name, caption, and what draws it, where there is something to draw."""
+"""Plots of an ability: name, caption, and the function that draws it or returns None."""

@@ -1,13 +1,12 @@
-"""Rankings: rows of models, ours and the paper's, ranked, with the best in bold and footnotes.
+"""Rankings: rows of our models and the paper's, ranked, with the best numbers in bold and footnotes.
 
-A ranking is of one domain under one protocol. What readers see of it is a `Table`. There are those of the
-paper's tables, those of experiments, and what the paper reports besides. That is of a few models, or of other
-ways to ask. There its order says more than a rank would: a way to ask stands below the one it is compared
-with.
+A ranking belongs to one domain under one protocol; readers see it as a `Table`. There are rankings for the
+paper's main tables, for experiments, and for the paper's other tables. The others compare a few models, or
+ways to ask; they keep the paper's order, in which a way to ask follows the one it is compared with.
 
-Rows are of runs, of the paper's models, as it prints them or scored by us, and of null models. The paper's
-figures are of one protocol, and stand only beside runs under it. Beside runs under another one stand the
-published answers, scored under that protocol.
+Rows are runs, the paper's models and null models. The paper's printed figures appear only beside runs under
+the paper's protocol. Beside runs under another protocol there are the published answers, scored under that
+protocol.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from eai.studies.report.table_specs import (
     TableSpec,
     ability_title,
     columns_of,
-    of_ability,
+    find_table,
     place_of_column,
     tables_of,
 )
@@ -46,7 +45,7 @@ class Score(Estimate):
 
     Attributes:
         certainty: the interval and its effective size; None for the paper's figures.
-        texts: footnotes, which a ranking numbers.
+        texts: texts of footnotes; the ranking numbers them.
         coverage: number of answered tasks of the suites; None for the paper's figures.
     """
 
@@ -56,17 +55,17 @@ class Score(Estimate):
 
     @property
     def ranked(self) -> bool:
-        """Whether the number may be compared with those of other rows."""
+        """Whether the number is compared with numbers of other rows."""
         return self.coverage is None or self.coverage.ranked
 
 
 RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
-"""Where the numbers of a row are from, in the order of rows of one rank.
+"""Source of a row's numbers, in the order of rows with the same rank.
 
 - run: a run.
-- paper: the paper, as it prints them.
+- paper: the printed figures of the paper.
 - published: the published answers of one of the paper's models, scored by us.
-- floor: a null model, which decides nothing.
+- floor: a null model, which makes no decisions.
 """
 
 
@@ -95,16 +94,16 @@ class RankedModel:
 
     @property
     def competes(self) -> bool:
-        """Whether it may have a rank, and the best number of a column."""
+        """Whether the row may have a rank, and the best number of a column."""
         return self.source != "floor" and (self.coverage is None or self.coverage.ranked)
 
     @property
     def all_notes(self) -> list[str]:
-        """The footnotes on the whole of it, and those on its numbers."""
+        """The footnotes on the row and on its numbers."""
         return [*self.notes, *(note for cell in self.cells.values() for note in cell.texts)]
 
-    def shown(self, ranking: Ranking) -> tuple[Cell, ...]:
-        """The cells that readers see, one for each of `_BESIDE`, and its numbers."""
+    def table_cells(self, ranking: Ranking) -> tuple[Cell, ...]:
+        """Return the cells of the row in the table: `_FIRST_COLUMNS`, then its numbers."""
         origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
         numbers = [replace(cell, notes=ranking.numbers(cell.texts)) for cell in self.cells.values()]
@@ -113,11 +112,11 @@ class RankedModel:
 
 
 Cells = Mapping[tuple["Ability | None", str], Score]
-"""The numbers of one model in one domain: (ability, metric) -> number."""
+"""Numbers of one model in one domain: (ability, metric) -> number."""
 
 
 def cell_of(cells: Cells, column: MetricColumn) -> Score:
-    """The number of a column, or the cell without one."""
+    """Return the number of a column, or a cell without a number."""
     return cells.get((column.ability, column.metric), Score(None))
 
 
@@ -126,10 +125,10 @@ class Ranking:
     """One table of one domain under one protocol.
 
     Attributes:
-        columns: only those in which some row has a number, each with the footnotes on the whole of it.
-        rows: by rank.
-        notes: all footnotes, the first is number 1.
-        by: the column that ranks, which need not be one that is shown; None of a table without ranks.
+        columns: the columns with a number in some row, each with its footnotes.
+        rows: the rows, by rank.
+        notes: all footnotes; the first has number 1.
+        primary: the column that ranks, even if it is not shown; None for a table without ranks.
     """
 
     name: str
@@ -139,77 +138,86 @@ class Ranking:
     columns: Mapping[MetricColumn, tuple[str, ...]]
     rows: tuple[RankedModel, ...]
     notes: tuple[str, ...]
-    by: MetricColumn | None = None
+    primary: MetricColumn | None = None
 
     def numbers(self, notes: Iterable[str]) -> tuple[int, ...]:
-        """The numbers of footnotes."""
+        """Return the numbers of footnotes."""
         return tuple(sorted({self.notes.index(note) + 1 for note in notes}))
 
     @property
     def ranked_by(self) -> str:
-        """How the order of rows is told: the heading of the column that ranks, or nothing."""
-        if self.by is None:
+        """The text that names the column that ranks, for a caption; empty without one."""
+        if self.primary is None:
             return ""
-        return f", ranked by {_alone(self.by, [column.group for column in (*self.columns, self.by)])}"
+        groups = [column.group for column in (*self.columns, self.primary)]
+        return f", ranked by {_short_heading(self.primary, groups)}"
 
     def table(self) -> Table:
-        """The table that readers see; a number has its interval, where it is ours.
+        """Return the table that readers see; our numbers have intervals.
 
-        The definition is a caption, whose last sentence may go on.
+        The definition is a caption, whose last sentence may be continued.
         """
         groups = [column.group for column in self.columns]
         columns = [
-            Column(each.metric, each.label, each.group, _alone(each, groups), 1, True, self.numbers(notes))
-            for each, notes in self.columns.items()
+            Column(
+                column.metric,
+                column.label,
+                column.group,
+                _short_heading(column, groups),
+                1,
+                True,
+                self.numbers(notes),
+            )
+            for column, notes in self.columns.items()
         ]
         table = Table(
             self.name,
             self.title,
             self._caption(),
-            (*_BESIDE, *columns),
-            tuple([row.shown(self) for row in self.rows]),
+            (*_FIRST_COLUMNS, *columns),
+            tuple([row.table_cells(self) for row in self.rows]),
             notes=self.notes,
         )
-        unused = {name for name in _OF_AGENT if not any(getattr(row, name) for row in self.rows)}
+        unused = {name for name in _AGENT_COLUMNS if not any(getattr(row, name) for row in self.rows)}
         return table.drop(unused)
 
     def _caption(self) -> str:
-        """The protocol is that of runs, so a table of the paper's rows alone has none."""
+        """Return the caption. It names the protocol only if some row has numbers of ours."""
         title = f"{self.title}, {title_of(self.domain)}"
         if all(row.source == "paper" for row in self.rows):
             return f"{title}. Percent{self.ranked_by}"
         return f"{title}, protocol {self.protocol.value}. Percent{self.ranked_by}"
 
 
-_BESIDE = (
+_FIRST_COLUMNS = (
     Column("rank", "#", is_number=True),
     Column("model", "Model", heading_without_group="model", is_number=False),
     Column("harness", "Harness", heading_without_group="harness", is_number=False),
     Column("effort", "Effort", heading_without_group="effort", is_number=False),
     Column("answered", "Answered", heading_without_group="answered", is_number=True),
 )
-"""The columns before the numbers of a row."""
+"""Columns before the numbers of a row."""
 
-_OF_AGENT = ("harness", "effort")
-"""Those of them that stand only where a row has something there."""
+_AGENT_COLUMNS = ("harness", "effort")
+"""Columns that are dropped if no row has a value in them."""
 
 
-def _alone(column: MetricColumn, groups: Sequence[str]) -> str:
-    """A column's heading, with its group's name only where labels alone would not do."""
+def _short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
+    """Return a column's heading, with its group's name only if the label is ambiguous."""
     ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
-    alike = column.label in ("State", "Relation", "Action", "Total")
-    return f"{column.group}: {column.label}" if ambiguous or alike else column.label
+    is_incomplete = column.label in ("State", "Relation", "Action", "Total")
+    return f"{column.group}: {column.label}" if ambiguous or is_incomplete else column.label
 
 
 def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
-    """The column that ranks: the first that is there of some metrics, else the first one."""
+    """Return the column that ranks: the first column with one of the metrics, or else the first column."""
     return next((column for name in primary for column in columns if column.metric == name), columns[0])
 
 
-def ranked(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
-    """The rows by rank, by one of their columns, with the best of each column marked."""
-    ranks = ranks_of([_printed(row.cells[by]) if row.competes else None for row in rows])
-    marked, order = zip(with_best_marked(rows), ranks, strict=True), get_args(RowSource)
+def rank_rows(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
+    """Return the rows sorted by their rank in one column, with the best number of each column marked."""
+    ranks = ranks_of([_round_value(row.cells[by]) if row.competes else None for row in rows])
+    marked, order = zip(mark_best(rows), ranks, strict=True), get_args(RowSource)
     return sorted(
         (replace(row, rank=rank) for row, rank in marked),
         key=lambda row: (row.rank is None, row.rank or 0, order.index(row.source), row.model),
@@ -217,34 +225,34 @@ def ranked(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
 
 
 def ranks_of(values: Sequence[float | None]) -> list[int | None]:
-    """The rank of each value, 1 of the greatest and shared by equals; None where there is none."""
-    known = [value for value in values if value is not None]
-    return [None if value is None else 1 + sum(other > value for other in known) for value in values]
+    """Return the rank of each value: 1 for the greatest, shared by equals, and None for no value."""
+    numbers = [value for value in values if value is not None]
+    return [None if value is None else 1 + sum(other > value for other in numbers) for value in values]
 
 
-def with_best_marked(rows: Sequence[RankedModel]) -> list[RankedModel]:
-    """The rows with the best of each column marked if there is something to compare."""
+def mark_best(rows: Sequence[RankedModel]) -> list[RankedModel]:
+    """Return the rows with the best of each column marked, if a column has several numbers."""
     best: dict[MetricColumn, float] = {}
     for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
-        known = [number for row in rows if (number := _compared(row, row.cells[column])) is not None]
-        best |= {column: max(known)} if len(known) > 1 else {}
+        values = [number for row in rows if (number := _comparable_value(row, row.cells[column])) is not None]
+        best |= {column: max(values)} if len(values) > 1 else {}
     return [
         replace(
-            row, cells={column: _marked(row, cell, best.get(column)) for column, cell in row.cells.items()}
+            row, cells={column: _mark_cell(row, cell, best.get(column)) for column, cell in row.cells.items()}
         )
         for row in rows
     ]
 
 
-def _marked(row: RankedModel, cell: Score, best: float | None) -> Score:
-    return replace(cell, best=best is not None and _compared(row, cell) == best)
+def _mark_cell(row: RankedModel, cell: Score, best: float | None) -> Score:
+    return replace(cell, best=best is not None and _comparable_value(row, cell) == best)
 
 
-def _compared(row: RankedModel, cell: Score) -> float | None:
-    return _printed(cell) if cell.ranked and row.source != "floor" else None
+def _comparable_value(row: RankedModel, cell: Score) -> float | None:
+    return _round_value(cell) if cell.ranked and row.source != "floor" else None
 
 
-def _printed(cell: Score) -> float | None:
+def _round_value(cell: Score) -> float | None:
     return None if cell.value is None else round(cell.value, 1)
 
 
@@ -258,23 +266,23 @@ _OTHER_DATA = "Scored against other data than the runs: {suites}."
 def run_rows(
     columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
-    known: Mapping[str, Cells],
+    numbers: Mapping[str, Cells],
     *,
     with_paper: bool = False,
 ) -> Iterator[RankedModel]:
-    """A row for each model that has any of the columns' numbers, with footnotes on what it leaves open.
+    """Yield a row for each model with a number in some column, with footnotes on missing answers.
 
     Args:
         columns: the columns.
         runs: the runs of one protocol and domain.
-        known: all numbers of each of their models, by the names of runs.
-        with_paper: whether the paper's rows stand beside them, which another planner judged.
+        numbers: all numbers of each model, by the names of runs.
+        with_paper: whether the paper's rows, judged by another planner, are in the same table.
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
-    for name, cells in known.items():
-        found = {column: cell_of(cells, column) for column in columns}
-        if any(cell.value is not None for cell in found.values()):
+    for name, cells in numbers.items():
+        row = {column: cell_of(cells, column) for column in columns}
+        if any(cell.value is not None for cell in row.values()):
             shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
             remarks = [
                 f"{ability_title(run.key.ability)}: {run.coverage.remark}"
@@ -289,7 +297,7 @@ def run_rows(
             yield RankedModel(
                 model,
                 source,
-                found,
+                row,
                 combine_coverage(run.coverage for run in shown),
                 tuple(remarks),
                 harness=experiment.harness or "",
@@ -298,8 +306,8 @@ def run_rows(
 
 
 def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
-    """All numbers of the runs of one protocol and domain by their names, with the average over abilities."""
-    found: dict[str, Cells] = {}
+    """Return all numbers of runs of one protocol and domain, by name, with the average over abilities."""
+    by_name: dict[str, Cells] = {}
     for name, items in group_pairs((item.key.name, item) for item in runs).items():
         cells: dict[tuple[Ability | None, str], Score] = {
             (item.key.ability, metric): _score(rate.percent, item.certainties[metric], item.coverage, rate)
@@ -308,8 +316,8 @@ def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
         }
         cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
         cells[None, AVERAGE] = _average(cells, cases, combine_coverage(item.coverage for item in items))
-        found[name] = cells
-    return found
+        by_name[name] = cells
+    return by_name
 
 
 def _average(cells: Cells, cases: Mapping[AbilityMetric, Cases], coverage: Coverage | None) -> Score:
@@ -317,8 +325,8 @@ def _average(cells: Cells, cases: Mapping[AbilityMetric, Cases], coverage: Cover
     percent = average_performance(percents)
     if percent is None:
         return Score(None, coverage=coverage)
-    parts = [(weight, cases[place]) for place, weight in average_weights(percents).items()]
-    return _score(percent, certainty_of_mean(parts), coverage)
+    weighted = [(weight, cases[metric]) for metric, weight in average_weights(percents).items()]
+    return _score(percent, certainty_of_mean(weighted), coverage)
 
 
 def _score(
@@ -336,7 +344,7 @@ def _percents(cells: Cells) -> dict[AbilityMetric, float | None]:
 def paper_rows(
     places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
 ) -> Iterator[RankedModel]:
-    """The paper's models; of two tables with a figure for a place of a column the first is taken."""
+    """Yield the paper's models; if two tables have a figure for a column, the first table counts."""
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
         cells = {column: _paper_cell(model, place, papers) for column, place in places.items()}
         if any(cell.value is not None for cell in cells.values()):
@@ -352,44 +360,44 @@ def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -
 
 
 def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
-    """The notes on a whole column."""
+    """Return the footnotes on a whole column."""
     return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
 
 
-def scored_rows(
+def read_packaged_rows(
     source: Literal["published", "floor"], columns: Sequence[MetricColumn], runs: Sequence[RunSummary]
 ) -> Iterator[RankedModel]:
-    """Models as a table that comes with the package has them; what it says of itself are their footnotes.
+    """Yield the rows of a packaged table of models; its notes become footnotes.
 
     Args:
         source: the paper's models, whose published answers were scored, or null models.
         columns: the columns.
-        runs: the runs beside which they stand, of one protocol and domain. There are no rows under a protocol
-            that they were not scored under.
+        runs: the runs of one protocol and domain that share a table with these rows. Models without scores
+            under that protocol have no rows.
     """
     (protocol, domain, *_), floor = runs[0].key, source == "floor"
     table = (paper_tables.read_null_scores if floor else paper_tables.read_published_scores)(protocol.value)
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
-    texts = [_FLOOR if floor else _about_published(protocol.value, len(models))]
+    texts = [_FLOOR if floor else _write_published_note(protocol.value, len(models))]
     texts += [note for suite in suites.values() for note in suite.notes]
     pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
     other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
     if other:
         texts.append(_OTHER_DATA.format(suites=", ".join(map(ability_title, dict.fromkeys(other)))))
     for model in models:
-        cells = _published_cells(model, suites)
-        found = {column: cell_of(cells, column) for column in columns}
-        if any(cell.value is not None for cell in found.values()):
+        cells = _make_published_cells(model, suites)
+        row = {column: cell_of(cells, column) for column in columns}
+        if any(cell.value is not None for cell in row.values()):
             covered = combine_coverage(
                 suite.coverage(model) for suite in suites.values() if model in suite.models
             )
-            yield RankedModel(model, source, found, covered, tuple(texts))
+            yield RankedModel(model, source, row, covered, tuple(texts))
 
 
-def _about_published(protocol: str, models: int) -> str:
-    """The footnote on the models whose published answers were scored."""
+def _write_published_note(protocol: str, models: int) -> str:
+    """Return the footnote on the models whose published answers were scored."""
     sha256 = paper_tables.hash_published_scores(protocol)
     return (
         f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
@@ -397,7 +405,7 @@ def _about_published(protocol: str, models: int) -> str:
     )
 
 
-def _published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
+def _make_published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
     cells: dict[tuple[Ability | None, str], Score] = {
         (ability, metric): _score(rate.percent, None, suite.coverage(model), rate)
         for ability, suite in suites.items()
@@ -414,7 +422,7 @@ _LEFT_OUT = (
 
 
 def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
-    """All tables, by protocol and domain, in the order of the paper's.
+    """Return all tables, by protocol and domain, in the order of the paper's tables.
 
     Args:
         runs: the runs, sorted by the order of their keys.
@@ -423,32 +431,36 @@ def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
     return [
         table
         for group in group_pairs((item.key[:2], item) for item in runs).values()
-        for known in [cells_by_model(group)]
+        for numbers in [cells_by_model(group)]
         for spec in tables_of(item.key.ability for item in group)
-        if (table := make_ranking(spec, group, known, with_paper=with_paper))
+        if (table := make_ranking(spec, group, numbers, with_paper=with_paper))
     ]
 
 
 def make_ranking(
-    spec: TableSpec, runs: Sequence[RunSummary], known: Mapping[str, Cells], *, with_paper: bool
+    spec: TableSpec, runs: Sequence[RunSummary], numbers: Mapping[str, Cells], *, with_paper: bool
 ) -> Ranking | None:
-    """The table of the runs of one protocol and domain, or None if they have none of its numbers.
+    """Return the table of the runs of one protocol and domain, or None if no run has a number for it.
 
-    All numbers of the runs are known (`cells_by_model`).
+    The paper's rows appear only among runs under its protocol. Under other protocols, its models have the
+    scores of their published answers. Null models come last, without a rank.
 
-    The paper's rows stand only among runs under its protocol. Under another one its models stand as their
-    published answers were scored under that protocol. Below them all stand the null models, without a rank.
+    Args:
+        spec: name and columns of the table.
+        runs: the runs.
+        numbers: all numbers of the runs (`cells_by_model`).
+        with_paper: whether the paper's models appear beside ours.
     """
     columns = tuple(
         column
         for column in spec.columns
-        if any(cell_of(cells, column).value is not None for cells in known.values())
+        if any(cell_of(cells, column).value is not None for cells in numbers.values())
     )
     if not columns:
         return None
     protocol, domain = runs[0].key[:2]
     by = ranking_column(spec.primary, columns)
-    ours = [_with_missing(row, by) for row in run_rows(columns, runs, known, with_paper=with_paper)]
+    ours = [_add_missing_note(row, by) for row in run_rows(columns, runs, numbers, with_paper=with_paper)]
     places = {column: place_of_column(column, domain) for column in columns}
     papers, others = [], list[RankedModel]()
     if with_paper and protocol.value == paper_tables.read_paper_setting().protocol:
@@ -457,54 +469,54 @@ def make_ranking(
             for name in paper_tables.read_paper_setting().tables[spec.name]
         ]
     elif with_paper:
-        others += scored_rows("published", columns, runs)
-    others += [*paper_rows(places, papers), *scored_rows("floor", columns, runs)]
+        others += read_packaged_rows("published", columns, runs)
+    others += [*paper_rows(places, papers), *read_packaged_rows("floor", columns, runs)]
     on_columns = {column: _notes_on(place, papers) for column, place in places.items()}
-    notes = _in_order(_of_rows(ours), *on_columns.values(), _of_rows(others))
-    rows = tuple(ranked(by, [*ours, *others]))
+    notes = _merge_notes(_list_notes(ours), *on_columns.values(), _list_notes(others))
+    rows = tuple(rank_rows(by, [*ours, *others]))
     return Ranking(spec.name, spec.title, protocol, domain, on_columns, rows, notes, by)
 
 
-def _in_order(*notes: Iterable[str]) -> tuple[str, ...]:
-    """Footnotes in the order in which they are first needed."""
+def _merge_notes(*notes: Iterable[str]) -> tuple[str, ...]:
+    """Return footnotes in the order in which they are first used, each once."""
     return tuple(dict.fromkeys(chain(*notes)))
 
 
-def _of_rows(rows: Iterable[RankedModel]) -> list[str]:
+def _list_notes(rows: Iterable[RankedModel]) -> list[str]:
     return [note for row in rows for note in row.all_notes]
 
 
-def _with_missing(row: RankedModel, by: MetricColumn) -> RankedModel:
-    """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
+def _add_missing_note(row: RankedModel, by: MetricColumn) -> RankedModel:
+    """Return a row with a footnote on missing abilities, if it has no number in the column that ranks."""
     if row.cells[by].value is not None:
         return row
     lacking = [column for column, cell in row.cells.items() if cell.value is None]
-    missing = dict.fromkeys([ability_title(each.ability).lower() for each in lacking if each.ability])
+    missing = dict.fromkeys([ability_title(column.ability).lower() for column in lacking if column.ability])
     unasked = f": {', '.join(missing)} not asked" if missing else ""
     note = f"No rank, as there is no {by.label.lower()}{unasked}."
     return replace(row, notes=(*row.notes, note))
 
 
 def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
-    """A table of each suite that has experiments, with those of its models that have any.
+    """Return a table for each suite with experiments, with the models that have some.
 
-    The plain run of the same model stands above its experiments, as what they are to be compared with.
+    The plain run of a model comes above its experiments, for comparison.
 
     Args:
-        runs: the runs, plain ones too, sorted by the order of their keys.
+        runs: the runs, including plain ones, sorted by the order of their keys.
     """
     suites = group_pairs((item.key[:3], item) for item in runs).values()
     return [table for group in suites if (table := _experiments_of(group)) is not None]
 
 
 def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
-    """The table of one suite, or None if it has no experiment."""
+    """Return the table of one suite, or None if it has no experiment."""
     models = {item.key.model for item in runs if not item.key.is_plain}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None
     key = shown[0].key
-    spec = of_ability(key.ability)
+    spec = find_table(key.ability)
     rows = tuple(
         [
             replace(row, model=item.key.name, harness="", effort="")
@@ -513,38 +525,38 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
         ]
     )
     name, title = f"experiments_{spec.name}", f"Experiments: {ability_title(key.ability).lower()}"
-    columns, notes = dict.fromkeys(spec.columns, ()), _in_order(_of_rows(rows))
+    columns, notes = dict.fromkeys(spec.columns, ()), _merge_notes(_list_notes(rows))
     return Ranking(name, title, key.protocol, key.domain, columns, rows, notes)
 
 
-def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
-    """Those tables, one a domain, in the paper's order, below the runs that measure the same.
+def other_paper_tables(runs: Sequence[RunSummary]) -> list[Ranking]:
+    """Return the paper's other tables, one per domain in the paper's order, below comparable runs.
 
     Args:
         runs: the runs, sorted by the order of their keys.
     """
     papers = map(paper_tables.read_paper_table, paper_tables.read_paper_setting().others)
     return [
-        _besides(paper, domain, runs)
+        _other_paper_table(paper, domain, runs)
         for paper in papers
         for domain in dict.fromkeys(column.domain for column in paper.columns)
     ]
 
 
-def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
+def _other_paper_table(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
     setting = paper_tables.read_paper_setting()
-    known = columns_of(setting.others[paper.name])
-    columns = tuple(column for column in known if _has_figures(paper, column, domain))
+    all_columns = columns_of(setting.others[paper.name])
+    columns = tuple(column for column in all_columns if _has_figures(paper, column, domain))
     abilities = {column.ability for column in columns}
-    alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
+    comparable = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
     if paper.name in setting.other_tasks:
-        alike = []
+        comparable = []
     places = {column: place_of_column(column, domain) for column in columns}
-    ours = [item for item in alike if item.key.protocol.value == setting.protocol]
-    remarks = (_LEFT_OUT,) if len(ours) < len(alike) else ()
+    ours = [item for item in comparable if item.key.protocol.value == setting.protocol]
+    remarks = (_LEFT_OUT,) if len(ours) < len(comparable) else ()
     on_columns = {column: (*remarks, *_notes_on(place, [paper])) for column, place in places.items()}
     rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
-    marked, notes = tuple(with_best_marked(rows)), _in_order(*on_columns.values(), _of_rows(rows))
+    marked, notes = tuple(mark_best(rows)), _merge_notes(*on_columns.values(), _list_notes(rows))
     name, protocol = f"paper_{paper.name}", Protocol(setting.protocol)
     return Ranking(name, paper.title, protocol, domain, on_columns, marked, notes)
 

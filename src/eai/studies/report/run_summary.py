@@ -1,4 +1,4 @@
-"""The summary that a report keeps of a run: rates with intervals, and what its answers came to."""
+"""The summary of a run for a report: rates with intervals, and the outcomes of its answers."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ class RunSummary:
     """A run without its records.
 
     Attributes:
-        coverage: how much of the suite is answered.
-        excluded: reason -> how many tasks are left out of all rates for it.
-        repaired: how many answers were read only after a repair.
-        planners: what judged operators, by name; none where nothing did or older records do not say.
-        errata: what errata of the data did to it; None if none were used.
-        data_sha256: digests of the data that it was scored against, usually one.
+        coverage: share of the suite's tasks that are answered.
+        excluded: reason -> number of tasks that it excludes from all rates.
+        repaired: number of answers that were read only after a repair of their text.
+        planners: names of the planners that judged operators; empty if none did, or in older records.
+        errata: effect of errata of the data; None if none were used.
+        data_sha256: digests of the data that answers were scored against, usually one.
         rates: metric -> rate.
-        certainties: metric -> how sure the rate is, None where it is not defined.
-        cases: main metric -> what each task adds to it.
-        spent: what the answers took, as far as records say.
-        per_success: what each answer took, and whether it is a success (`eai.results.cost.cost_cases`).
-        unnamed: how many records do not say what their tasks are like, so that each task stands for itself.
+        certainties: metric -> certainty of the rate; None if it is not defined.
+        cases: main metric -> share of each task.
+        spent: tokens and cost of the answers, as far as records have them.
+        per_success: effort and success of each answer (`eai.results.cost.cost_cases`).
+        unnamed: number of records that do not describe their tasks; each such task counts as independent.
     """
 
     key: RunKey
@@ -52,12 +52,12 @@ class RunSummary:
 
 
 def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
-    """Those of the runs that are no experiments: what is ranked and set beside the paper's tables."""
+    """Return the runs that are not experiments: the ranked runs, compared with the paper's tables."""
     return [item for item in runs if item.key.is_plain]
 
 
 def summary_of(run: Run) -> RunSummary:
-    """The summary of a run."""
+    """Return the summary of a run."""
     key = run.key
     reasons = [record.verdict.excluded for record in run.records]
     totals, cases = Totals.from_records(run.records), cases_of(run.records, key.ability)
@@ -70,10 +70,10 @@ def summary_of(run: Run) -> RunSummary:
         totals.errata,
         tuple(sorted({record.data_sha256 for record in run.records})),
         totals.counted,
-        {metric: certainty_of_rate(found) for metric, found in cases.items()},
+        {metric: certainty_of_rate(shares) for metric, shares in cases.items()},
         {
-            metric: found
-            for metric, found in cases.items()
+            metric: shares
+            for metric, shares in cases.items()
             if metric in declaration_of(key.ability).overview_headings
         },
         sum_spending(run.records),

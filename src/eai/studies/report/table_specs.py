@@ -1,4 +1,4 @@
-"""Which tables a report has: those of the paper, one a domain, with the columns that abilities declare."""
+"""The tables of a report: those of the paper, one per domain, with the columns that abilities declare."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ _IN_TABLES = tuple([ability for ability in _ORDER if ability in PAPER_ABILITIES]
 
 
 def place_of_column(column: MetricColumn, domain: str) -> PaperColumn:
-    """The column of the paper that shows the same in a domain."""
+    """Return the paper's column that shows the same metric in a domain."""
     return PaperColumn(column.ability.value if column.ability else "", column.metric, domain)
 
 
 @dataclass(frozen=True, slots=True)
 class TableSpec:
-    """One table.
+    """The definition of one table.
 
     Attributes:
-        name: a name for files.
-        title: a title for readers.
-        columns: from left to right.
-        primary: the columns that rank: the first that has numbers; the last resort is the first column.
+        name: name for files.
+        title: title for readers.
+        columns: columns from left to right.
+        primary: metrics that may rank: the first with numbers does; otherwise the first column.
     """
 
     name: str
@@ -46,17 +46,16 @@ class TableSpec:
 
 
 def ability_title(ability: Ability) -> str:
-    """How an ability is called in headings."""
+    """Return the title of an ability in headings."""
     return declaration_of(ability).title
 
 
 def suite_title(domain: str, ability: Ability) -> str:
-    """How a suite is called in tables."""
+    """Return the title of a suite in tables."""
     return f"{title_of(domain)}, {ability_title(ability).lower()}"
 
 
 def _columns(ability: Ability) -> tuple[MetricColumn, ...]:
-    """The columns of an ability."""
     return tuple(replace(column, ability=ability) for column in declaration_of(ability).columns)
 
 
@@ -75,7 +74,7 @@ def _overview() -> TableSpec:
 
 
 def _one_table(ability: Ability) -> TableSpec:
-    """All columns of an ability, ranked by its main metrics."""
+    """Return a table with all columns of an ability, ranked by its main metrics."""
     main = tuple(declaration_of(ability).overview_headings)
     return TableSpec(ability.value, ability_title(ability), _columns(ability), main)
 
@@ -101,8 +100,8 @@ def _operators() -> Iterator[TableSpec]:
 
 
 @cache
-def _of_the_paper() -> tuple[TableSpec, ...]:
-    """The tables of the paper's abilities, in order."""
+def _paper_tables() -> tuple[TableSpec, ...]:
+    """Return the tables of the paper's abilities, in order."""
     plans = [ability for ability in _IN_TABLES if declaration_of(ability).has_plans]
     return (
         _overview(),
@@ -114,20 +113,20 @@ def _of_the_paper() -> tuple[TableSpec, ...]:
 
 
 def tables_of(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
-    """The tables of a report on some abilities: the paper's, and one of each other ability."""
+    """Return the tables of a report on some abilities: the paper's, and one for each other ability."""
     others = sorted(set(abilities).difference(PAPER_ABILITIES), key=ability_rank)
-    return (*_of_the_paper(), *map(_one_table, others))
+    return (*_paper_tables(), *map(_one_table, others))
 
 
-def of_ability(ability: Ability) -> TableSpec:
-    """The first table that shows nothing but results of an ability."""
+def find_table(ability: Ability) -> TableSpec:
+    """Return the first table that shows only results of one ability."""
     if ability not in PAPER_ABILITIES:
         return _one_table(ability)
-    return next(spec for spec in _of_the_paper() if {column.ability for column in spec.columns} == {ability})
+    return next(spec for spec in _paper_tables() if {column.ability for column in spec.columns} == {ability})
 
 
 def _operators_summary() -> TableSpec:
-    """The table of operators that the paper alone has."""
+    """Return the summary table of operators, which only the paper has."""
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))
     columns = tuple(
@@ -139,5 +138,5 @@ def _operators_summary() -> TableSpec:
 
 
 def columns_of(name: str) -> tuple[MetricColumn, ...]:
-    """The columns of one of the paper's tables, where a domain has them."""
-    return next(spec.columns for spec in (*_of_the_paper(), _operators_summary()) if spec.name == name)
+    """Return the columns of one of the paper's tables, if a domain has them."""
+    return next(spec.columns for spec in (*_paper_tables(), _operators_summary()) if spec.name == name)

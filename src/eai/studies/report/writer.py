@@ -1,6 +1,6 @@
-"""Writing a report: its tables for readers and for programs, into a folder.
+"""Writes a report into a folder: its tables for readers and for programs.
 
-For programs there is one JSON file, and one CSV file with a line a number.
+For programs there is one JSON file, and one CSV file with a line per number.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from eai.studies.report.rankings import (
     RankedModel,
     Ranking,
     Score,
-    besides,
     experiments,
+    mark_best,
+    other_paper_tables,
     ranks_of,
-    with_best_marked,
 )
 from eai.studies.report.run_summary import RunSummary, plain_runs
 
@@ -45,23 +45,23 @@ def write_tables(
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
-    Experiments have tables of their own. With the paper there is also what it reports besides. Where records
-    say what their answers took, there is ``cost.csv``.
+    Experiments have tables of their own. With the paper, its other tables are added. If records have token
+    counts, ``cost.csv`` is written too.
 
     Args:
-        folder: where the files go.
-        runs: all runs, experiments too.
+        folder: folder of the files.
+        runs: all runs, including experiments.
         tables: the tables of the plain runs.
-        tex: all tables as LaTeX (`tables_tex`).
+        tex: returns all tables as LaTeX (`tables_tex`).
         with_paper: whether the paper's models appear beside ours.
-        prices: what tokens cost that were not priced when they were asked for.
+        prices: prices of tokens, for answers that have none recorded.
 
     Returns:
-        how many tables were written.
+        the number of tables written.
     """
     plain = plain_runs(runs)
     tried = experiments(runs)
-    others = besides(plain) if with_paper else []
+    others = other_paper_tables(plain) if with_paper else []
     written = [*tables, *tried, *others]
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
@@ -80,23 +80,23 @@ def write_tables(
 def tables_tex(
     tables: Sequence[Ranking], models: Collection[str], columns: Collection[str], *, intervals: bool
 ) -> str:
-    """The wanted parts of tables as LaTeX, where a page has an end; a table without any is left out.
+    """Return the selected columns and models of tables as LaTeX; empty tables are left out.
 
     Args:
         tables: the tables.
         models: the models; all if empty.
-        columns: the columns, by their own heading or that above them, in any case; all if empty.
-        intervals: whether intervals stand below the numbers.
+        columns: headings of columns or of groups of columns, in any case; all if empty.
+        intervals: whether intervals are printed below the numbers.
 
     Raises:
-        InputError: there is no such model or column in any of them.
+        InputError: no table has a model or column with the name.
     """
     wanted = [name.casefold() for name in columns]
     _check("--models", models, {row.model for table in tables for row in table.rows})
     headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
     _check("--columns", wanted, headings)
-    parts = (_narrow(table, models, wanted) for table in tables)
-    return "\n".join(_latex(part, intervals=intervals) for part in parts if part is not None)
+    narrowed = (_narrow(table, models, wanted) for table in tables)
+    return "\n".join(_latex(table, intervals=intervals) for table in narrowed if table is not None)
 
 
 def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) -> Ranking | None:
@@ -115,17 +115,17 @@ def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) 
     ranks = ranks_of([None if row.rank is None else -row.rank for row in rows])
     rows = [replace(row, rank=rank) for row, rank in zip(rows, ranks, strict=True)]
     notes = tuple(note for note in table.notes if note in used)
-    return replace(table, columns=columns, rows=tuple(with_best_marked(rows)), notes=notes)
+    return replace(table, columns=columns, rows=tuple(mark_best(rows)), notes=notes)
 
 
 def _headings(column: MetricColumn) -> set[str]:
     return {column.group.casefold(), column.label.casefold()}
 
 
-def _check(option: str, names: Collection[str], known: Collection[str]) -> None:
+def _check(option: str, names: Collection[str], choices: Collection[str]) -> None:
     for name in names:
-        if name not in known:
-            raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(known))}")
+        if name not in choices:
+            raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(choices))}")
 
 
 def _latex(table: Ranking, *, intervals: bool) -> str:
@@ -138,7 +138,7 @@ def _slug(text: str) -> str:
 
 
 def rankings_json(tables: Sequence[Ranking]) -> str:
-    """All tables, each number with what it is made of; percentages unrounded."""
+    """Return all tables as JSON, each number with its fraction; percentages are unrounded."""
     content: list[Json] = [
         {
             "name": table.name,
@@ -162,7 +162,7 @@ _COLUMNS = (
 
 
 def rankings_csv(tables: Sequence[Ranking]) -> str:
-    """All numbers of all tables, one a line below the names of the columns, which are there without any."""
+    """Return all numbers of all tables as CSV, one per line; the header is always written."""
     lines = (
         _line(table, row, column, cell)
         for table in tables
@@ -190,7 +190,7 @@ def _line(table: Ranking, row: RankedModel, column: MetricColumn, cell: Score) -
 
 
 def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
-    """The same with a column for each bound of an interval."""
+    """Yield the numbers with one entry for each bound of an interval."""
     for name, value in numbers.items():
         if name.startswith("interval"):
             low, high = value or (None, None)
@@ -201,7 +201,7 @@ def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
 
 
 def _numbers(cell: Score) -> dict[str, Any]:
-    """A number with what it is made of and how sure it is; None where that is not known."""
+    """Return a number with its fraction and its certainty; unknown values are None."""
     sure = cell.certainty
     return {
         "percent": cell.value,

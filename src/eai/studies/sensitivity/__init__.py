@@ -1,1 +1,1 @@
-"""Which operator of a model's breaks its plans."""
+"""Sensitivity: the operators of a model that break plans."""

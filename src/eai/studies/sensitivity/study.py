@@ -1,8 +1,8 @@
-"""Sensitivity analysis (paper, "Sensitivity analysis" of transition modeling): which operator breaks plans?
+"""Sensitivity analysis (paper, "Sensitivity analysis" of transition modeling): which operators break plans.
 
-In each task one operator at a time is the answer's, the others are the gold ones; a planner says whether
-the problem can still be solved. Counted are the successes by operator, and by operator and category of the
-task, out of all tasks that ask for it: an operator that the answer does not have is no success.
+For each task, one gold operator at a time is replaced by that of the answer, and a planner tries to solve the
+problem. Successes are counted by operator and by category of the task, out of all tasks that ask for the
+operator. A missing operator counts as a failure.
 """
 
 from __future__ import annotations
@@ -32,31 +32,31 @@ from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.results.tidy import first_columns
 from eai.studies.records import Records
-from eai.studies.study import Analysis, Figures, Study, of_suite, several
+from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_commas
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 from eai.tasks.task import Category
 
 OVERALL = "overall"
-"""The category of all tasks."""
+"""Name of the category that contains all tasks."""
 
 NOT_WRITTEN = "not_written"
-"""The outcome of an operator that is asked for and not in the answer."""
+"""Outcome of an operator that the answer does not have although the task asks for it."""
 
 _SOLVED = PlannerOutcome.SOLVED.value
 _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RUN), NOT_WRITTEN)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trial(TidyLine):
-    """One operator of one answer, tried among gold ones.
+class OperatorTrial(TidyLine):
+    """The outcome of planning with one operator of one answer among gold operators.
 
     Attributes:
-        replaced: what of the gold operator gave way (`ReplacedPart`).
-        operator: its name.
-        outcome: how the planner ended (`PlannerOutcome`), or `NOT_WRITTEN`.
-        categories: those of the task, with blanks between.
-        errors: what is wrong with it, ``side:verdict:predicate``, each once, with blanks between.
+        replaced: the replaced part of the gold operator (`ReplacedPart`).
+        operator: name of the operator.
+        outcome: the planner's outcome (`PlannerOutcome`), or `NOT_WRITTEN`.
+        categories: categories of the task, separated by blanks.
+        errors: errors of the operator as ``side:verdict:predicate``, each once, separated by blanks.
     """
 
     replaced: str
@@ -66,10 +66,10 @@ class Trial(TidyLine):
     errors: str
 
 
-def tried(
+def try_records(
     records: Sequence[Record], source: Source, ways: Sequence[ReplacedPart], done: Callable[[int], None]
-) -> Iterator[Trial]:
-    """Try all operators of records; all models share a suite, so that equal ones are planned with once."""
+) -> Iterator[OperatorTrial]:
+    """Yield the trials of all records. Equal operators of all models are planned with once."""
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
         scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
@@ -81,17 +81,17 @@ def tried(
 
 def try_operators(
     scorer: TransitionModeling, record: Record, replaced: ReplacedPart = "operator"
-) -> Iterator[Trial]:
-    """Try each operator that a task asks for, as the record's answer has it.
+) -> Iterator[OperatorTrial]:
+    """Yield a trial for each operator that a task asks for.
 
-    Nothing comes of an answer that the rules leave out; one that is missing has no operator.
+    An excluded answer has no trials. A missing answer has no operators, so all of its trials fail.
     """
     errors = _errors(record, replaced)
     results = scorer.plan_one_at_a_time(record.response, replaced)
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
-        yield Trial(
+        yield OperatorTrial(
             **first_columns(record),
             replaced=replaced,
             operator=operator,
@@ -102,17 +102,17 @@ def try_operators(
 
 
 def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
-    """The errors in the tried part of each operator."""
+    """Return the errors in the replaced part of each operator."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
     sides = [side for side in ("precondition", "effect") if replaced in (side, "operator")]
     return {
         report.name: tuple(
             dict.fromkeys(
-                f"{side}:{found}:{predicate}"
+                f"{side}:{verdict}:{predicate}"
                 for side in sides
-                for found in ("missing", "additional")
-                for clause in getattr(getattr(report, side), found)
+                for verdict in ("missing", "additional")
+                for clause in getattr(getattr(report, side), verdict)
                 for predicate in record.verdict.clauses[clause].predicates
             )
         )
@@ -120,13 +120,13 @@ def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]
     }
 
 
-def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
-    """The tables of the analysis."""
-    return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials(trials)]
+def sensitivity_tables(trials: Sequence[OperatorTrial]) -> list[Table]:
+    """Return the tables of the analysis."""
+    return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials_table(trials)]
 
 
-def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
-    """The cases that trials add to success, by operator and category, `OVERALL` first."""
+def group_cases(trials: Iterable[OperatorTrial]) -> dict[tuple[str, str], list[Case]]:
+    """Return the cases that trials add to success, by operator and category; `OVERALL` comes first."""
     return group_pairs(
         ((trial.operator, category), make_case(trial, share_of_one(trial.outcome == _SOLVED)))
         for trial in trials
@@ -134,10 +134,12 @@ def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
     )
 
 
-def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[Trial], list[str]]]:
-    """The trials of each suite, model and way to replace, what they are of, and the suite's operators.
+def _group_trials(
+    trials: Sequence[OperatorTrial],
+) -> Iterator[tuple[tuple[str, ...], list[OperatorTrial], list[str]]]:
+    """Yield the trials of each suite, model and replaced part, with their key and the suite's operators.
 
-    These are in order of success, the one that breaks most plans first.
+    The operators are sorted by success, lowest first.
     """
     for suite, lines in group_by_suite(trials).items():
         tried = Counter(trial.operator for trial in lines)
@@ -145,41 +147,41 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
         order = sorted(tried, key=lambda name: (solved[name] / tried[name], name))
         for model, of_model in group_by_model(lines).items():
             for replaced in get_args(ReplacedPart):
-                found = [trial for trial in of_model if trial.replaced == replaced]
-                if found:
-                    yield (*suite, model, replaced), found, order
+                of_part = [trial for trial in of_model if trial.replaced == replaced]
+                if of_part:
+                    yield (*suite, model, replaced), of_part, order
 
 
 _KEY = (*SUITE, MODEL, "replaced")
 
 
 @make_table("sensitivity", (*_KEY, "operator", "category", "solved"))
-def _sensitivity(trials: Sequence[Trial]) -> Iterator[Row]:
+def _sensitivity(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
     """Problems solved with one operator of the model.
 
-    Tasks that a planner solves with this operator as the answer has it and all others as the data set has
-    them (strict: those that the task asks for; eai-1.0.5: all of the benchmark's), in percent of those that
-    ask for it; one that is not written solves nothing. replaced: the whole operator, or only its precondition
-    or its effect, with the parameters of the data set. A task counts in each of its categories. Operators
-    that break most plans come first; intervals have names as units.
+    Tasks that a planner solves with this operator from the answer and all others from the data set, in
+    percent of the tasks that ask for it. The others are those that the task asks for (strict), or all of the
+    benchmark's (eai-1.0.5). A missing operator solves nothing. replaced: the whole operator, or only its
+    precondition or effect, with the parameters of the data set. A task counts in each of its categories.
+    Operators that break most plans come first; intervals have names as units.
     """
     categories = (OVERALL, *(category.value for category in Category))
-    for key, found, order in _by_model(trials):
-        cells = cells_of(found)
-        for place in product(order, categories):
-            if place in cells:
-                yield (*key, *place, Estimate.from_cases(cells[place]))
+    for key, of_key, order in _group_trials(trials):
+        cells = group_cases(of_key)
+        for cell in product(order, categories):
+            if cell in cells:
+                yield (*key, *cell, Estimate.from_cases(cells[cell]))
 
 
 @make_table("outcomes", (*_KEY, "operator", *_OUTCOMES))
-def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
+def _outcomes(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
     """How trials ended.
 
     Trials of each operator by how the planner ended: with a plan, without one, because the operator is no
     acceptable PDDL, at a limit; or because the answer does not have the operator.
     """
-    for key, found, order in _by_model(trials):
-        counts = Counter((trial.operator, trial.outcome) for trial in found)
+    for key, of_key, order in _group_trials(trials):
+        counts = Counter((trial.operator, trial.outcome) for trial in of_key)
         for name in order:
             row = [counts[name, outcome] for outcome in _OUTCOMES]
             if any(row):
@@ -191,7 +193,7 @@ def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
     (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
     max_shown_rows=20,
 )
-def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
+def _errors_table(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
     """Which error breaks plans.
 
     Operators that are written, by a predicate that is missing or too much on one of their sides: the tasks
@@ -199,28 +201,28 @@ def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
     error, in percent. Errors come together, so that one may stand for another; those that stand beside most
     failures come first.
     """
-    for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
-        of_operators = group_pairs((trial.operator, trial) for trial in found)
-        of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
-        yield from [(*key, *row) for row in sorted(of_key, key=lambda row: -numerator_of(row[-2]))]
+    for key, of_key, order in _group_trials([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
+        of_operators = group_pairs((trial.operator, trial) for trial in of_key)
+        rows = [(name, *row) for name in order for row in _error_rows(of_operators.get(name, ()))]
+        yield from [(*key, *row) for row in sorted(rows, key=lambda row: -numerator_of(row[-2]))]
 
 
-def _of_errors(trials: Sequence[Trial]) -> Iterator[Row]:
-    """Each error of an operator with how often trials fail with and without it, the most frequent first."""
+def _error_rows(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
+    """Yield each error of an operator with the failures with it and without it, most frequent first."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [make_case(trial, share_of_one(trial.outcome != _SOLVED)) for trial in trials]
-    counts = Counter(error for each in errors for error in each)
-    for error in sorted(counts, key=lambda each: (-counts[each], each)):
+    counts = Counter(error for of_trial in errors for error in of_trial)
+    for error in sorted(counts, key=lambda error: (-counts[error], error)):
         split = list(zip(cases, errors, strict=True))
         yield (
             *error.split(":", 2),
-            Estimate.from_cases([case for case, each in split if error in each]),
-            Estimate.from_cases([case for case, each in split if error not in each]),
+            Estimate.from_cases([case for case, of_trial in split if error in of_trial]),
+            Estimate.from_cases([case for case, of_trial in split if error not in of_trial]),
         )
 
 
-@make_table("trials", tuple([column.name for column in fields(Trial)]), max_shown_rows=0)
-def _trials(trials: Sequence[Trial]) -> Iterable[Row]:
+@make_table("trials", tuple([column.name for column in fields(OperatorTrial)]), max_shown_rows=0)
+def _trials_table(trials: Sequence[OperatorTrial]) -> Iterable[Row]:
     """Every trial.
 
     A line an operator of an answer: how the planner ended, the task's categories, and what is wrong with the
@@ -229,35 +231,34 @@ def _trials(trials: Sequence[Trial]) -> Iterable[Row]:
     return map(astuple, trials)
 
 
-class _Choices(Options):
+class _SensitivityChoices(Options):
     """How operators are tried.
 
     Attributes:
-        replace: What of a gold operator is the model's: operator, precondition or effect; several with
-            commas.
-        planner: What finds plans: auto, fast_downward or built_in.
+        replace: The replaced part of a gold operator: operator, precondition or effect; several with commas.
+        planner: The planner: auto, fast_downward or built_in.
     """
 
-    replace: Annotated[tuple[ReplacedPart, ...], BeforeValidator(several)] = ("operator",)
+    replace: Annotated[tuple[ReplacedPart, ...], BeforeValidator(split_commas)] = ("operator",)
     planner: PlannerChoice = PlannerChoice.AUTO
 
 
-def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
-    """Operators are tried one by one, which takes a planner minutes a model.
+def _analyze(records: Records, chosen: _SensitivityChoices) -> Iterator[Analysis]:
+    """Try the operators one by one. A planner takes minutes for a model.
 
     Raises:
-        InputError: there are no operators, or no planner is to try them.
+        InputError: there are no operators, or no planner is chosen.
     """
     if chosen.planner is PlannerChoice.NONE:
         raise InputError("planner=none: operators are tried by a planner")
     runs = [run for run in records.runs() if run.key.ability is Ability.TRANSITION_MODELING]
-    found = [record for run in runs for record in run.records]
-    if not found:
+    answers = [record for run in runs for record in run.records]
+    if not answers:
         raise InputError("expected records of transition modeling, found none")
     ways = tuple(dict.fromkeys(chosen.replace))
     source = replace(records.source, planner=chosen.planner)
-    with records.progress("trying operators", len(found)) as done:
-        tables = sensitivity_tables(list(tried(found, source, ways, done)))
+    with records.progress("trying operators", len(answers)) as done:
+        tables = sensitivity_tables(list(try_records(answers, source, ways, done)))
     yield Analysis(tables, _figures(tables, ways))
 
 
@@ -268,15 +269,15 @@ def _figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figures:
             label = f"percent solved with the model's {way}"
             shown = [row for row in of_way if row["category"] == OVERALL]
             models = draw_matrix(shown, ("operator",), "solved", label, zeros=True)
-            yield of_suite(suite, way, models)
+            yield add_suite_title(suite, way, models)
             shown = [row for row in of_way if row["model"] == of_way[0]["model"]]
             categories = draw_matrix(shown, ("operator",), "solved", label, across="category", zeros=True)
-            yield of_suite(suite, f"{way}-categories", categories)
+            yield add_suite_title(suite, f"{way}-categories", categories)
 
 
 SENSITIVITY = Study(
     "sensitivity",
     "Each operator of the answers alone among gold operators: which one breaks plans (transition modeling).",
-    choices=_Choices,
+    choices=_SensitivityChoices,
     analyze=_analyze,
 )
