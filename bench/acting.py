@@ -22,9 +22,9 @@ from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS, NULLS, Agent
 from eai.agents.command import DONE
 from eai.agents.game import Game
-from eai.agents.reference import staged
-from eai.agents.rules import STANDARD, Rules, View
-from eai.agents.stage import Stage
+from eai.agents.game_setup import GameSetup
+from eai.agents.reference import make_setup
+from eai.agents.rules import STANDARD, GameRules, View
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.tasks.source import Source
 
@@ -44,9 +44,9 @@ class Course(NamedTuple):
         return self.held[min(budget, len(self.held) - 1)]
 
 
-def course(stage: Stage, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool) -> Course:
+def course(stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool) -> Course:
     """What becomes of an agent in as many actions as any budget has."""
-    game = Game(stage.endless())
+    game = Game(stage.make_endless())
     agent, held, done = make(game, seed), [all(game.reached)], None
     most = max(TIMES[-1] * (stage.reference.shortest or 0), stage.limit or 0)
     while True:
@@ -60,7 +60,7 @@ def course(stage: Stage, make: Callable[[Game, int], Agent], seed: int, *, acts_
         held.append(all(game.reached))
 
 
-def stages(name: str, rules: Rules, sample: int) -> tuple[list[Stage], int]:
+def stages(name: str, rules: GameRules, sample: int) -> tuple[list[GameSetup], int]:
     """The tasks of a sample that have a reference, and how many have none."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
@@ -69,7 +69,7 @@ def stages(name: str, rules: Rules, sample: int) -> tuple[list[Stage], int]:
     playable = []
     for number, task_id in enumerate(chosen, 1):
         print(f"\r{name}: reference {number} of {len(chosen)}, {task_id:<60.60}", end="", file=sys.stderr)
-        stage = staged(tasks[task_id], benchmark, rules)
+        stage = make_setup(tasks[task_id], benchmark, rules)
         if stage.reference.commands is not None:
             playable.append(stage)
     print(file=sys.stderr)

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.record import add_write_option, write_rows
-from eai.agents.play import Arena
+from eai.agents.play import AgentTask
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.responses import read_responses
@@ -88,7 +88,7 @@ def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
 
 def references(suite: Suite, tickets: Path) -> dict[str, Sequence[str]]:
     """The commands that win the tasks of tickets, by question."""
-    arena = Arena(suite.benchmark)
+    arena = AgentTask(suite.benchmark)
     tasks = [suite.tasks[row["identifier"]] for row in json.loads(tickets.read_text("utf-8"))]
     return {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
 

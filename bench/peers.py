@@ -25,8 +25,8 @@ from differential.reference_child import cpu_seconds
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.agents.game import Game
-from eai.agents.reference import staged
-from eai.agents.rules import Rules
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.ltl import read_formula
@@ -107,7 +107,7 @@ def judging(steps: list[str]) -> dict[str, float]:
     actions = [
         Action(name, tuple(place[each] for each in objects)) for name, *objects in map(str.split, steps)
     ]
-    rules = Rules(until="done", max_steps=None, feedback="outcome")
+    rules = GameRules(until="done", max_steps=None, feedback="outcome")
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder) / "plan"
         plan.write_text(text + "\n")
@@ -115,7 +115,9 @@ def judging(steps: list[str]) -> dict[str, float]:
         return {
             "verdict": milliseconds(lambda: valid(succeeds(scorer.score(text)))),
             "execution": milliseconds(lambda: valid(execute(domain, task.initial, actions).failure is None)),
-            "game": milliseconds(lambda: valid(plays(Game(staged(task, suite.benchmark, rules)), actions))),
+            "game": milliseconds(
+                lambda: valid(plays(Game(make_setup(task, suite.benchmark, rules)), actions))
+            ),
             "VAL": milliseconds(lambda: valid("Plan valid" in subprocess.check_output(words, text=True))),
         }
 

@@ -24,7 +24,7 @@ from bench.record import add_write_option, write_rows
 from bench.result import Figure
 from eai.agents.agents import random_agent
 from eai.agents.command import DONE
-from eai.agents.play import Arena
+from eai.agents.play import AgentTask
 from eai.agents.setting import ACTING, Setting
 from eai.benchmarks.suite import Suite, open_suite
 
@@ -38,7 +38,7 @@ CALL = 120
 
 def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
     """Play by the command of the docs; print and return the tasks won and the CPU seconds of a task."""
-    arena = Arena(suite.benchmark)
+    arena = AgentTask(suite.benchmark)
     tasks = [suite.tasks[task_id] for task_id in task_ids]
     gold = {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
     with tempfile.TemporaryDirectory() as folder, model(gold) as url:
@@ -56,7 +56,7 @@ def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
 
 def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
     """Play without Inspect; print and return the tokens of contexts and the CPU ms of an episode."""
-    arena = Arena(suite.benchmark, Setting(steps=TURNS, budget=1_000))
+    arena = AgentTask(suite.benchmark, Setting(steps=TURNS, budget=1_000))
     contexts, ready, played = [], 0.0, 0.0
     for task_id in task_ids:
         start = time.process_time()

@@ -15,8 +15,8 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
-from eai.agents.reference import staged
-from eai.agents.rules import Rules
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.planning import to_planning_goal
@@ -159,8 +159,8 @@ def test_a_continued_world_keeps_its_history(lamps: Benchmark) -> None:
 
 def test_an_environment_continues_until_goals_over_time_hold(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", LATER)
-    rules = Rules(until="goal")
-    game = Game(staged(asked, lamps, rules))
+    rules = GameRules(until="goal")
+    game = Game(make_setup(asked, lamps, rules))
     assert '"always c" says' in game.opening()
     turns = [game.act(command) for command in ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")]
     assert [turn.info["goals"] for turn in turns] == [

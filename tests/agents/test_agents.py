@@ -14,9 +14,9 @@ from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS, NULLS
 from eai.agents.command import DONE
 from eai.agents.game import Game
-from eai.agents.reference import staged
-from eai.agents.rules import STANDARD, Rules
-from eai.agents.stage import Stage
+from eai.agents.game_setup import GameSetup
+from eai.agents.reference import make_setup
+from eai.agents.rules import STANDARD, GameRules
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Always, And, Atom, Constant, Not, Occurs
@@ -32,7 +32,7 @@ EVERY = {"virtualhome": 24, "behavior": 14}
 """Which tasks of a household are played."""
 
 
-def played(agent: str, stage: Stage, seed: int = 0) -> tuple[Game, list[str]]:
+def played(agent: str, stage: GameSetup, seed: int = 0) -> tuple[Game, list[str]]:
     """A game of an agent, and its commands."""
     game = Game(stage)
     command, commands = AGENTS[agent](game, seed), list[str]()
@@ -42,17 +42,17 @@ def played(agent: str, stage: Stage, seed: int = 0) -> tuple[Game, list[str]]:
     return game, commands
 
 
-def stages(name: str, store: Store, rules: Rules = STANDARD) -> list[Stage]:
+def stages(name: str, store: Store, rules: GameRules = STANDARD) -> list[GameSetup]:
     """Some tasks of a household."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
     ids = [task_id for task_id in tasks if tasks[task_id].plan_exclusion is None]
-    return [staged(tasks[task_id], benchmark, rules) for task_id in ids[:: EVERY[name]]]
+    return [make_setup(tasks[task_id], benchmark, rules) for task_id in ids[:: EVERY[name]]]
 
 
 @pytest.mark.parametrize("task_id", ["both", "greet", "half", "done"])
 def test_the_explorer_finds_what_is_hidden_and_says_so(task_id: str) -> None:
-    game, commands = played("explorer", staged(TASKS[task_id], SWITCHES, STANDARD))
+    game, commands = played("explorer", make_setup(TASKS[task_id], SWITCHES, STANDARD))
     assert (game.won, game.ended, commands[-1]) == (True, "done", DONE)
     if task_id == "both":
         assert commands == ["GO(shed)", "OPEN(box)", "PRESS(torch)", "GO(hall)", "PRESS(lamp)", DONE]
@@ -65,7 +65,7 @@ def test_after_it_has_opened_things_the_explorer_looks_once_more_where_it_was() 
         fact for fact in both.initial.facts() if fact != ("at", (scene.index["torch"], scene.index["shed"]))
     ]
     start = scene.state([*facts, ("at", (scene.index["torch"], scene.index["hall"]))])
-    game, commands = played("explorer", staged(replace(both, initial=start), SWITCHES, STANDARD))
+    game, commands = played("explorer", make_setup(replace(both, initial=start), SWITCHES, STANDARD))
     assert game.won
     assert commands == ["GO(shed)", "OPEN(box)", "GO(hall)", "PRESS(lamp)", "PRESS(torch)", DONE]
 
@@ -83,20 +83,20 @@ def test_the_explorer_makes_what_is_not_there_yet() -> None:
     scene = w.Scene(domain.vocabulary, [w.WorldObject("mill", "mill"), w.WorldObject("flour", "flour")])
     start = scene.state([("mill", (0,)), ("whole", (0,))])
     task = make_task("grind", "Make flour.", start, whole(w.Constant("flour")))
-    game, commands = played("explorer", staged(task, Benchmark("mills", domain, given(task)), STANDARD))
+    game, commands = played("explorer", make_setup(task, Benchmark("mills", domain, given(task)), STANDARD))
     assert (game.won, commands) == (True, ["TURN(mill)", DONE])
 
 
 def test_a_reference_is_what_can_be_played_and_the_budget_follows_from_it() -> None:
-    stage = staged(TASKS["both"], SWITCHES, STANDARD)
+    stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
     shortest, commands = stage.reference
     assert shortest == 3, "the torch can be pressed in its box, which who does not know of it cannot do"
     assert commands is not None
     assert stage.limit == 2 * 3 + 8 == stage.reference.budget(2)
     assert stage.reference.budget(0) == 8
     assert stage.reference._replace(commands=("WAVE()",) * 30).budget(2) == 30
-    assert staged(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).limit == 3
-    assert staged(TASKS["both"], SWITCHES, Rules()).limit == 100
+    assert make_setup(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).limit == 3
+    assert make_setup(TASKS["both"], SWITCHES, GameRules()).limit == 100
 
 
 def test_a_reference_looks_for_what_the_plan_names_where_looking_first_breaks_a_rule() -> None:
@@ -107,7 +107,7 @@ def test_a_reference_looks_for_what_the_plan_names_where_looking_first_breaks_a_
     plan = tuple([Action(name, (both.scene.index[thing],)) for name, thing in PLAN])
     goals = (*both.goals, *make_task("rule", "", both.initial, rule).goals)
     task = replace(both, goals=goals, script=plan)
-    stage = staged(task, SWITCHES, STANDARD)
+    stage = make_setup(task, SWITCHES, STANDARD)
     assert not any(played(agent, stage)[0].won for agent in ("gold", "explorer"))
     assert stage.reference.commands == ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
 
@@ -116,20 +116,20 @@ def test_the_greedy_agent_sees_which_action_goals_it_has_met() -> None:
     both = TASKS["both"]
     lit = Atom("lit", (Constant("lamp"),))
     waved = make_task("wave", "Turn the lamp on and wave.", both.initial, Occurs("WAVE"), lit)
-    game, commands = played("greedy", staged(waved, SWITCHES, STANDARD))
+    game, commands = played("greedy", make_setup(waved, SWITCHES, STANDARD))
     assert (game.won, sorted(commands)) == (True, [DONE, "PRESS(lamp)", "WAVE()"])
 
 
 @pytest.mark.parametrize("agent", NULLS)
 def test_nulls_play_by_their_seed(agent: str) -> None:
-    stage = staged(TASKS["both"], SWITCHES, STANDARD)
+    stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
     games = [played(agent, stage, seed)[1] for seed in (0, 0, 1, 2, 3)]
     assert games[0] == games[1]
     assert len({tuple(commands) for commands in games}) > 1
 
 
 def test_of_possible_actions_the_novel_agent_takes_new_ones_and_the_blind_one_any() -> None:
-    stage = staged(TASKS["both"], SWITCHES, STANDARD)
+    stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
     for seed in range(5):
         for agent in ("random", "novel"):
             game, commands = played(agent, stage, seed)

@@ -11,7 +11,7 @@ import pytest
 from agents.switches import SWITCHES
 from by_path import TESTS
 from eai.agents.declaration import ACTING
-from eai.agents.play import Arena, Episode, read_episode
+from eai.agents.play import AgentTask, EpisodeAnswer, read_episode
 from eai.agents.setting import Setting
 from eai.tasks.source import Source
 from processes import eai
@@ -41,7 +41,7 @@ def test_another_ability_that_takes_turns_is_played_scored_and_reported(
     (answers,) = (runs / "lamps" / "walking").rglob("*_outputs.json")
     episodes = [read_episode(answer["llm_output"]) for answer in json.loads(answers.read_text())]
     for episode in episodes:
-        assert isinstance(episode, Episode)
+        assert isinstance(episode, EpisodeAnswer)
         assert episode.rules is not None
         assert (episode.rules.view, bool(episode.turns)) == ("task", True)
     again = eai("score", answers, *SUITE, "--out", tmp_path / "again", "--json", **distribution)
@@ -54,7 +54,7 @@ def test_another_ability_that_takes_turns_is_played_scored_and_reported(
 
 
 def test_an_episode_names_its_harness_and_rules_and_an_empty_answer_names_none() -> None:
-    play = Arena(SWITCHES, Setting(harness="text", budget=4)).play(SWITCHES.tasks(Source())["both"])
+    play = AgentTask(SWITCHES, Setting(harness="text", budget=4)).play(SWITCHES.tasks(Source())["both"])
     play.say("LOOK")
     made = ACTING.read_experiment(play.text("stopped"))
     assert made is not None

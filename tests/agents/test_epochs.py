@@ -11,8 +11,8 @@ import pytest
 from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import Usage
 from eai.abilities.experiment import Experiment
-from eai.agents.declaration import averaged, contributions
-from eai.agents.play import Arena
+from eai.agents.declaration import average_episodes, contributions
+from eai.agents.play import AgentTask
 from eai.agents.setting import ACTING
 from eai.agents.verdict import ActingVerdict
 from eai.benchmarks.suite import open_suite
@@ -45,7 +45,7 @@ def settled(folder: Path, *won: str) -> SuiteResult:
             if letter == "c":
                 failures[task_id, epoch] = CRASHED
                 continue
-            play = Arena(SWITCHES).play(suite.tasks[task_id], epoch)
+            play = AgentTask(SWITCHES).play(suite.tasks[task_id], epoch)
             for command in ("LOOK", *(WINNING[task_id] if letter == "w" else ()), "DONE"):
                 play.say(command)
             text = play.text("stopped")
@@ -127,8 +127,8 @@ def test_inspect_s_metric_is_the_same(tmp_path: Path) -> None:
 def test_episodes_that_are_excluded_are_in_no_mean() -> None:
     won, lost = (ActingVerdict(success=success) for success in (True, False))
     out = replace(won, excluded="unreplayable")
-    assert contributions(averaged([out, won, lost]))["success"] == Share(0.5, 1)
-    assert averaged([out, out]) == out
+    assert contributions(average_episodes([out, won, lost]))["success"] == Share(0.5, 1)
+    assert average_episodes([out, out]) == out
 
 
 def acted(tmp_path: Path) -> list[Record]:

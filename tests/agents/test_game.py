@@ -14,11 +14,11 @@ from agents.switches import SCENE, SWITCHES, WON, at, initial, lit, tasks
 from eai import make_task
 from eai.agents.game import Game
 from eai.agents.gym import TextEnvironment, make
-from eai.agents.listed import spelled_out
-from eai.agents.play import Arena, rules_of
-from eai.agents.reference import stage_of, staged
-from eai.agents.rules import STANDARD, Rules, View
+from eai.agents.play import AgentTask, rules_of
+from eai.agents.reference import find_setup, make_setup
+from eai.agents.rules import STANDARD, GameRules, View
 from eai.agents.setting import Setting
+from eai.agents.short_lists import spell_out
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
@@ -233,8 +233,8 @@ def test_a_game_is_cut_off() -> None:
 
 
 def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_success() -> None:
-    assert make(SWITCHES, "both").rules == Rules()
-    assert Rules() == Rules(
+    assert make(SWITCHES, "both").rules == GameRules()
+    assert GameRules() == GameRules(
         slip=0.0,
         view="task",
         observe="full",
@@ -324,7 +324,7 @@ def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float
     """Neither for who is cut off, nor for who leaves off before; `progress` is what the state says."""
     paid = rewards(*WON, "WAVE", reward=reward, until="done", max_steps=4)
     assert sum(paid) == kept
-    game = Game(staged(tasks()[0], SWITCHES, Rules(reward=Shaping(reward), until="done")))
+    game = Game(make_setup(tasks()[0], SWITCHES, GameRules(reward=Shaping(reward), until="done")))
     for command in WON:
         game.act(command)
     assert (game.over, game.final_worth) == (False, kept)
@@ -334,13 +334,13 @@ def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float
 
 def test_a_named_task_is_made_ready_once(data_store: Store) -> None:
     task_id = eai.open("behavior", "action_sequencing").task_ids[0]
-    task, brief = f"behavior/action_sequencing/{task_id}", Rules(feedback="changes")
-    assert stage_of(task) is stage_of(task)
-    assert stage_of(task, brief) is not stage_of(task)
+    task, brief = f"behavior/action_sequencing/{task_id}", GameRules(feedback="changes")
+    assert find_setup(task) is find_setup(task)
+    assert find_setup(task, brief) is not find_setup(task)
     with pytest.raises(InputError, match="has no task"):
-        stage_of("behavior/action_sequencing/none")
+        find_setup("behavior/action_sequencing/none")
     with pytest.raises(InputError, match="only tasks of action_sequencing are played"):
-        stage_of(f"behavior/goal_interpretation/{task_id}")
+        find_setup(f"behavior/goal_interpretation/{task_id}")
 
 
 def test_action_goals_are_met_in_order_and_stay_met() -> None:
@@ -445,12 +445,12 @@ def test_an_option_that_cannot_be_is_refused(options: dict[str, Any], told: str)
 
 
 def test_an_option_that_there_is_not_is_refused_with_those_that_there_are() -> None:
-    known = ", ".join(Rules.model_fields)
+    known = ", ".join(GameRules.model_fields)
     with pytest.raises(
         InputError, match=rf"make.step: unknown; did you mean max_steps\? \(make has {known}\)"
     ):
         make(SWITCHES, step=3)
-    assert all(map(Rules.describe_option, Rules.model_fields))
+    assert all(map(GameRules.describe_option, GameRules.model_fields))
 
 
 def test_a_task_without_goals_is_never_chosen_and_refused_by_name() -> None:
@@ -508,12 +508,12 @@ def test_what_goes_out_of_sight_is_named_where_no_less_stays() -> None:
     lamp, hall, shed = [SCENE.index[name] for name in ("lamp", "hall", "shed")]
     elsewhere = [fact for fact in initial().facts() if fact != ("at", (lamp, hall))]
     state = SCENE.state([*elsewhere, ("at", (lamp, shed))])
-    game = Game(staged(make_task("bare", "Switch it on.", state, lit("lamp")), SWITCHES, STANDARD))
+    game = Game(make_setup(make_task("bare", "Switch it on.", state, lit("lamp")), SWITCHES, STANDARD))
     assert "\nGone out of sight: hall.\n" in game.act("GO(shed)").observation
 
 
 def test_what_changed_out_of_sight_is_told_when_it_comes_back() -> None:
-    game = Game(staged(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
+    game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
     observer, start = game.stage.observer, game.memory.observation
     game.act("PRESS(lamp)")
     index = game.task.scene.index
@@ -552,14 +552,14 @@ def test_the_standard_setting_is_won_by_who_says_so_in_time() -> None:
 
 def test_who_is_cut_off_with_all_goals_reached_has_not_declared_it() -> None:
     rules = STANDARD.model_copy(update={"max_steps": len(WON)})
-    game = Game(staged(SWITCHES.tasks(Source())["both"], SWITCHES, rules))
+    game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, rules))
     for command in (*WON, "WAVE()"):
         game.act(command)
     assert (game.ended, game.won, all(game.reached)) == ("steps", False, True)
 
 
 def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
-    game = Game(staged(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
+    game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
     assert game.admissible_commands() == [
         "GO(shed)",
         "OPEN(robot)",
@@ -573,7 +573,9 @@ def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
 
 def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
-    shown = {view: Game(staged(task, SWITCHES, Rules(view=view))).opening() for view in get_args(View)}
+    shown = {
+        view: Game(make_setup(task, SWITCHES, GameRules(view=view))).opening() for view in get_args(View)
+    }
     assert "lamp, torch [lamp]" in shown["scene"]
     assert "[lamp]" not in shown["task"]
 
@@ -582,8 +584,8 @@ def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
     own = replace(SWITCHES, domain=replace(SWITCHES.domain, egocentric=(at,)))
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
-        stage = staged(task, own, Rules(view=view))
-        facts = spelled_out(Game(stage).opening()).partition("Now:")[2]
+        stage = make_setup(task, own, GameRules(view=view))
+        facts = spell_out(Game(stage).opening()).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
         assert ("at: of yourself alone." in Game(stage).briefing()) is not lamp
@@ -591,6 +593,6 @@ def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
 
 def test_who_plays_a_task_and_who_scores_it_share_it() -> None:
     task = SWITCHES.tasks(Source())["both"]
-    assert staged(task, SWITCHES, Rules()) is staged(task, SWITCHES, Rules())
-    assert staged(task, SWITCHES, Rules()) is not staged(task, SWITCHES, STANDARD)
-    assert Arena(SWITCHES).stage(task) is staged(task, SWITCHES, rules_of(Setting()))
+    assert make_setup(task, SWITCHES, GameRules()) is make_setup(task, SWITCHES, GameRules())
+    assert make_setup(task, SWITCHES, GameRules()) is not make_setup(task, SWITCHES, STANDARD)
+    assert AgentTask(SWITCHES).stage(task) is make_setup(task, SWITCHES, rules_of(Setting()))

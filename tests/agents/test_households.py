@@ -14,11 +14,11 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict, Unreadable, compute_gain
+from eai.agents.game_setup import GameSetup
 from eai.agents.gym import TextEnvironment, make
-from eai.agents.listed import spelled_out
-from eai.agents.reference import staged
+from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD
-from eai.agents.stage import Stage
+from eai.agents.short_lists import spell_out
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.results.reward import Reward, Shaping
@@ -39,7 +39,7 @@ names = pytest.mark.parametrize("name", SOLVED)
 def forget_games() -> Iterator[None]:
     """Drop the tasks that were made ready to be played here: 3,400 of them take 250 MB."""
     yield
-    staged.cache_clear()
+    make_setup.cache_clear()
 
 
 class Plan(NamedTuple):
@@ -169,7 +169,7 @@ def test_who_is_done_at_once_is_paid_nothing(
     assert {tuple(play(environment, task_id, ["DONE"])[0]) for task_id in tasks[::every]} == {(0.0,)}
 
 
-def mentioned(text: str, stage: Stage) -> set[str]:
+def mentioned(text: str, stage: GameSetup) -> set[str]:
     """The objects of a scene that a text names."""
     words = {word.strip(".") for word in re.findall(r"[\w.]+", text)}
     return words & {*stage.task.scene.index}
@@ -187,7 +187,7 @@ def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) ->
     hidden = 0
     for plan in gold_plans(name, data_store)[::7]:
         told, info = environment.reset(seed=0, options={"task_id": plan.task_id})
-        told = spelled_out(told)
+        told = spell_out(told)
         stage = environment.game.stage
         known = introduced(told, "Objects [kind]: properties\n")
         hidden += not {stage.task.scene.objects[i].name for i in stage.observer.subjects} <= known
@@ -195,7 +195,7 @@ def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) ->
         for command in plan.lines:
             assert mentioned(" ".join(info["admissible_commands"]), stage) <= known
             told, _, over, _, info = environment.step(command)
-            told = spelled_out(told)
+            told = spell_out(told)
             known |= introduced(told, "You see for the first time:\n")
             assert mentioned(told, stage) <= known | mentioned(command, stage)
             if over:

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from agents.switches import SWITCHES
-from eai.agents.journal import Journal, key_in, read_journal
-from eai.agents.play import OVER, Arena, Play
+from eai.agents.journal import Journal, read_journal, read_key
+from eai.agents.play import OVER, AgentTask, Session
 from eai.agents.setting import ACTING, Setting
 from eai.agents.verdict import ActingVerdict
 from eai.base.errors import InputError
@@ -24,19 +24,19 @@ from eai.results.codec import sha256_of
 
 SUITE = open_suite(SWITCHES, ACTING)
 TASK = SUITE.tasks[SUITE.task_ids[0]]
-ARENA = Arena(SWITCHES)
+ARENA = AgentTask(SWITCHES)
 WINNING = [*(ARENA.stage(TASK).reference.commands or ()), "DONE"]
 
 
-def beginning(setting: Setting | None = None) -> Play:
-    return Arena(SWITCHES, setting or Setting()).play(TASK)
+def beginning(setting: Setting | None = None) -> Session:
+    return AgentTask(SWITCHES, setting or Setting()).play(TASK)
 
 
 @contextmanager
 def resumed(folder: Path) -> Iterator[tuple[Journal, Callable[[str], str]]]:
     """Yield the journal in a folder, and what carries out a command and writes the turn."""
     play = beginning()
-    with closing(Journal(folder / "episode", key_in(folder), play)) as journal:
+    with closing(Journal(folder / "episode", read_key(folder), play)) as journal:
 
         def act(command: str) -> str:
             told = play.say(command)
@@ -50,7 +50,7 @@ def journal_of(folder: Path, commands: list[str]) -> tuple[Path, bytes]:
     with resumed(folder) as (_, act):
         for command in commands:
             act(command)
-    return folder / "episode", key_in(folder)
+    return folder / "episode", read_key(folder)
 
 
 def verdict_of(path: Path, key: bytes) -> ActingVerdict:
@@ -98,7 +98,7 @@ def test_an_end_that_was_lost_is_written_again(tmp_path: Path) -> None:
 
 
 def test_an_episode_that_is_stopped_is_over(tmp_path: Path) -> None:
-    path, key = tmp_path / "episode", key_in(tmp_path)
+    path, key = tmp_path / "episode", read_key(tmp_path)
     with resumed(tmp_path) as (journal, act):
         act(WINNING[0])
         journal.end()
@@ -112,7 +112,7 @@ def test_a_turn_that_cannot_be_written_is_not_told(tmp_path: Path, monkeypatch: 
     def fail(file: int) -> None:
         raise OSError(28, "No space left on device")
 
-    path, key = tmp_path / "episode", key_in(tmp_path)
+    path, key = tmp_path / "episode", read_key(tmp_path)
     with resumed(tmp_path) as (_, act):
         act(WINNING[0])
         with monkeypatch.context() as full:
@@ -174,7 +174,7 @@ def test_a_journal_without_its_end_or_by_a_link_is_refused(tmp_path: Path) -> No
 
 
 def test_invented_observations_do_not_replay(tmp_path: Path) -> None:
-    path, key = tmp_path / "episode", key_in(tmp_path)
+    path, key = tmp_path / "episode", read_key(tmp_path)
     with closing(Journal(path, key, beginning())) as journal:
         journal._add({"act": {"said": WINNING[0], "told": sha256_of("won")}})
         journal.end("done")
@@ -206,6 +206,6 @@ def test_what_was_told_before_a_kill_is_there_after_it(tmp_path: Path) -> None:
             env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         )
         assert done.returncode == -signal.SIGKILL, done.stderr
-    path, key = tmp_path / "episode", key_in(tmp_path)
+    path, key = tmp_path / "episode", read_key(tmp_path)
     assert [turn.said for turn in verdict_of(path, key).turns] == WINNING
     assert verdict_of(path, key).success

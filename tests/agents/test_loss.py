@@ -11,7 +11,7 @@ from agents.switches import DOMAIN, SWITCHES, initial
 from eai import Benchmark, given, make_task
 from eai.agents.declaration import contributions
 from eai.agents.setting import ACTING
-from eai.agents.verdict import ActingVerdict, Outlook, outlook_text
+from eai.agents.verdict import ActingVerdict, Recoverability, describe_recoverability
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
 from eai.results.batch import score_run
@@ -42,7 +42,7 @@ def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite 
     ],
 )
 def test_the_first_turn_after_which_the_goals_cannot_be_reached(
-    commands: tuple[str, ...], outlook: Outlook, lost_at: int | None
+    commands: tuple[str, ...], outlook: Recoverability, lost_at: int | None
 ) -> None:
     verdict = looked_back("half", *commands)
     assert (verdict.outlook, verdict.lost_at) == (outlook, lost_at)
@@ -55,7 +55,7 @@ def test_a_search_that_is_cut_off_shows_nothing() -> None:
     assert (verdict.outlook, verdict.lost_at) == ("unknown", None)
     assert contributions(verdict)["lost_for_good"] == (0, 0)
     assert contributions(verdict)["outlook_unknown"] == (1, 1)
-    assert outlook_text(verdict).endswith("is not known")
+    assert describe_recoverability(verdict).endswith("is not known")
 
 
 def test_of_goals_over_time_it_is_only_shown_that_they_are_lost() -> None:
@@ -79,4 +79,7 @@ def test_records_have_it_where_it_was_asked_for() -> None:
     assert (written["outlook"], written["lost_at"]) == ("lost", 2)
     assert record_from_json(written) == record
     assert isinstance(record.verdict, ActingVerdict)
-    assert outlook_text(record.verdict) == "lost for good after turn 2: no actions lead to the goals any more"
+    assert (
+        describe_recoverability(record.verdict)
+        == "lost for good after turn 2: no actions lead to the goals any more"
+    )

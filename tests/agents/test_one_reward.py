@@ -15,9 +15,9 @@ from agents.switches import CASES, CASES_BY_SHAPING, SWITCHES, WON, as_plan, ref
 from eai import Shaping
 from eai.agents.game import Game
 from eai.agents.gym import make
-from eai.agents.reference import staged
+from eai.agents.reference import make_setup
 from eai.agents.rewards import SkyRlTask, TrlHousehold, TrlReward, compute_score, reward_func
-from eai.agents.rules import Rules
+from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.results.reward import METRICS
@@ -110,7 +110,7 @@ def test_where_nothing_is_to_be_gained_nothing_is_paid(shaping: Shaping, face: s
 
 
 def played(*commands: str, shaping: Shaping = Shaping.PROGRESS) -> Game:
-    game = Game(staged(tasks()[0], SWITCHES, Rules(reward=shaping, max_steps=8)))
+    game = Game(make_setup(tasks()[0], SWITCHES, GameRules(reward=shaping, max_steps=8)))
     for command in commands:
         game.act(command)
     return game

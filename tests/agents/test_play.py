@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from agents.switches import DOMAIN, SWITCHES
-from eai.agents.play import Arena
+from eai.agents.play import AgentTask
 from eai.agents.setting import ACTING, Setting
-from eai.agents.tools import tools_of
+from eai.agents.tools import make_tools
 from eai.benchmarks.suite import open_suite
 
 TASK = open_suite(SWITCHES, ACTING).tasks["both"]
@@ -21,13 +21,13 @@ BY_TOOLS = (
     ("harness", "how"), [("text", BY_TEXT), ("react", BY_TOOLS), ("my_agents:brief", BY_TOOLS)]
 )
 def test_the_question_ends_with_how_commands_are_given(harness: str, how: str) -> None:
-    arena = Arena(SWITCHES, Setting(harness=harness))
+    arena = AgentTask(SWITCHES, Setting(harness=harness))
     assert arena.prompt(TASK).user == f"{arena.play(TASK).briefing()}\n\n{how}"
     assert arena.shown(TASK) == arena.prompt(TASK)
 
 
 def test_the_tools_that_a_question_names_are_those_of_the_harness() -> None:
-    names = [name for name, _, _ in tools_of(DOMAIN)]
+    names = [name for name, _, _ in make_tools(DOMAIN)]
     assert names == ["act", "look", "done"]
     assert [name for name in names if f" {name} " in BY_TOOLS] == names
     assert not any(f" {name} " in BY_TEXT for name in names)

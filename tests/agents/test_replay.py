@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from agents.switches import SWITCHES
 from eai import Benchmark
 from eai.agents.agents import blind_agent, random_agent
-from eai.agents.play import Arena
+from eai.agents.play import AgentTask
 from eai.agents.setting import ACTING, Setting
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
@@ -20,7 +20,7 @@ from eai.results.responses import Response
 def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Response]:
     """Episodes of agents that know nothing, in worlds where some actions do not work."""
     suite = open_suite(benchmark, ACTING)
-    arena = Arena(benchmark, Setting(slip=0.2, slip_seed=7))
+    arena = AgentTask(benchmark, Setting(slip=0.2, slip_seed=7))
     task_ids = [i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None][::sample]
     for epoch in range(number):
         play = arena.play(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)

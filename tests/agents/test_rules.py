@@ -12,11 +12,11 @@ import pytest
 from agents.switches import SWITCHES
 from command_line import Command
 from eai.abilities.experiment import Experiment
-from eai.agents.play import RULE_NAMES, Arena, Episode, Play, read_episode, rules_label, rules_of
-from eai.agents.reference import staged
-from eai.agents.rules import Rules
+from eai.agents.episode_server import open_episodes
+from eai.agents.play import RULE_NAMES, AgentTask, EpisodeAnswer, Session, read_episode, rules_label, rules_of
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules
 from eai.agents.setting import ACTING, STANDARD, Setting
-from eai.agents.worlds import opened
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import OTHER_RULES, score_run, split_by_rules
@@ -26,20 +26,20 @@ from eai.results.responses import Response, ResponseFile, read_responses
 
 SUITE = open_suite(SWITCHES, ACTING)
 DOMAIN = "agents.switches:SWITCHES"
-EASY = Rules(view="task", observe="full", until="goal", budget=None, max_steps=None)
+EASY = GameRules(view="task", observe="full", until="goal", budget=None, max_steps=None)
 EASY_NAME = "view-task_observe-full_feedback-facts_budget-none_until-goal"
 WIN = {"both": ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)"), "half": ("PRESS(lamp)",)}
 EMPTY = json.dumps({"turns": [], "rules": EASY.model_dump(mode="json")})
 
 
-def played(task: str, rules: Rules, *commands: str) -> str:
-    play = Play(staged(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
+def played(task: str, rules: GameRules, *commands: str) -> str:
+    play = Session(make_setup(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
     for command in commands:
         play.say(command)
     return play.text("stopped")
 
 
-def won(task: str, rules: Rules = rules_of(STANDARD)) -> str:  # noqa: B008 - a frozen value
+def won(task: str, rules: GameRules = rules_of(STANDARD)) -> str:  # noqa: B008 - a frozen value
     return played(task, rules, *WIN[task], *(["DONE"] if rules.until == "done" else []))
 
 
@@ -67,15 +67,15 @@ def written(folder: Path, model: str, texts: Mapping[str, str]) -> Path:
 )
 def test_an_episode_has_the_label_of_the_setting_in_which_it_was_played(chosen: dict[str, Any]) -> None:
     setting = Setting(**chosen)
-    play = Arena(SWITCHES, setting).play(SUITE.tasks["both"])
+    play = AgentTask(SWITCHES, setting).play(SUITE.tasks["both"])
     play.say("PRESS(lamp)")
     episode = read_episode(play.text("stopped"))
-    assert isinstance(episode, Episode)
+    assert isinstance(episode, EpisodeAnswer)
     assert rules_label(episode) == (setting.label or None)
 
 
 def test_every_rule_has_a_place_in_the_label() -> None:
-    assert RULE_NAMES.keys() == {*Rules.model_fields, "slip_seed"}
+    assert RULE_NAMES.keys() == {*GameRules.model_fields, "slip_seed"}
     others: dict[str, Any] = {
         "slip": 0.5,
         "view": "task",
@@ -84,12 +84,12 @@ def test_every_rule_has_a_place_in_the_label() -> None:
         "gamma": 0.5,
     }
     others |= {"until": "goal", "max_steps": 3, "budget": None, "admissible": True, "feedback": "facts"}
-    assert others.keys() == {*Rules.model_fields}
+    assert others.keys() == {*GameRules.model_fields}
     standard = rules_of(STANDARD).model_dump(mode="json")
     for name, value in others.items():
         text = json.dumps({"turns": [{"said": "DONE"}], "rules": {**standard, name: value}})
         episode = read_episode(text)
-        assert isinstance(episode, Episode)
+        assert isinstance(episode, EpisodeAnswer)
         assert rules_label(episode) == f"{RULE_NAMES[name]}-{str(value).lower()}"
     for text in (
         "DONE",
@@ -97,7 +97,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
         json.dumps({"turns": [], "rules": standard, "seed": 7, "epoch": 3}),
     ):
         episode = read_episode(text)
-        assert isinstance(episode, Episode)
+        assert isinstance(episode, EpisodeAnswer)
         assert rules_label(episode) is None
 
 
@@ -198,7 +198,7 @@ def test_compare_takes_only_episodes_by_the_same_rules(eai: Command, tmp_path: P
 
 def test_served_episodes_have_the_rules_of_their_server(tmp_path: Path) -> None:
     setting = Setting(observe="full", feedback="facts")
-    with opened(tmp_path, SUITE, [("half", 1)], setting) as worlds:
+    with open_episodes(tmp_path, SUITE, [("half", 1)], setting) as worlds:
         for command in (*WIN["half"], "DONE"):
             worlds.call(("half", 1), command)
     answers = read_responses(tmp_path / "agent_outputs.jsonl", SUITE.task_ids)

@@ -14,12 +14,12 @@ from eai.abilities.plan_repairer import PlanRepairer
 from eai.abilities.protocol import Ability
 from eai.agents.declaration import contributions
 from eai.agents.game import Game
-from eai.agents.play import Arena, Play
-from eai.agents.reference import reference_of, staged
-from eai.agents.rules import STANDARD, Rules
+from eai.agents.game_setup import GameSetup, Reference
+from eai.agents.play import AgentTask, Session
+from eai.agents.reference import find_reference, make_setup
+from eai.agents.rules import STANDARD, GameRules
 from eai.agents.scorer import NO_REFERENCE
 from eai.agents.setting import ACTING, Setting
-from eai.agents.stage import Reference, Stage
 from eai.agents.verdict import ActingVerdict, Turn
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -40,7 +40,7 @@ def suite() -> Suite:
 
 def episode(benchmark: Benchmark, task_id: str, commands: list[str], setting: Setting | None = None) -> str:
     """The text of an episode of these commands."""
-    arena = Arena(benchmark, setting or Setting())
+    arena = AgentTask(benchmark, setting or Setting())
     play = arena.play(open_suite(benchmark, ACTING).tasks[task_id])
     for command in commands:
         play.say(command)
@@ -60,7 +60,7 @@ def record_of(suite: Suite, text: str) -> Record:
 
 
 def reference(suite: Suite) -> list[str]:
-    stage = Arena(suite.benchmark).stage(suite.tasks[suite.task_ids[0]])
+    stage = AgentTask(suite.benchmark).stage(suite.tasks[suite.task_ids[0]])
     return [*(stage.reference.commands or ())]
 
 
@@ -78,8 +78,8 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
 
 
 def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -> None:
-    stage = staged(suite.tasks[suite.task_ids[0]], SWITCHES, Rules(until="goal"))
-    play = Play(stage, seed=0, epoch=1)
+    stage = make_setup(suite.tasks[suite.task_ids[0]], SWITCHES, GameRules(until="goal"))
+    play = Session(stage, seed=0, epoch=1)
     for command in WON:
         play.say(command)
     verdict = verdict_of(suite, play.text("stopped"))
@@ -108,7 +108,9 @@ def test_who_asks_where_nobody_may_does_not_decline(suite: Suite) -> None:
 
 
 def test_to_look_tells_what_holds_now_however_little_turns_tell(suite: Suite) -> None:
-    play = Arena(SWITCHES, Setting(observe="full", feedback="outcome")).play(suite.tasks[suite.task_ids[0]])
+    play = AgentTask(SWITCHES, Setting(observe="full", feedback="outcome")).play(
+        suite.tasks[suite.task_ids[0]]
+    )
     assert play.say("PRESS(lamp)").startswith("PRESS(lamp): done.\n")
     assert "\nlit(lamp)" in play.say("LOOK")
 
@@ -119,7 +121,7 @@ def test_no_reward_is_paid_for_the_text_of_an_episode_which_could_choose_its_rul
 
 
 def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:
-    play = Arena(SWITCHES).play(suite.tasks[suite.task_ids[0]])
+    play = AgentTask(SWITCHES).play(suite.tasks[suite.task_ids[0]])
     play.say("GO(\ud800)", "\u2028 \udfff \x00")
     verdict = verdict_of(suite, play.text("stopped"))
     assert (verdict.error, verdict.turns[0].said) == (None, "GO(?)")
@@ -217,8 +219,8 @@ def test_constants_that_are_not_json_make_an_episode_a_parsing_error(suite: Suit
 def test_a_replay_pays_nothing_and_lists_no_possible_actions(
     suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rules = Rules(reward=Shaping.REPAIR, gamma=0.5, admissible=True, until="done")
-    play = Play(staged(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
+    rules = GameRules(reward=Shaping.REPAIR, gamma=0.5, admissible=True, until="done")
+    play = Session(make_setup(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
     for command in [*reference(suite), "DONE"]:
         play.say(command)
 
@@ -266,7 +268,7 @@ def test_a_record_keeps_the_turns(suite: Suite) -> None:
 def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
     benchmark = find_benchmark(name)
     suite, plans = open_suite(benchmark, ACTING), open_suite(benchmark, Ability.ACTION_SEQUENCING)
-    arena = Arena(benchmark, Setting(view="task", observe="full", feedback="facts"))
+    arena = AgentTask(benchmark, Setting(view="task", observe="full", feedback="facts"))
     for task_id in suite.task_ids[1::40]:
         task = suite.tasks[task_id]
         write = arena.stage(task).commands.write
@@ -288,15 +290,15 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
 def test_the_rules_that_an_episode_names_do_not_exclude_its_task(
     suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def without_commands(stage: Stage) -> Reference:
-        known = reference_of(stage)
+    def without_commands(stage: GameSetup) -> Reference:
+        known = find_reference(stage)
         return known if stage.rules == STANDARD else known._replace(commands=None)
 
-    monkeypatch.setattr("eai.agents.reference.reference_of", without_commands)
-    staged.cache_clear()
+    monkeypatch.setattr("eai.agents.reference.find_reference", without_commands)
+    make_setup.cache_clear()
     text = '{"turns": [{"said": "DONE"}], "rules": {"view": "task", "observe": "full"}}'
     verdict = verdict_of(suite, text)
-    staged.cache_clear()
+    make_setup.cache_clear()
     assert (verdict.excluded, verdict.success) == (None, False)
 
 

@@ -26,11 +26,11 @@ from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.streamable_http import streamable_http_client
 
 from agents.switches import SWITCHES
-from eai.agents.play import OVER, Arena, Play
-from eai.agents.server import MAX_BODY, MAX_COMMAND, http_app, server_of
+from eai.agents.episode_server import EpisodeServer, find_journal, open_episodes
+from eai.agents.play import OVER, AgentTask, Session
+from eai.agents.server import MAX_BODY, MAX_COMMAND, make_http_app, make_server
 from eai.agents.setting import ACTING, Setting
 from eai.agents.verdict import ActingVerdict
-from eai.agents.worlds import Worlds, journal_in, opened
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.responses import read_responses
@@ -43,7 +43,7 @@ ONE = [(TASK, 1)]
 TWO = [(TASK, 1), (TASK, 2)]
 HOST = "world"
 URL = f"http://{HOST}:1/mcp"
-WINNING = [*(Arena(SWITCHES).stage(SUITE.tasks[TASK]).reference.commands or ())]
+WINNING = [*(AgentTask(SWITCHES).stage(SUITE.tasks[TASK]).reference.commands or ())]
 DOMAIN = "agents.switches:SWITCHES"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
@@ -80,9 +80,9 @@ def verdicts(folder: Path, name: str = "agent") -> dict[str, ActingVerdict]:
 
 
 @asynccontextmanager
-async def served(worlds: Worlds, *, open_to_all: bool = False) -> AsyncIterator[httpx2.ASGITransport]:
+async def served(worlds: EpisodeServer, *, open_to_all: bool = False) -> AsyncIterator[httpx2.ASGITransport]:
     """The application without a port; it takes requests as one with a port does."""
-    app = http_app(worlds, SWITCHES.domain, [HOST], open_to_all=open_to_all)
+    app = make_http_app(worlds, SWITCHES.domain, [HOST], open_to_all=open_to_all)
     async with app.router.lifespan_context(app):
         yield httpx2.ASGITransport(app=app)
 
@@ -98,8 +98,8 @@ async def client_with(ticket: str, transport: Any = None, url: str = URL) -> Asy
 
 
 def test_the_tools_are_made_from_the_declaration(tmp_path: Path) -> None:
-    async def run(worlds: Worlds) -> None:
-        async with Client(server_of(worlds, SWITCHES.domain)) as client:
+    async def run(worlds: EpisodeServer) -> None:
+        async with Client(make_server(worlds, SWITCHES.domain)) as client:
             tools = {tool.name: tool for tool in (await client.list_tools()).tools}
             assert list(tools) == ["act", "look", "done"]
             told = tools["act"].input_schema["properties"]["action"]["description"]
@@ -111,16 +111,16 @@ def test_the_tools_are_made_from_the_declaration(tmp_path: Path) -> None:
             assert (await call(client, "act", action="x" * MAX_COMMAND, objects=[])).failed
             assert (await call(client, "act", action=WINNING[0])).failed
 
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
-        assert not journal_in(tmp_path, ONE[0]).exists()  # none of these was a call of the world
+        assert not find_journal(tmp_path, ONE[0]).exists()  # none of these was a call of the world
 
 
 def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
-    async def run(worlds: Worlds) -> None:
-        async with Client(server_of(worlds, SWITCHES.domain)) as client:
+    async def run(worlds: EpisodeServer) -> None:
+        async with Client(make_server(worlds, SWITCHES.domain)) as client:
             first = await call(client, "look")
-            assert first.text == Arena(SWITCHES).prompt(SUITE.tasks[TASK]).user
+            assert first.text == AgentTask(SWITCHES).prompt(SUITE.tasks[TASK]).user
             assert first == await call(client, "look")
             told = await act(client, WINNING[0])
             assert told.startswith(f"{WINNING[0]}: done.")
@@ -131,7 +131,7 @@ def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
             assert {(await call(client, name)).text for name in ("look", "done")} == {OVER}
             assert await act(client, WINNING[0]) == OVER
 
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
     verdict = verdicts(tmp_path)[TASK]
     assert (verdict.success, verdict.harness) == (True, "mcp")
@@ -141,34 +141,34 @@ def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
 def test_what_an_agent_is_shown_goes_with_what_it_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    async def run(worlds: Worlds) -> None:
-        async with Client(server_of(worlds, SWITCHES.domain)) as client:
+    async def run(worlds: EpisodeServer) -> None:
+        async with Client(make_server(worlds, SWITCHES.domain)) as client:
             told, shown = (await client.call_tool("look", {})).content
             assert "Now:\nWhat the pictures show." in told.text  # type: ignore[union-attr]
             assert (shown.type, shown.mime_type) == ("image", "image/png")
             assert base64.b64decode(shown.data) == b"picture"
 
-    monkeypatch.setattr(Play, "pictures", lambda play: (Image("image/png", b"picture"),))
+    monkeypatch.setattr(Session, "pictures", lambda play: (Image("image/png", b"picture"),))
     setting = Setting(feedback="pictures", observe="full")
-    with opened(tmp_path, SUITE, ONE, setting) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE, setting) as worlds:
         asyncio.run(run(worlds))
 
 
 def test_a_whole_plan_in_one_call_is_one_error(tmp_path: Path) -> None:
-    async def run(worlds: Worlds) -> None:
-        async with Client(server_of(worlds, SWITCHES.domain)) as client:
+    async def run(worlds: EpisodeServer) -> None:
+        async with Client(make_server(worlds, SWITCHES.domain)) as client:
             for plan in ("\n".join([*WINNING, "DONE"]), f"[{', '.join(WINNING)}]"):
                 await call(client, "act", action=plan, objects=[])
             await call(client, "done")
 
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
     verdict = verdicts(tmp_path)[TASK]
     assert (verdict.success, [turn.fault is None for turn in verdict.actions]) == (False, [False, False])
 
 
 def test_each_ticket_is_a_world_of_its_own_for_ever(tmp_path: Path) -> None:
-    async def run(worlds: Worlds, *, again: bool) -> None:
+    async def run(worlds: EpisodeServer, *, again: bool) -> None:
         first, second = worlds.tickets
         async with (
             served(worlds) as transport,
@@ -182,10 +182,10 @@ def test_each_ticket_is_a_world_of_its_own_for_ever(tmp_path: Path) -> None:
             await win(one)
             assert "Goals:" in (await call(other, "look")).text
 
-    with opened(tmp_path, SUITE, TWO) as worlds:
+    with open_episodes(tmp_path, SUITE, TWO) as worlds:
         before = dict(worlds.tickets)
         asyncio.run(run(worlds, again=False))
-    with opened(tmp_path, SUITE, TWO) as worlds:
+    with open_episodes(tmp_path, SUITE, TWO) as worlds:
         assert worlds.tickets == before
         asyncio.run(run(worlds, again=True))
     assert verdicts(tmp_path)[TASK].success
@@ -193,17 +193,17 @@ def test_each_ticket_is_a_world_of_its_own_for_ever(tmp_path: Path) -> None:
 
 
 def test_an_episode_that_is_under_way_is_an_answer(tmp_path: Path) -> None:
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         worlds.call(ONE[0], WINNING[0])
     assert (verdicts(tmp_path)[TASK].ended, len(verdicts(tmp_path)[TASK].turns)) == ("stopped", 1)
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         for command in (*WINNING[1:], "DONE"):
             worlds.call(ONE[0], command)
         assert verdicts(tmp_path)[TASK].success  # at once, and once
 
 
 def test_worlds_that_are_ended_are_over(tmp_path: Path) -> None:
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         worlds.call(ONE[0], WINNING[0])
         worlds.end()
         assert worlds.call(ONE[0], WINNING[1]) == OVER
@@ -211,14 +211,17 @@ def test_worlds_that_are_ended_are_over(tmp_path: Path) -> None:
 
 
 def test_a_folder_is_of_one_suite_and_setting_and_process(tmp_path: Path) -> None:
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         worlds.call(ONE[0], "LOOK")
-        with pytest.raises(InputError, match="another process"), opened(tmp_path, SUITE, ONE):
+        with pytest.raises(InputError, match="another process"), open_episodes(tmp_path, SUITE, ONE):
             pass
-    with pytest.raises(InputError, match="another setting"), opened(tmp_path, SUITE, ONE, Setting(budget=4)):
+    with (
+        pytest.raises(InputError, match="another setting"),
+        open_episodes(tmp_path, SUITE, ONE, Setting(budget=4)),
+    ):
         pass
-    journal_in(tmp_path, ("moon", 1)).touch()
-    with pytest.raises(InputError, match="has no task"), opened(tmp_path, SUITE, ONE):
+    find_journal(tmp_path, ("moon", 1)).touch()
+    with pytest.raises(InputError, match="has no task"), open_episodes(tmp_path, SUITE, ONE):
         pass
 
 
@@ -272,32 +275,32 @@ SAID_DONE = b'"name": "done"'
 def test_what_is_no_request_of_an_agent_is_refused(
     tmp_path: Path, headers: dict[str, str], body: bytes, status: int
 ) -> None:
-    async def run(worlds: Worlds) -> None:
+    async def run(worlds: EpisodeServer) -> None:
         (ticket,) = worlds.tickets
         given = {name: value.replace("TICKET", ticket) for name, value in headers.items()}
         async with served(worlds) as transport, httpx2.AsyncClient(transport=transport) as http:
             good = {**HEADERS, "Authorization": f"Bearer {ticket}"}
             refused = await http.post(URL, headers={**good, **given}, content=body)
             assert refused.status_code == status, refused.text
-            assert not journal_in(tmp_path, ONE[0]).exists()
+            assert not find_journal(tmp_path, ONE[0]).exists()
             allowed = await http.post(URL, headers=good, content=BODY)
             assert allowed.status_code == 200
             assert "DONE." in allowed.text
 
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
 
 
 def test_there_is_no_other_route(tmp_path: Path) -> None:
-    with opened(tmp_path, SUITE, ONE) as worlds:
-        app = http_app(worlds, SWITCHES.domain, [HOST])
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+        app = make_http_app(worlds, SWITCHES.domain, [HOST])
         assert [route.path for route in app.routes] == ["/mcp"]  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("text", ["\0" * 100, "\u202e\U0001f600" * 50, "(" * 1000, "DONE\nDONE", "9" * 1900])
 def test_a_strange_command_is_an_error_of_the_action(tmp_path: Path, text: str) -> None:
-    async def run(worlds: Worlds) -> None:
-        async with Client(server_of(worlds, SWITCHES.domain)) as client:
+    async def run(worlds: EpisodeServer) -> None:
+        async with Client(make_server(worlds, SWITCHES.domain)) as client:
             assert (await act_raw(client, text)).startswith("Failed (")
             assert (await act_raw(client, WINNING[0].partition("(")[0], text)).startswith("Failed (")
             await win(client)
@@ -305,17 +308,17 @@ def test_a_strange_command_is_an_error_of_the_action(tmp_path: Path, text: str) 
     async def act_raw(client: Client, action: str, *objects: str) -> str:
         return (await call(client, "act", action=action, objects=[*objects])).text
 
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
     assert verdicts(tmp_path)[TASK].success
 
 
 def test_many_calls_at_once_are_turns_one_after_the_other(tmp_path: Path) -> None:
-    async def run(worlds: Worlds) -> None:
+    async def run(worlds: EpisodeServer) -> None:
         async with served(worlds) as transport, client_with(next(iter(worlds.tickets)), transport) as client:
             await asyncio.gather(*[act(client, WINNING[0]) for _ in range(16)])
 
-    with opened(tmp_path, SUITE, ONE) as worlds:
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
         worlds.end()
     verdict = verdicts(tmp_path)[TASK]
@@ -324,13 +327,13 @@ def test_many_calls_at_once_are_turns_one_after_the_other(tmp_path: Path) -> Non
 
 
 def test_the_world_says_nothing_of_its_files(tmp_path: Path) -> None:
-    async def run(worlds: Worlds) -> None:
-        async with Client(server_of(worlds, SWITCHES.domain)) as client:
+    async def run(worlds: EpisodeServer) -> None:
+        async with Client(make_server(worlds, SWITCHES.domain)) as client:
             with pytest.raises(MCPError, match=r"^the world is out of order$"):
                 await call(client, "look")
 
-    with opened(tmp_path, SUITE, ONE) as worlds:
-        path = journal_in(tmp_path, ONE[0])
+    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+        path = find_journal(tmp_path, ONE[0])
         path.parent.mkdir(parents=True)
         path.write_text("0 {}\n")
         asyncio.run(run(worlds))

@@ -8,10 +8,10 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.agents.game import Game
-from eai.agents.listed import spelled_out
 from eai.agents.observation import Observer
-from eai.agents.reference import staged
+from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD, Observe
+from eai.agents.short_lists import spell_out
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.successor_generator import applicable_actions
@@ -49,7 +49,7 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
         difference = compare_states(observation.state, outcome)
         before, observation = observation, observer.observe(observation, outcome, difference)
         facts = [fact for each in wording.goal_listings for fact in each.facts(outcome, observation.visible)]
-        lines = spelled_out(observation.text).splitlines()
+        lines = spell_out(observation.text).splitlines()
         assert sorted(lines) == sorted([wording.write_fact(task, fact) for fact in facts])
         changes = observer.find_changes(before, observation, difference)
         told = [f"{sign} {observer.render_fact(fact)}" for sign, fact in changes]
@@ -72,18 +72,21 @@ def test_who_keeps_count_of_changes_knows_all_that_holds_of_what_is_seen(
 ) -> None:
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
-    game, rng = Game(staged(task, benchmark, STANDARD.model_copy(update={"budget": None}))), random.Random(1)
-    believed = {*spelled_out(game.opening()).partition("Now:\n")[2].splitlines()}
+    game, rng = (
+        Game(make_setup(task, benchmark, STANDARD.model_copy(update={"budget": None}))),
+        random.Random(1),
+    )
+    believed = {*spell_out(game.opening()).partition("Now:\n")[2].splitlines()}
     for turn in range(60):
         walks = [each for each in game.admissible() if each.operator == "WALK"]
         action = rng.choice(walks if walks and turn % 4 == 0 else [*game.admissible()])
-        told = spelled_out(game.act(game.stage.commands.write(action)).observation)
+        told = spell_out(game.act(game.stage.commands.write(action)).observation)
         for line in told.splitlines():
             if line[:2] == "- ":
                 believed.discard(line[2:])
             elif line.endswith(")"):
                 believed.add(line.removeprefix("+ "))
-        holds = {*spelled_out(game.memory.observation.text).splitlines()}
-        seen = {*spelled_out(game.stage.observer.render_names(game.memory.observation.visible)).split(", ")}
+        holds = {*spell_out(game.memory.observation.text).splitlines()}
+        seen = {*spell_out(game.stage.observer.render_names(game.memory.observation.visible)).split(", ")}
         assert holds <= believed
         assert [each for each in believed - holds if {*re.findall(r"[\w.]+", each)[1:]} <= seen] == []

@@ -12,9 +12,9 @@ import eai.agents.gym
 from command_line import Command
 from eai import Reward
 from eai.abilities.protocol import Ability
+from eai.agents.episode_server import open_episodes
 from eai.agents.rewards import TrlHousehold, TrlReward
 from eai.agents.setting import ACTING
-from eai.agents.worlds import opened
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
@@ -101,7 +101,7 @@ def test_an_action_that_raises_fails_and_the_episode_goes_on(
     household.reset(task=f"{NAME}/action_sequencing/{TASK}")
     assert "the world raised OverflowError" in household.act(BOOM)
     suite = open_suite(NAME, ACTING)
-    with opened(tmp_path / "served", suite, [(TASK, 1), ("greet", 1)]) as worlds:
+    with open_episodes(tmp_path / "served", suite, [(TASK, 1), ("greet", 1)]) as worlds:
         assert "the world raised OverflowError" in worlds.call((TASK, 1), BOOM)
         assert worlds.call((TASK, 1), "PRESS(lamp)").startswith("PRESS(lamp): done.")
         assert worlds.call(("greet", 1), "WAVE()").startswith("WAVE(): done.")

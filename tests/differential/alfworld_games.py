@@ -17,8 +17,8 @@ from time import process_time
 
 from bench.record import add_write_option, write_figures
 from eai.agents.game import Game
-from eai.agents.reference import staged
-from eai.agents.rules import Rules
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 
@@ -66,11 +66,11 @@ def main() -> None:
         subprocess.run([chosen.python, "-E", str(CHILD), *map(str, words)], check=True)
         benchmark = find_benchmark(f"alfworld:{folder}")
         tasks = benchmark.tasks(Source())
-        rules = Rules(until="done", max_steps=None, feedback="outcome")
+        rules = GameRules(until="done", max_steps=None, feedback="outcome")
         odd, won, before = list[str](), 0, process_time()
         for played in sorted(Path(folder).rglob("played.jsonl")):
             task = tasks[".".join(played.parent.relative_to(folder).parts)]
-            odd += differences(Game(staged(task, benchmark, rules)), played)
+            odd += differences(Game(make_setup(task, benchmark, rules)), played)
             won += '"won": true' in played.read_text()
         taken = chosen.games * chosen.turns
         print(f"{taken:,} actions in {chosen.games} games, {won} of them won: {len(odd)} games differ")

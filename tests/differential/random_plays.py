@@ -32,14 +32,14 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.agents import NULLS
 from eai.agents.command import DONE, LOOK
+from eai.agents.episode_server import find_journal, open_episodes
 from eai.agents.gym import TextEnvironment, make
-from eai.agents.journal import key_in, read_journal
-from eai.agents.play import Arena, Play
+from eai.agents.journal import read_journal, read_key
+from eai.agents.play import AgentTask, Session
 from eai.agents.rules import STANDARD as RULES
-from eai.agents.server import server_of
+from eai.agents.server import make_server
 from eai.agents.setting import ACTING, AGENT, STANDARD
 from eai.agents.verdict import ActingVerdict
-from eai.agents.worlds import journal_in, opened
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.run.acting import enter, episode_text
@@ -65,7 +65,7 @@ class Check:
             self.differences.append(f"{kind}, {place}: {one!r} is not {other!r}")
 
 
-def drawn(arena: Arena, suite: Suite, number: int) -> tuple[Play, Told]:
+def drawn(arena: AgentTask, suite: Suite, number: int) -> tuple[Session, Told]:
     """A random play and what it was told."""
     rng = random.Random(f"play {number}")
     tasks = [task for task in suite.tasks.values() if task.plan_exclusion is None]
@@ -78,14 +78,14 @@ def drawn(arena: Arena, suite: Suite, number: int) -> tuple[Play, Told]:
     return play, told
 
 
-def through_gymnasium(environment: TextEnvironment, play: Play) -> tuple[list[str], list[str | None]]:
+def through_gymnasium(environment: TextEnvironment, play: Session) -> tuple[list[str], list[str | None]]:
     """What gymnasium tells of the commands, and the faults."""
     environment.reset(options={"task_id": play.task.id})
     turns = [environment.step(turn.said) for turn in play.turns]
     return [turn[0] for turn in turns], [turn[4]["fault"] for turn in turns]
 
 
-def as_calls(play: Play) -> list[tuple[str, Mapping[str, Any]]]:
+def as_calls(play: Session) -> list[tuple[str, Mapping[str, Any]]]:
     """The commands as calls of tools."""
     calls: list[tuple[str, Mapping[str, Any]]] = []
     for turn in play.turns:
@@ -98,7 +98,7 @@ def as_calls(play: Play) -> list[tuple[str, Mapping[str, Any]]]:
     return calls
 
 
-async def through_inspect(domain: str, play: Play) -> tuple[Told, str]:
+async def through_inspect(domain: str, play: Session) -> tuple[Told, str]:
     """What Inspect's tools tell of the calls, and the episode in the store."""
     about = {"domain": domain, "ability": ACTING.value, AGENT: STANDARD.model_dump_json()}
     messages: list[Any] = [ChatMessageUser(content="")]
@@ -112,13 +112,13 @@ async def through_inspect(domain: str, play: Play) -> tuple[Told, str]:
     return told, episode_text(state)
 
 
-async def through_mcp(client: Client, play: Play) -> Told:
+async def through_mcp(client: Client, play: Session) -> Told:
     """What a server of MCP tells of the calls."""
     results = [await client.call_tool(name, dict(given)) for name, given in as_calls(play)]
     return [cast("Any", result.content[0]).text for result in results]
 
 
-def as_plan(play: Play, faults: Sequence[str | None]) -> tuple[list[Action], list[int]] | None:
+def as_plan(play: Session, faults: Sequence[str | None]) -> tuple[list[Action], list[int]] | None:
     """The actions of a play, and the turn of each; None if a command was no action, so that it is no plan."""
     actions, turns, late = [], [], play.ended == "steps"
     everything = range(len(play.task.scene.objects))
@@ -133,7 +133,7 @@ def as_plan(play: Play, faults: Sequence[str | None]) -> tuple[list[Action], lis
     return actions, turns
 
 
-def compare_plan(check: Check, place: object, plans: Suite, play: Play, verdict: ActingVerdict) -> None:
+def compare_plan(check: Check, place: object, plans: Suite, play: Session, verdict: ActingVerdict) -> None:
     """Compare an episode with the plan that its actions are."""
     faults = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
     found = as_plan(play, faults)
@@ -155,7 +155,7 @@ def compare_plan(check: Check, place: object, plans: Suite, play: Play, verdict:
 def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) -> None:
     """Play one suite through all doors."""
     suite, plans = open_suite(name, ACTING), open_suite(name, Ability.ACTION_SEQUENCING)
-    arena, environment = Arena(suite.benchmark), make(name, rules=RULES)
+    arena, environment = AgentTask(suite.benchmark), make(name, rules=RULES)
     for number in range(max(plays, by_inspect, by_mcp)):
         play, told = drawn(arena, suite, number)
         place, text = f"{name} play {number}", play.text("stopped")
@@ -178,21 +178,21 @@ def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) ->
             compare_mcp(check, place, suite, play, told)
 
 
-def compare_mcp(check: Check, place: object, suite: Suite, play: Play, told: Told) -> None:
+def compare_mcp(check: Check, place: object, suite: Suite, play: Session, told: Told) -> None:
     """Compare a play with the same one over MCP, where a look before the first action tells the task."""
     if play.turns[0].said == LOOK:
         return
     task_id = play.task.id
     with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").exists() else None) as folder:  # noqa: S108
-        with opened(Path(folder), suite, [(task_id, 1)]) as worlds:
+        with open_episodes(Path(folder), suite, [(task_id, 1)]) as worlds:
 
             async def run() -> Told:
-                async with Client(server_of(worlds, suite.benchmark.domain)) as client:
+                async with Client(make_server(worlds, suite.benchmark.domain)) as client:
                     return await through_mcp(client, play)
 
             check.same("MCP: observations", place, asyncio.run(run()), told)
-            path = journal_in(Path(folder), (task_id, 1))
-        text = read_journal(path, key_in(Path(folder)), ended=False)
+            path = find_journal(Path(folder), (task_id, 1))
+        text = read_journal(path, read_key(Path(folder)), ended=False)
         verdict = cast("ActingVerdict", suite.score(task_id, text))
         plain = cast("ActingVerdict", suite.score(task_id, play.text("stopped")))
         check.same("MCP: verdict", place, (verdict.turns, verdict.ended), (plain.turns, plain.ended))

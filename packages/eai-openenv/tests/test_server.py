@@ -23,7 +23,7 @@ from openenv import GenericEnvClient
 import eai
 from agents.switches import CASES_BY_SHAPING, reference
 from eai.agents.rewards import PROMPT_NOT_FOUND
-from eai.agents.rules import Rules
+from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.results.reward import METRICS, Shaping
 from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
@@ -34,7 +34,7 @@ WON = ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")
 STEPS = [command.rstrip(")").split("(") for command in WON]
 PLAN = json.dumps([{"action": action, "object": thing} for action, thing in STEPS])
 TASKS = Tasks({"all": LAMPS})
-RULES = Rules(reward=Shaping.PROGRESS, max_steps=50)
+RULES = GameRules(reward=Shaping.PROGRESS, max_steps=50)
 LIMITS = Limits(sessions=2, message_bytes=20_000, body_bytes=200_000, answers=300)
 
 
@@ -260,7 +260,7 @@ def test_there_are_only_so_many_sessions(client: TestClient) -> None:
 def test_an_episode_pays_what_the_library_pays(
     task_id: str, commands: tuple[str, ...], shaping: Shaping, worth: float
 ) -> None:
-    household = Household(Tasks({"all": "agents.switches:SWITCHES"}), Rules(reward=shaping))
+    household = Household(Tasks({"all": "agents.switches:SWITCHES"}), GameRules(reward=shaping))
     household.reset(task=reference(task_id))
     paid = [household.step(Act(command=command)).reward for command in commands]
     assert sum(paid) == pytest.approx(worth)

@@ -21,7 +21,7 @@ from example import PLAN
 import eai
 from agents.switches import CASES_BY_SHAPING, as_plan, reference
 from eai.abilities.protocol import Ability
-from eai.agents.rules import Rules
+from eai.agents.rules import GameRules
 from eai.base.errors import DataError
 from eai.results.reward import METRICS, Shaping
 from eai_verifiers.steps import StepsConfig, StepsTaskConfig, StepsTaskset
@@ -88,8 +88,10 @@ def test_less_can_be_told_of_a_turn(play: Callable[..., list[vf.Trace]]) -> None
 
 def test_the_rules_are_those_of_environments_and_go_by_their_old_names_too() -> None:
     options = {"turns": 3, "rules": {"slip": 0.5, "observe": "partial"}}
-    assert StepsTaskConfig.model_validate(options).rules == Rules(max_steps=3, slip=0.5, observe="partial")
-    assert StepsTaskConfig().rules == Rules(max_steps=50)
+    assert StepsTaskConfig.model_validate(options).rules == GameRules(
+        max_steps=3, slip=0.5, observe="partial"
+    )
+    assert StepsTaskConfig().rules == GameRules(max_steps=50)
     with pytest.raises(ValueError, match="step"):
         StepsTaskConfig.model_validate({"rules": {"step": 3}})
 

@@ -57,7 +57,7 @@ _EXPLORING_LIMITS = Limits(50)
 
 def random_agent(game: Game, seed: int = 0) -> Agent:
     """`eai/random`: a random possible action about known objects, or `DONE`, with equal probability."""
-    rng = _rng(game, seed)
+    rng = _make_rng(game, seed)
 
     def command() -> str:
         actions = [*game.admissible()]
@@ -69,7 +69,7 @@ def random_agent(game: Game, seed: int = 0) -> Agent:
 
 def novel_agent(game: Game, seed: int = 0) -> Agent:
     """`eai/novel`: a random possible action that leads to a new state, or `DONE`."""
-    rng, visited = _rng(game, seed), set[State]()
+    rng, visited = _make_rng(game, seed), set[State]()
 
     def command() -> str:
         visited.add(game.state)
@@ -86,7 +86,7 @@ def novel_agent(game: Game, seed: int = 0) -> Agent:
 
 def blind_agent(game: Game, seed: int = 0) -> Agent:
     """`eai/blind`: a random operator with random known objects, possible or not, or `DONE`."""
-    rng = _rng(game, seed)
+    rng = _make_rng(game, seed)
 
     def command() -> str:
         operators, known = game.stage.domain.operators, sorted(game.memory.known)
@@ -100,13 +100,13 @@ def blind_agent(game: Game, seed: int = 0) -> Agent:
     return command
 
 
-def _rng(game: Game, seed: int) -> random.Random:
+def _make_rng(game: Game, seed: int) -> random.Random:
     return random.Random(f"{seed} {game.task.id}")  # noqa: S311 - random actions, no secrets
 
 
 def reference_agent(game: Game, seed: int = 0) -> Agent:
     """Return an agent that plays the reference of the stage, then `DONE`."""
-    return _following(game.stage.reference.commands or ())
+    return _follow(game.stage.reference.commands or ())
 
 
 def gold_agent(game: Game, seed: int = 0) -> Agent:
@@ -114,7 +114,7 @@ def gold_agent(game: Game, seed: int = 0) -> Agent:
     if game.task.has_no_plan:
         return reference_agent(game)
     plan = game.task.script or find_plan(game.task, get_planner(game.stage.domain)).plan
-    return _following(map(game.stage.commands.write, plan))
+    return _follow(map(game.stage.commands.write, plan))
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:
@@ -123,13 +123,13 @@ def planner_agent(game: Game, seed: int = 0) -> Agent:
     Raises:
         InputError: the planner finds no plan.
     """
-    found = find_plan(game.task, get_planner(game.stage.domain))
-    if reason := why_no_plan(found.end):
+    search = find_plan(game.task, get_planner(game.stage.domain))
+    if reason := why_no_plan(search.end):
         raise InputError(reason)
-    return _following(map(game.stage.commands.write, found.plan))
+    return _follow(map(game.stage.commands.write, search.plan))
 
 
-def _following(commands: Iterable[str]) -> Agent:
+def _follow(commands: Iterable[str]) -> Agent:
     pending = iter(commands)
     return lambda: next(pending, DONE)
 
@@ -163,7 +163,7 @@ class _Explorer:
         self._plan: deque[Action] = deque()
         self._expected: State | None = None
         self._planned = set[tuple[Limits, int]]()
-        self._been: set[int] = set()
+        self._visited_objects: set[int] = set()
         self._opened: tuple[str, int] | None = None
         self._has_opened = False
         self._fruitless: Counter[str] = Counter()
@@ -174,31 +174,31 @@ class _Explorer:
     def __call__(self) -> str:
         """Return the next command."""
         game = self._game
-        self._been.update(game.memory.observation.visible)
+        self._visited_objects.update(game.memory.observation.visible)
         if all(game.reached):
             return DONE
         if self._expected != game.state:
             self._plan.clear()
         if not self._plan:
-            self._plan.extend(self._find_actions() or self._explore_again())
+            self._plan.extend(self._find_plan() or self._explore_again())
         if not self._plan:
             return DONE
         action = self._plan.popleft()
         self._expected = self._domain.apply(game.state, action)
         return game.stage.commands.write(action)
 
-    def _find_actions(self) -> Sequence[Action]:
+    def _find_plan(self) -> Sequence[Action]:
         """Return a plan for the goals, or to see more."""
         return (
             self._plan_goals()
-            or self._plan_to_see(self._unvisited())
+            or self._plan_to_see(self._find_unvisited())
             or self._plan_goals(_SECOND_LIMITS)
             or self._plan_to_open()
             or self._plan_goals(_LAST_LIMITS)
         )
 
     def _plan_to_open(self) -> Sequence[Action]:
-        plan = self._plan_to_see(self._closed())
+        plan = self._plan_to_see(self._find_closed())
         self._has_opened |= bool(plan)
         return plan
 
@@ -207,14 +207,14 @@ class _Explorer:
         if not self._has_opened:
             return ()
         self._has_opened = False
-        self._been = {*self._game.memory.observation.visible}
+        self._visited_objects = {*self._game.memory.observation.visible}
         self._tried.clear()
-        return self._find_actions()
+        return self._find_plan()
 
-    def _kind(self, index: int) -> str:
+    def _get_category(self, index: int) -> str:
         return self._game.task.scene.objects[index].category
 
-    def _pending(self) -> list[Goal]:
+    def _find_pending(self) -> list[Goal]:
         goals = zip(self._game.task.goals, self._game.reached, strict=True)
         return [goal for goal, reached in goals if not reached]
 
@@ -224,12 +224,15 @@ class _Explorer:
         A first search uses the objects of the goals, a second one all such objects.
         """
         game, task = self._game, self._game.task
-        things, effort = game.memory.known | self._find_absent(), (limits, len(game.memory.known))
-        if not self._game.task.find_named_objects(self._pending()) <= things or effort in self._planned:
+        usable_objects, effort = game.memory.known | self._find_absent(), (limits, len(game.memory.known))
+        if (
+            not self._game.task.find_named_objects(self._find_pending()) <= usable_objects
+            or effort in self._planned
+        ):
             return ()
         self._planned.add(effort)
         now = replace(task, initial=game.state, goals=remaining_goals(task, game.taken))
-        for usable in (self._game.task.find_named_objects(task.goals) & things, things):
+        for usable in (self._game.task.find_named_objects(task.goals) & usable_objects, usable_objects):
             plan = find_plan(replace(now, relevant=tuple(sorted(usable))), self._planner, limits).plan
             if plan:
                 return plan
@@ -255,19 +258,19 @@ class _Explorer:
                     limits = replace(_EXPLORING_LIMITS, thorough=by_itself)
                     plan = self._planner.plan(self._game.state, goal, usable, limits).plan
                     if plan:
-                        self._opened = self._kind(index), len(known)
+                        self._opened = self._get_category(index), len(known)
                         return plan
         return ()
 
-    def _unvisited(self) -> Sequence[tuple[int, Formula]]:
+    def _find_unvisited(self) -> Sequence[tuple[int, Formula]]:
         """Return the landmarks that are not visited, and the conditions for their visibility."""
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
-        places = [i for i in self._game.stage.observer.landmarks if i not in self._been]
-        return [(i, _apply_to(visible, Constant(names[i].name))) for i in places]
+        landmarks = [i for i in self._game.stage.observer.landmarks if i not in self._visited_objects]
+        return [(i, _apply_to(visible, Constant(names[i].name))) for i in landmarks]
 
-    def _closed(self) -> Sequence[tuple[int, Formula]]:
+    def _find_closed(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that may hide others, and the conditions under which they do not.
 
         Objects of goals come first, then kinds that hid something or are new, then visible objects.
@@ -277,28 +280,28 @@ class _Explorer:
         named = self._game.task.find_named_objects(game.task.goals)
 
         def rank(index: int) -> tuple[bool, int, bool, int]:
-            return index not in named, self._fruitless[self._kind(index)], index not in near, index
+            return index not in named, self._fruitless[self._get_category(index)], index not in near, index
 
-        found = []
+        lids = []
         for index in sorted(game.memory.known, key=rank):
             for predicate, truth in self._lids:
                 if game.state.has(predicate, index) is not truth:
                     atom = Atom(predicate, (Constant(names[index].name),))
-                    found.append((index, atom if truth else Not(atom)))
-        return found
+                    lids.append((index, atom if truth else Not(atom)))
+        return lids
 
 
-class _Seeker(_Explorer):
+class _GoldSeeker(_Explorer):
     """Plays the gold plan, and explores for the objects of a step before it."""
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
         self._steps = deque(game.task.script)
 
-    def _find_actions(self) -> Sequence[Action]:
+    def _find_plan(self) -> Sequence[Action]:
         """Return the next step if its objects are known, or a plan to see more."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
-            return self._plan_to_see(self._unvisited()) or self._plan_to_open()
+            return self._plan_to_see(self._find_unvisited()) or self._plan_to_open()
         return [self._steps.popleft()] if self._steps else ()
 
 
@@ -319,7 +322,7 @@ class _Greedy(_Explorer):
         """Return the action with the lowest estimate if the objects of pending goals are known."""
         game = self._game
         self._visited.add(game.state)
-        if not self._game.task.find_named_objects(self._pending()) <= game.memory.known:
+        if not self._game.task.find_named_objects(self._find_pending()) <= game.memory.known:
             return ()
         successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))
@@ -345,7 +348,7 @@ AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     **NULLS,
     "oracle": reference_agent,
     "gold": gold_agent,
-    "seeker": _Seeker,
+    "seeker": _GoldSeeker,
     "planner": planner_agent,
     "explorer": _Explorer,
     "greedy": _Greedy,

@@ -33,7 +33,7 @@ def is_look(text: str, domain: Domain) -> bool:
     return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.arities
 
 
-Meant: TypeAlias = Action | ErrorReport | None
+CommandMeaning: TypeAlias = Action | ErrorReport | None
 """The meaning of a text: an action, an error if no action can be tried, or None for the episode's end."""
 
 
@@ -63,7 +63,9 @@ class Commands:
         """Return an action as a line, such as ``OPEN(jar_0)``."""
         return self._notation.command(action.operator, [self._names[i] for i in action.arguments])
 
-    def read(self, text: str, nameable: Collection[int], *, ends: bool) -> tuple[Meant, tuple[str, ...]]:
+    def read(
+        self, text: str, nameable: Collection[int], *, ends: bool
+    ) -> tuple[CommandMeaning, tuple[str, ...]]:
         """Read the meaning of a text; returns also the names of the repairs that the text needed.
 
         Args:
@@ -71,7 +73,7 @@ class Commands:
             nameable: indices of the objects that the text may name.
             ends: whether the text may end the episode.
         """
-        plan = self._written(text)
+        plan = self._read_steps(text)
         if isinstance(plan, Unreadable):
             return ErrorReport(FaultKind.PARSING, None, plan.reason), ()
         if ends and plan.steps == (WrittenStep(DONE, ()),):
@@ -91,7 +93,7 @@ class Commands:
         meant = resolve(plan, self._domain, self._notation, object_of, stranger)
         return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
-    def _written(self, text: str) -> WrittenPlan | Unreadable:
+    def _read_steps(self, text: str) -> WrittenPlan | Unreadable:
         """Read the steps of a text: a line, a whole answer, or one step of an answer."""
         if len(text) > MAX_LENGTH:
             return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")

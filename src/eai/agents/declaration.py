@@ -42,7 +42,7 @@ WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4
 KINDS = tuple(ENDING_FAULTS)
 """Kinds of impossible actions. Actions that are not needed are counted separately."""
 
-_SOON = 2
+_MAX_RECOVERY_TURNS = 2
 """Number of turns after a fault within which a possible action counts as recovery."""
 
 
@@ -55,7 +55,9 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     kinds = [None if turn.fault is None else turn.fault.value for turn in actions]
     faulty = [i for i, kind in enumerate(kinds) if kind in KINDS]
     is_known = verdict.outlook in ("open", "lost")
-    mended = sum(any(turn.fault is None for turn in actions[i + 1 : i + 1 + _SOON]) for i in faulty)
+    recovered = sum(
+        any(turn.fault is None for turn in actions[i + 1 : i + 1 + _MAX_RECOVERY_TURNS]) for i in faulty
+    )
     return {
         "success": share_of_one(won),
         **{
@@ -69,7 +71,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
         **{kind: Share(kinds.count(kind), tried) for kind in KINDS},
         "additional_step": Share(kinds.count(FaultKind.ADDITIONAL_STEP.value), tried),
         "won_after_fault": share_of_one(won) if faulty else EMPTY_SHARE,
-        "recovered": Share(mended, len(faulty)),
+        "recovered": Share(recovered, len(faulty)),
         "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
         "undeclared": share_of_one(verdict.reached and not won),
         "declared_early": share_of_one(verdict.declared and not verdict.reached),
@@ -80,7 +82,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     }
 
 
-def averaged(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
+def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
     """Return the first episode of a task that is not excluded, with the mean contributions of all of them."""
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
@@ -95,25 +97,25 @@ def _path_length_share(won: bool, tried: int, shortest: int) -> float:
     return float(won) if tried <= shortest else won * shortest / tried
 
 
-def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the maker of scorers; the import here keeps the engine out of reports."""
-    from eai.agents.scorer import scorers
+    from eai.agents.scorer import make_scorers
 
-    return scorers(world)
-
-
-def _pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
-    from eai.agents.scorer import pose
-
-    return pose(world, task)
+    return make_scorers(world)
 
 
-def _made_by(answer: str) -> Experiment | None:
+def _make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+    from eai.agents.scorer import make_question
+
+    return make_question(world, task)
+
+
+def _read_experiment(answer: str) -> Experiment | None:
     """Return the harness and rules of an episode; the import here lets reports start fast."""
-    from eai.agents.play import Episode, read_episode, rules_label
+    from eai.agents.play import EpisodeAnswer, read_episode, rules_label
 
     episode = read_episode(answer)
-    if not isinstance(episode, Episode) or not episode.turns:
+    if not isinstance(episode, EpisodeAnswer) or not episode.turns:
         return None
     return Experiment(harness=episode.harness or None, rules=rules_label(episode))
 
@@ -122,7 +124,7 @@ _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for 
 
 ACTING = AbilityDeclaration(
     ability=Ability("acting"),
-    interaction=MultiTurnInteraction(_scorers, _pose, read_experiment=_made_by),
+    interaction=MultiTurnInteraction(_make_scorers, _make_question, read_experiment=_read_experiment),
     title="Acting",
     short_title="acting",
     verdict=ActingVerdict,
@@ -154,5 +156,5 @@ ACTING = AbilityDeclaration(
     yes_no_metrics=frozenset(
         {"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}
     ),
-    combine_epochs=averaged,
+    combine_epochs=average_episodes,
 )

@@ -14,10 +14,10 @@ from gymnasium.error import ResetNeeded
 from eai.abilities.protocol import Ability
 from eai.agents.command import MAX_LENGTH
 from eai.agents.game import Game
-from eai.agents.observation import manual
-from eai.agents.reference import staged
-from eai.agents.rules import Rules
-from eai.agents.stage import Stage
+from eai.agents.game_setup import GameSetup
+from eai.agents.observation import make_manual
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules
 from eai.base.entry_points import get_entry_points, load_offer
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -92,7 +92,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         self,
         benchmark: Benchmark,
         task_ids: Sequence[str],
-        rules: Rules,
+        rules: GameRules,
         tasks: Mapping[str, Task],
         render_mode: str | None = None,
     ) -> None:
@@ -117,7 +117,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     @cached_property
     def manual(self) -> str:
         """The manual for an agent: the predicates of the world, and its actions."""
-        return manual(self.benchmark, self.rules)
+        return make_manual(self.benchmark, self.rules)
 
     @property
     def game(self) -> Game:
@@ -146,7 +146,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         super().reset(seed=seed)
         self._epoch = 0 if seed is not None else self._epoch + 1
         wanted: str | None = (options or {}).get("task_id")
-        stage = self._stage(self._chosen() if wanted is None else wanted)
+        stage = self._stage(self._draw_task_id() if wanted is None else wanted)
         self._game = Game(stage, self.np_random_seed or 0, self._epoch)
         return self._game.opening(), {**self._game.info()}
 
@@ -177,7 +177,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         if self.render_mode is None:
             return None
         if self.render_mode == CAMERA:
-            camera = self._watching()
+            camera = self._open_camera()
             camera.scene.show(self.game.state)
             return camera.colours("near")
         observation = self.game.memory.observation
@@ -190,20 +190,20 @@ class TextEnvironment(gymnasium.Env[str, str]):
             self._camera.close()
             self._camera = None
 
-    def _watching(self) -> Any:
+    def _open_camera(self) -> Any:
         if self._camera is None or self._camera.scene.task is not self.game.task:
             self.close()
             self._camera = load_offer("rendered_pictures", f"render_mode {CAMERA}").camera_of(self.game.task)
         return self._camera
 
-    def _chosen(self) -> str:
+    def _draw_task_id(self) -> str:
         """Return a random task; tasks without goals only if all tasks have none."""
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
         return next((task_id for task_id in order if self._tasks[task_id].plan_exclusion is None), order[0])
 
-    def _stage(self, task_id: str) -> Stage:
-        _refuse_strangers((task_id,), self._tasks, self.benchmark)
-        return staged(self._tasks[task_id], self.benchmark, self.rules)
+    def _stage(self, task_id: str) -> GameSetup:
+        _check_task_ids((task_id,), self._tasks, self.benchmark)
+        return make_setup(self._tasks[task_id], self.benchmark, self.rules)
 
 
 def make(
@@ -212,7 +212,7 @@ def make(
     *,
     render_mode: str | None = None,
     source: Source | None = None,
-    rules: Rules | None = None,
+    rules: GameRules | None = None,
     **options: Any,
 ) -> TextEnvironment:
     """Make the environment of a benchmark.
@@ -231,17 +231,17 @@ def make(
         DataError: the data cannot be fetched.
     """
     found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
-    read = Rules.read("make", {**dict(rules or Rules()), **options})
+    read = GameRules.read("make", {**dict(rules or GameRules()), **options})
     source = source or Source()
     tasks = found.tasks_for(Ability.ACTION_SEQUENCING, source)
     task_ids = (task_id,) if isinstance(task_id, str) else tuple(tasks if task_id is None else task_id)
     if not task_ids:
         raise InputError(f"task_id: expected at least one task of {found.name}, or None for all")
-    _refuse_strangers(task_ids, tasks, found)
+    _check_task_ids(task_ids, tasks, found)
     return TextEnvironment(found, task_ids, read, tasks, render_mode)
 
 
-def _refuse_strangers(task_ids: Sequence[str], tasks: Container[str], benchmark: Benchmark) -> None:
+def _check_task_ids(task_ids: Sequence[str], tasks: Container[str], benchmark: Benchmark) -> None:
     for task_id in task_ids:
         if task_id not in tasks:
             raise InputError(f"{benchmark.name} has no task {task_id!r}")

@@ -13,10 +13,10 @@ from typing_extensions import TypedDict, assert_never
 from eai.abilities.declining import ASK, REFUSE, is_question, read_refusal
 from eai.abilities.scorer import exception_text
 from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, credit_actions
-from eai.agents.command import DONE, Meant, is_look
-from eai.agents.observation import Memory, manual
+from eai.agents.command import DONE, CommandMeaning, is_look
+from eai.agents.game_setup import GameSetup
+from eai.agents.observation import Memory, make_manual
 from eai.agents.rules import OUTCOMES
-from eai.agents.stage import Stage
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
@@ -31,7 +31,7 @@ from eai.world.state import State
 
 _LOG = logging.getLogger(__name__)
 
-Ended: TypeAlias = Literal["goal", "done", "refused", "steps"]
+GameEnd: TypeAlias = Literal["goal", "done", "refused", "steps"]
 """Why a game has ended: all goals are reached, `DONE`, a refusal, or the limit of actions."""
 
 
@@ -57,7 +57,7 @@ class _Info(TypedDict, total=False):
     admissible_commands: list[str]
 
 
-class _Turn(NamedTuple):
+class _StepResult(NamedTuple):
     """The outcome of an action, as `gymnasium.Env.step` returns it."""
 
     observation: str
@@ -67,7 +67,7 @@ class _Turn(NamedTuple):
     info: _Info
 
 
-class _Outcome(NamedTuple):
+class _CommandOutcome(NamedTuple):
     """The outcome of a command: its text, and the fault and slip of its action.
 
     The text about a fault or a slip is one sentence. Otherwise lines with changes follow.
@@ -101,25 +101,25 @@ class Game:
         outcome: the outcome of the last command.
     """
 
-    def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
-        luck = SlipSampler(stage.rules.slip, stage.task.id, seed=seed, epoch=epoch)
+    def __init__(self, stage: GameSetup, seed: int = 0, epoch: int = 0) -> None:
+        slip_sampler = SlipSampler(stage.rules.slip, stage.task.id, seed=seed, epoch=epoch)
         self.stage, self.task = stage, stage.task
         self._rules = stage.rules
-        self._episode = Episode(stage.domain, stage.task.initial, luck)
+        self._episode = Episode(stage.domain, stage.task.initial, slip_sampler)
         self.taken: list[str] = []
         self._last: Action | None = None
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
         self._memory = Memory(stage.observer, stage.rules.feedback)
-        self._at_start = self.reached = self._goals_reached()
-        self.ended: Ended | None = None
+        self._at_start = self.reached = self._find_reached_goals()
+        self.ended: GameEnd | None = None
         self.won = False
         self.refused: str | None = None
         self.worth = 0.0
         self.tried = 0
         self.action: Action | None = None
-        self.outcome = _Outcome("")
+        self.outcome = _CommandOutcome("")
 
     @property
     def memory(self) -> Memory:
@@ -141,23 +141,23 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode, by the names of `eai.results.reward.Grade`."""
-        return metrics_of(self._earned(is_last=self.over))
+        return metrics_of(self._compute_credit(is_last=self.over))
 
     @property
     def final_worth(self) -> float:
         """The value of the episode if it ends now. `success` and `goals` pay nothing without `DONE`."""
-        return self._worth(is_last=True)
+        return self._compute_value(is_last=True)
 
-    def _worth(self, *, is_last: bool) -> float:
+    def _compute_value(self, *, is_last: bool) -> float:
         if self.refused is not None:
             return float(self.won)
-        earned = self._earned(is_last=is_last)
+        earned = self._compute_credit(is_last=is_last)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
-            return self.stage.mender.closeness((*self._worked(), *last)) or 0.0
+            return self.stage.repairer.closeness((*self._find_counted_actions(), *last)) or 0.0
         return 0.0 if earned is None else pay_for(earned, self._rules.reward)
 
-    def _worked(self) -> list[Action]:
+    def _find_counted_actions(self) -> list[Action]:
         """Return the actions that were carried out, or not needed."""
         steps = self._episode.trajectory.steps
         return [
@@ -166,7 +166,7 @@ class Game:
             if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
         ]
 
-    def _earned(self, *, is_last: bool) -> Credit | None:
+    def _compute_credit(self, *, is_last: bool) -> Credit | None:
         if self.refused is not None:
             return Credit(float(self.won), self.won, ended=False, faults=self._faults)
         if self.task.has_no_plan:  # no plan reaches all goals, so that none of them is paid
@@ -185,7 +185,7 @@ class Game:
 
     def briefing(self) -> str:
         """Return the text that an agent reads before its first action: the world, and the task."""
-        return f"{manual(self.stage.benchmark, self._rules)}\n\n{self.opening()}"
+        return f"{make_manual(self.stage.benchmark, self._rules)}\n\n{self.opening()}"
 
     def opening(self) -> str:
         """Return the first observation."""
@@ -194,7 +194,7 @@ class Game:
             text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.limit)})}"
         return f"{text}\n\n{self.memory.describe(self.memory.known)}"
 
-    def act(self, text: str) -> _Turn:
+    def act(self, text: str) -> _StepResult:
         """Play one turn. Any text costs an action, except the first `LOOK` after an action.
 
         If the world raises an exception, the action fails and the episode goes on.
@@ -208,7 +208,7 @@ class Game:
         self.action, self._memory.changes = None, []
         turns, tried = self._turns, self.tried
         try:
-            return self._play(text)
+            return self._take_turn(text)
         except EaiError:
             raise
         except Exception as error:
@@ -217,28 +217,28 @@ class Game:
             kind = FaultKind.UNCATEGORISED
             self._failed, self._memory.has_looked = True, False
             self._faults[kind] += 1
-            words = f"Failed ({_words(kind)}): the world raised {type(error).__name__}."
-            return self._turn(_Outcome(words, kind), ())
+            words = f"Failed ({_name_fault(kind)}): the world raised {type(error).__name__}."
+            return self._make_result(_CommandOutcome(words, kind), ())
 
-    def _play(self, text: str) -> _Turn:
+    def _take_turn(self, text: str) -> _StepResult:
         if self._rules.feedback == "changes" and is_look(text, self.stage.domain):
             self._turns += self._memory.has_looked
-            return self._turn(_Outcome(self.memory.look_around()), ())
+            return self._make_result(_CommandOutcome(self.memory.look_around()), ())
         special, operators = self.task.special, self.stage.domain.arities
         if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
             return self._answer(special.fits[0])
         if isinstance(special, Impossible) and REFUSE not in operators:
             self.refused = read_refusal(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
-                return self._turn(_Outcome(f"{REFUSE}."), ())
+                return self._make_result(_CommandOutcome(f"{REFUSE}."), ())
         ends = self._rules.until == "done"
         everything = range(len(self.task.scene.objects))
         nameable = self.memory.known if self._rules.observe == "partial" else everything
         meant, repairs = self.stage.commands.read(text, nameable, ends=ends)
         self._memory.has_looked = False
         self._turns += meant is not None
-        if self._is_late:
-            return self._turn(_Outcome("No actions are left."), ())
+        if self._has_no_actions_left:
+            return self._make_result(_CommandOutcome("No actions are left."), ())
         tried = self._carry_out(meant)
         self.action = meant if isinstance(meant, Action) else None
         if meant is not None:
@@ -247,20 +247,22 @@ class Game:
             self._last = self.action
         if tried.fault is not None:
             self._faults[tried.fault] += 1
-        self.reached = self._goals_reached()
-        return self._turn(tried, repairs, done=meant is None)
+        self.reached = self._find_reached_goals()
+        return self._make_result(tried, repairs, done=meant is None)
 
-    def _answer(self, meant: str) -> _Turn:
+    def _answer(self, meant: str) -> _StepResult:
         """Name the object that the instruction means. A question costs an action."""
         self._memory.has_looked = False
         self._turns += 1
-        if self._is_late:
-            return self._turn(_Outcome("No actions are left."), ())
+        if self._has_no_actions_left:
+            return self._make_result(_CommandOutcome("No actions are left."), ())
         self.tried += 1
         name = self.stage.observer.render_names((self.task.scene.index[meant],))
-        return self._turn(_Outcome(f"{name} is meant."), ())
+        return self._make_result(_CommandOutcome(f"{name} is meant."), ())
 
-    def _turn(self, tried: _Outcome, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
+    def _make_result(
+        self, tried: _CommandOutcome, repairs: tuple[str, ...], *, done: bool = False
+    ) -> _StepResult:
         """Return the turn that follows from the outcome of a command."""
         self.outcome = tried
         complete, limit = all(self.reached), self.stage.limit
@@ -270,7 +272,7 @@ class Game:
             self.ended = "done"
         elif self._rules.until == "goal" and complete:
             self.ended = "goal"
-        elif self._is_late or (self._turns == limit and self._rules.until == "goal"):
+        elif self._has_no_actions_left or (self._turns == limit and self._rules.until == "goal"):
             self.ended = "steps"
         truncated = self.ended == "steps"
         self.won = self.over and complete and not truncated
@@ -285,43 +287,45 @@ class Game:
             observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
         terminated = self.over and not truncated
         info = self.info(tried.fault, slipped=tried.slipped, repairs=repairs)
-        return _Turn(observation, self._pay(), terminated, truncated, info)
+        return _StepResult(observation, self._compute_reward(), terminated, truncated, info)
 
     @property
-    def _is_late(self) -> bool:
+    def _has_no_actions_left(self) -> bool:
         """Whether more actions are tried than allowed. After the last one `DONE` is still allowed."""
         return self.stage.limit is not None and self._turns > self.stage.limit
 
-    def _pay(self) -> float:
+    def _compute_reward(self) -> float:
         """Return the reward of the turn: the change in the value of the episode."""
-        before, self.worth = self.worth, self._worth(is_last=self.over)
+        before, self.worth = self.worth, self._compute_value(is_last=self.over)
         return self._rules.gamma * self.worth - before
 
-    def _carry_out(self, meant: Meant) -> _Outcome:
+    def _carry_out(self, meant: CommandMeaning) -> _CommandOutcome:
         if meant is None:
-            return _Outcome(f"{DONE}.")
+            return _CommandOutcome(f"{DONE}.")
         if isinstance(meant, ErrorReport):
             hint = f" {self.stage.commands.hint}" if meant.kind is FaultKind.PARSING else ""
-            return _Outcome(f"Failed ({_words(meant.kind)}): {meant.detail}.{hint}", meant.kind)
+            return _CommandOutcome(f"Failed ({_name_fault(meant.kind)}): {meant.detail}.{hint}", meant.kind)
         line, outcome = self.stage.commands.write(meant), self._episode.act(meant)
         match outcome:
             case Fault(kind):
                 reason = describe(outcome, self.stage.domain, meant, self.stage.task.scene)
-                failed = "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_words(kind)})"
-                return _Outcome(f"{line}: {failed}: {reason}.", kind)
+                failed = (
+                    "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_name_fault(kind)})"
+                )
+                return _CommandOutcome(f"{line}: {failed}: {reason}.", kind)
             case Slip():
-                return _Outcome(f"{line}: nothing happened.", slipped=True)
+                return _CommandOutcome(f"{line}: nothing happened.", slipped=True)
             case State():
                 self.taken.append(meant.operator)
                 if self._rules.feedback not in OUTCOMES:
-                    return _Outcome(f"{line}: done.\n{self._memory.update(outcome)}")
+                    return _CommandOutcome(f"{line}: done.\n{self._memory.update(outcome)}")
                 if self._rules.observe == "partial":  # objects in sight now may be hidden later
                     self._memory.update(outcome)
-                return _Outcome(f"{line}: done.")
+                return _CommandOutcome(f"{line}: done.")
             case _:
                 assert_never(outcome)
 
-    def _goals_reached(self) -> tuple[bool, ...]:
+    def _find_reached_goals(self) -> tuple[bool, ...]:
         goals, episode = self.stage.goals, self._episode
         return goals.find_reached(
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
@@ -376,5 +380,5 @@ _MAX_BINDINGS = 1_000_000
 """Maximum number of values of parameters that are tried to list the possible actions."""
 
 
-def _words(kind: FaultKind) -> str:
+def _name_fault(kind: FaultKind) -> str:
     return kind.value.replace("_", " ")

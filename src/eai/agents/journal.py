@@ -18,7 +18,7 @@ from pathlib import Path
 from secrets import token_bytes
 from typing import Any
 
-from eai.agents.play import Play
+from eai.agents.play import Session
 from eai.base.errors import InputError
 from eai.base.files import read_content
 from eai.tasks.source import task_sha256
@@ -26,7 +26,7 @@ from eai.tasks.source import task_sha256
 _KEY_BYTES = 32
 
 
-def key_in(folder: Path) -> bytes:
+def read_key(folder: Path) -> bytes:
     """Return the key of the journals in a folder, readable only for its owner; a new key is random.
 
     Raises:
@@ -49,7 +49,7 @@ def key_in(folder: Path) -> bytes:
 
 
 @dataclass(frozen=True, slots=True)
-class _Sealed:
+class _JournalContent:
     """The content of the lines of a journal with right seals.
 
     Attributes:
@@ -72,7 +72,7 @@ def is_begun(path: Path) -> bool:
     return path.exists() and b"\n" in path.read_bytes()
 
 
-def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: bool = True) -> str:
+def read_journal(path: Path, key: bytes, play: Session | None = None, *, ended: bool = True) -> str:
     """Return the episode of a journal as an answer.
 
     Args:
@@ -85,7 +85,7 @@ def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: boo
         InputError: the file cannot be read or is a link, a seal is wrong, a line is missing, or the episode
             is not the expected one.
     """
-    episode = _read(path, key, play)
+    episode = _read_content(path, key, play)
     if ended and episode.ended is None:
         raise InputError(f"{path}: no final line: the episode was interrupted")
     about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
@@ -93,23 +93,23 @@ def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: boo
     return json.dumps(whole, ensure_ascii=False)
 
 
-def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
-    episode = _Sealed({})
+def _read_content(path: Path, key: bytes, play: Session | None) -> _JournalContent:
+    episode = _JournalContent({})
     if os.path.islink(path):  # noqa: PTH114 - Path.is_symlink may raise
         raise InputError(f"{path}: expected a file, not a link")
     for number, raw in enumerate(read_content(path).split(b"\n")[:-1], 1):
         try:
-            episode = _with_line(episode, raw, key)
+            episode = _add_line(episode, raw, key)
         except ValueError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
     if not episode.begin:
         raise InputError(f"{path}: expected a line that begins an episode")
-    if play is not None and episode.begin != _begin_of(play):
+    if play is not None and episode.begin != _make_first_object(play):
         raise InputError(f"{path}: the journal is of another task or setting; give another folder")
     return episode
 
 
-def _begin_of(play: Play) -> dict[str, Any]:
+def _make_first_object(play: Session) -> dict[str, Any]:
     """Return the first object of a journal: the task, and the episode without turns and end."""
     about = play.to_json("stopped")
     task = play.task
@@ -117,7 +117,7 @@ def _begin_of(play: Play) -> dict[str, Any]:
     return {"task": task.id, "task_sha256": task_sha256(task), **about}
 
 
-def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
+def _add_line(episode: _JournalContent, raw: bytes, key: bytes) -> _JournalContent:
     seal, _, body = raw.partition(b" ")
     if not hmac.compare_digest(seal, _seal(key, episode.seal, body).encode()):
         raise ValueError("wrong seal: the line was changed or moved")
@@ -149,7 +149,7 @@ class Journal:
         InputError: the file cannot be read or written, a seal is wrong, or the episode is another one.
     """
 
-    def __init__(self, path: Path, key: bytes, play: Play) -> None:
+    def __init__(self, path: Path, key: bytes, play: Session) -> None:
         self.ended: str | None = None
         self._path, self._key, self._seal = path, key, ""
         self._written = 0
@@ -161,12 +161,12 @@ class Journal:
         except OSError as error:
             raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
         if not size:
-            self._add({"begin": _begin_of(play)})
+            self._add({"begin": _make_first_object(play)})
         self.write(play)
 
-    def _resume(self, play: Play) -> int:
+    def _resume(self, play: Session) -> int:
         """Play the turns of the file again; returns the size of its whole lines."""
-        before = _read(self._path, self._key, play)
+        before = _read_content(self._path, self._key, play)
         for turn in before.turns:
             play.say(turn["said"])
         if [*before.turns] != play.to_json("stopped")["turns"]:
@@ -176,7 +176,7 @@ class Journal:
         self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
         return before.size
 
-    def write(self, play: Play) -> None:
+    def write(self, play: Session) -> None:
         """Write the turns that are not on the disk yet, and the end of an episode that is over.
 
         Raises:

@@ -10,8 +10,8 @@ from itertools import groupby
 from operator import itemgetter
 from typing import NamedTuple, TypeAlias
 
-from eai.agents.listed import HOW_TO_READ, facts_in_short, in_short
-from eai.agents.rules import Feedback, Observe, Rules, View
+from eai.agents.rules import Feedback, GameRules, Observe, View
+from eai.agents.short_lists import HOW_TO_READ, shorten_facts, shorten_names
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
@@ -91,9 +91,9 @@ class Observer:
         self._wording = wording
         self._is_full = observe == "full"
         self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
-        self._kind = cache(partial(wording.describe_kind, task))
+        self._get_kind = cache(partial(wording.describe_kind, task))
         self.agent = task.scene.agent
-        self._of_agent = {each.name for each in wording.domain.egocentric if view == "scene"}
+        self._egocentric_predicates = {each.name for each in wording.domain.egocentric if view == "scene"}
         landmarks = wording.domain.find_landmarks(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(bits(landmarks))
         everything = range(len(task.scene.objects))
@@ -103,28 +103,28 @@ class Observer:
         self._mask = mask_of(self.subjects)
         visible = wording.domain.visible or TRUE
         self._visibility_sources = find_stored_predicates(predicates_of(visible), wording.domain.vocabulary)
-        self.first = self._observe_anew(task.initial)
+        self.first = self._observe_first(task.initial)
 
-    def _observe_anew(self, state: State) -> _Observation:
+    def _observe_first(self, state: State) -> _Observation:
         visible = self._visible(state)
         return _Observation(
             state,
             visible,
-            [self._visible_facts(each, state, visible) for each in self._wording.state_listings],
+            [self._make_visible_facts(each, state, visible) for each in self._wording.state_listings],
         )
 
     def render_objects(self, chosen: Collection[int]) -> str:
         """Return the objects with their kinds and properties, in one line if these are equal."""
-        by_kind = group_pairs((self._kind(index), index) for index in self.subjects if index in chosen)
+        by_kind = group_pairs((self._get_kind(index), index) for index in self.subjects if index in chosen)
         return "\n".join([f"{self.render_names(objects)} {kind}" for kind, objects in by_kind.items()])
 
     def render_names(self, chosen: Iterable[int]) -> str:
         """Return the names of objects, with ranges for names that are numbered in a row."""
-        return in_short([self._names[index] for index in chosen])
+        return shorten_names([self._names[index] for index in chosen])
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
         """Yield the lines that state facts."""
-        return facts_in_short(facts, self._names, self._wording.write_fact_about)
+        return shorten_facts(facts, self._names, self._wording.write_fact_about)
 
     def render_fact(self, fact: Fact) -> str:
         """Return a single fact in words."""
@@ -138,7 +138,7 @@ class Observer:
         return [
             fact
             for listing in self._wording.state_listings
-            for fact in listing.facts(state, visible, self._required(listing, chosen))
+            for fact in listing.facts(state, visible, self._find_required_objects(listing, chosen))
             if not chosen.isdisjoint(fact.arguments)
         ]
 
@@ -156,7 +156,7 @@ class Observer:
         facts = [
             before
             if is_same and changed.isdisjoint(listing.sources)
-            else self._visible_facts(listing, state, visible)
+            else self._make_visible_facts(listing, state, visible)
             for listing, before in zip(self._wording.state_listings, last.by_predicate, strict=True)
         ]
         return _Observation(state, visible, facts)
@@ -175,16 +175,16 @@ class Observer:
             if changed.isdisjoint(listing.sources):
                 continue
             if listing.is_stored:
-                added += self._visible_among(listing, stored.added, after.visible)
-                removed += self._visible_among(listing, stored.removed, before.visible)
+                added += self._select_visible(listing, stored.added, after.visible)
+                removed += self._select_visible(listing, stored.removed, before.visible)
                 continue
             if is_same:
                 earlier, later = old.facts, new.facts
             else:
                 earlier = self._facts(listing, before.state, after.visible)
                 later = self._facts(listing, after.state, before.visible)
-            added += _difference(new.facts, earlier)
-            removed += _difference(old.facts, later)
+            added += _subtract(new.facts, earlier)
+            removed += _subtract(old.facts, later)
         return [*[("+", fact) for fact in added], *[("-", fact) for fact in removed]]
 
     def find_changes_about(
@@ -197,11 +197,11 @@ class Observer:
             if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
         ]
 
-    def _visible_among(self, listing: FactListing, facts: Iterable[Fact], visible: Indices) -> list[Fact]:
+    def _select_visible(self, listing: FactListing, facts: Iterable[Fact], visible: Indices) -> list[Fact]:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.lists(fact)]
         if not listed:
             return listed
-        objects, required = {*visible}, self._required(listing)
+        objects, required = {*visible}, self._find_required_objects(listing)
         listed = [
             fact
             for fact in listed
@@ -216,21 +216,21 @@ class Observer:
         return tuple(bits(self._wording.domain.find_visible(state, self._mask)))
 
     def _facts(self, listing: FactListing, state: State, visible: Indices) -> Sequence[Fact]:
-        return listing.facts(state, visible, self._required(listing))
+        return listing.facts(state, visible, self._find_required_objects(listing))
 
-    def _required(
+    def _find_required_objects(
         self, listing: FactListing, chosen: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
         """Return the objects of which a listed fact must contain one, or None if any fact is listed."""
-        if listing.predicate not in self._of_agent:
+        if listing.predicate not in self._egocentric_predicates:
             return chosen
         return frozenset() if self.agent is None else frozenset((self.agent,))
 
-    def _visible_facts(self, listing: FactListing, state: State, visible: Indices) -> _VisibleFacts:
+    def _make_visible_facts(self, listing: FactListing, state: State, visible: Indices) -> _VisibleFacts:
         return _VisibleFacts(partial(self._facts, listing, state, visible), self.render_facts)
 
 
-def _difference(facts: Iterable[Fact], others: Sequence[Fact]) -> list[Fact]:
+def _subtract(facts: Iterable[Fact], others: Sequence[Fact]) -> list[Fact]:
     excluded = frozenset(others)
     return [fact for fact in facts if fact not in excluded]
 
@@ -321,7 +321,7 @@ class Memory:
             yield from self._render_changes(changes)
 
 
-def task_text(task: Task, wording: Wording, rules: Rules) -> str:
+def make_task_text(task: Task, wording: Wording, rules: GameRules) -> str:
     """Return the instruction, goals and explanations, with which the first observation begins."""
     parts = [f"{task.title}\n{task.instruction}"]
     parts += [f"Goals:\n{wording.describe_goals(task)}"] if task.prompts_state_goals else []
@@ -350,7 +350,7 @@ _FEEDBACK: Mapping[Feedback, str] = {
 }
 
 
-def manual(benchmark: Benchmark, rules: Rules) -> str:
+def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
     """Return the manual of a world: its predicates, and its actions."""
     egocentric = benchmark.domain.egocentric if rules.view == "scene" else ()
     names, told = " and ".join([each.name for each in egocentric]), _FEEDBACK[rules.feedback]

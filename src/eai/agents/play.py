@@ -16,11 +16,11 @@ from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.agents.agents import AGENTS
 from eai.agents.command import DONE, Commands, is_look
 from eai.agents.game import Game
-from eai.agents.observation import manual
-from eai.agents.reference import staged
-from eai.agents.rules import Rules
+from eai.agents.game_setup import GameSetup
+from eai.agents.observation import make_manual
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules
 from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, Setting
-from eai.agents.stage import Stage
 from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -34,7 +34,7 @@ from eai.tasks.task import Task
 OVER = "The episode is over."
 """The observation after a command in an episode that is over."""
 
-_UNKNOWN = 100
+_ESTIMATED_ACTIONS = 100
 """Estimated maximum number of actions in a game without a limit."""
 
 _BY_TOOLS = (
@@ -43,17 +43,17 @@ _BY_TOOLS = (
 _BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DONE."
 
 
-def rules_of(setting: Setting) -> Rules:
+def rules_of(setting: Setting) -> GameRules:
     """Return the rules of the games in a setting.
 
     Raises:
         InputError: there is no such view or feedback, or they contradict each other.
     """
     chosen = setting.model_dump(include={"view", "observe", "feedback", "slip", "budget"})
-    return Rules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
+    return GameRules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
 
 
-class Arena:
+class AgentTask:
     """A benchmark with the setting in which its tasks are played.
 
     Args:
@@ -69,9 +69,9 @@ class Arena:
         self.setting = setting
         self.rules = rules_of(setting)
 
-    def stage(self, task: Task) -> Stage:
+    def stage(self, task: Task) -> GameSetup:
         """Return a task, ready to be played in the setting."""
-        return staged(task, self.benchmark, self.rules)
+        return make_setup(task, self.benchmark, self.rules)
 
     def prompt(self, task: Task) -> Prompt:
         """Return the question: the world, the task, and how to act in it.
@@ -79,7 +79,7 @@ class Arena:
         A task that is left out of all statistics is not played; its question has the reason.
         """
         if task.plan_exclusion is not None:
-            return Prompt(f"{manual(self.benchmark, Rules())}\n\n{task.plan_exclusion}")
+            return Prompt(f"{make_manual(self.benchmark, GameRules())}\n\n{task.plan_exclusion}")
         how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
         return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
 
@@ -92,10 +92,10 @@ class Arena:
         images = () if task.plan_exclusion is not None else self.play(task).pictures()
         return replace(self.prompt(task), images=images)
 
-    def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Play:
+    def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Session:
         """Begin an episode of a task."""
         setting = self.setting
-        return Play(self.stage(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun)
+        return Session(self.stage(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun)
 
     def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
         """Return the commands of one of `AGENTS` in an episode."""
@@ -106,7 +106,7 @@ class Arena:
         return [turn.said for turn in play.turns]
 
 
-def in_setting(
+def make_prompts_in_setting(
     setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
     """Return the questions of tasks in a setting, and metadata with the setting, by task.
@@ -120,7 +120,7 @@ def in_setting(
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about
-    arena = Arena(suite.benchmark, setting)
+    arena = AgentTask(suite.benchmark, setting)
     return {task_id: arena.shown(suite.tasks[task_id]) for task_id in prompts}, about
 
 
@@ -128,7 +128,7 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     """Return the commands of an episode, of a plan, or of lines of text, with `DONE` at the end."""
     if '"turns"' in answer:
         episode = read_episode(answer)
-        return [turn.said for turn in episode.turns] if isinstance(episode, Episode) else []
+        return [turn.said for turn in episode.turns] if isinstance(episode, EpisodeAnswer) else []
     plan = benchmark.notation.plans.read(answer, benchmark.domain.arities)
     if isinstance(plan, Unreadable):
         return [*filter(str.strip, answer.splitlines()), DONE]
@@ -143,13 +143,13 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
 _MAX_TURNS = 100_000
 """Maximum number of turns of an episode."""
 
-_MAX_NAME = 100
+_MAX_NAME_LENGTH = 100
 """Maximum number of characters of a harness's name."""
 
 
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
-_Harness = Annotated[str, Field(max_length=_MAX_NAME, pattern=r"^$|[^.]")]
+_Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")]
 """A name that may be part of a file's name (`eai.base.files.to_file_name`), or empty."""
 
 
@@ -171,7 +171,7 @@ class _Command:
 
 
 @dataclass(frozen=True, slots=True)
-class Episode:
+class EpisodeAnswer:
     """An episode as an answer.
 
     Attributes:
@@ -188,7 +188,7 @@ class Episode:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
     turns: Annotated[tuple[_Command, ...], Field(max_length=_MAX_TURNS)]
-    rules: Rules | None = None
+    rules: GameRules | None = None
     seed: _Seed = 0
     epoch: _Count = 1
     harness: _Harness = ""
@@ -198,14 +198,14 @@ class Episode:
 
 
 @cache
-def _adapter() -> TypeAdapter[Episode]:
-    return TypeAdapter(Episode)
+def _adapter() -> TypeAdapter[EpisodeAnswer]:
+    return TypeAdapter(EpisodeAnswer)
 
 
-def read_episode(text: str) -> Episode | Unreadable:
+def read_episode(text: str) -> EpisodeAnswer | Unreadable:
     """Read an episode: a JSON object as `Play.text` writes it, or commands, one a line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
-        return _episode_of_lines([line.strip() for line in text.splitlines() if line.strip()])
+        return _read_lines([line.strip() for line in text.splitlines() if line.strip()])
     try:
         return _adapter().validate_json(text)
     except ValidationError as error:
@@ -222,7 +222,7 @@ RULE_NAMES = {
 """The rules of an episode, by the names that labels have for them, in the order of labels."""
 
 
-def rules_label(episode: Episode) -> str | None:
+def rules_label(episode: EpisodeAnswer) -> str | None:
     """Return the rules of an episode that differ from the standard setting, as `Setting.label` writes them.
 
     None if no rule differs. The seed of slips is a rule, because a player may choose a lucky seed.
@@ -238,18 +238,18 @@ def rules_label(episode: Episode) -> str | None:
     )
 
 
-def _episode_of_lines(lines: Sequence[str]) -> Episode | Unreadable:
+def _read_lines(lines: Sequence[str]) -> EpisodeAnswer | Unreadable:
     if len(lines) > _MAX_TURNS:
         return Unreadable(f"an episode has at most {_MAX_TURNS:,} turns, and this one {len(lines):,}")
-    return Episode(tuple(map(_Command, lines)))
+    return EpisodeAnswer(tuple(map(_Command, lines)))
 
 
-def _encodable(text: str) -> str:
+def _replace_surrogates(text: str) -> str:
     """Replace lone surrogates, which JSON readers refuse, by question marks."""
     return text.encode(errors="replace").decode()
 
 
-class Play(Game):
+class Session(Game):
     """A game whose commands are kept as an episode.
 
     Args:
@@ -266,14 +266,14 @@ class Play(Game):
         harness: the harness of the agent.
     """
 
-    def __init__(self, stage: Stage, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
+    def __init__(self, stage: GameSetup, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
         super().__init__(stage, seed, epoch)
         self.turns: list[_Command] = []
         self.failed: list[bool] = []
-        self.most = stage.limit or _UNKNOWN
+        self.most = stage.limit or _ESTIMATED_ACTIONS
         self.harness = harness
         self._thought = ""
-        self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.opening()))
+        self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, sha256_of(self.opening()))
 
     def say(self, said: str, thought: str = "") -> str:
         """Carry out a command with the agent's thought; returns the observation.
@@ -284,7 +284,7 @@ class Play(Game):
             return OVER
         if self.stage.rules.feedback != "changes" and is_look(said, self.stage.domain):
             return self.memory.look_around()
-        said, thought = _encodable(said), _encodable(thought)
+        said, thought = _replace_surrogates(said), _replace_surrogates(thought)
         told = self.act(said).observation
         self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))
         self.failed.append(self.outcome.fault is not None or self.outcome.slipped)

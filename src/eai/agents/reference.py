@@ -10,8 +10,8 @@ from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS, Agent
 from eai.agents.command import DONE
 from eai.agents.game import Game
-from eai.agents.rules import TRAINING, Rules
-from eai.agents.stage import Reference, Stage
+from eai.agents.game_setup import GameSetup, Reference
+from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.names import TaskReference
@@ -40,7 +40,7 @@ _MAX_STAGES = 4096
 
 
 @lru_cache(_MAX_STAGES)
-def stage_of(task: str, rules: Rules = TRAINING) -> Stage:
+def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
     """Return a task, found by its reference, ready to be played.
 
     Args:
@@ -57,35 +57,35 @@ def stage_of(task: str, rules: Rules = TRAINING) -> Stage:
     suite = open_reward_suite(reference.benchmark, reference.ability)
     if reference.task_id not in suite.tasks:
         raise InputError(f"{suite.domain} has no task {reference.task_id!r}")
-    return staged(suite.tasks[reference.task_id], suite.benchmark, rules)
+    return make_setup(suite.tasks[reference.task_id], suite.benchmark, rules)
 
 
 @lru_cache(_MAX_STAGES)
-def staged(task: Task, benchmark: Benchmark, rules: Rules) -> Stage:
+def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
     """Return a task ready to be played. Players and scorers of the task share the stage.
 
     Raises:
         InputError: the task cannot be played.
     """
-    return Stage(task, benchmark, rules, reference_of)
+    return GameSetup(task, benchmark, rules, find_reference)
 
 
-def reference_of(stage: Stage) -> Reference:
+def find_reference(stage: GameSetup) -> Reference:
     """Return the reference of a task, in the view of its stage."""
     refusal = write_refusal_command(stage.task, stage.benchmark.notation.plans)
     if refusal is not None:
         return Reference(None, (refusal,))
-    lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]
-    endless = stage.endless()
+    lengths = [len(plan) for plan in _find_plans(stage.task, stage.domain)]
+    endless = stage.make_endless()
     for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
-        commands = _commands_of(game, AGENTS[name](game, 0))
+        commands = _play_agent(game, AGENTS[name](game, 0))
         if all(game.reached):
             return Reference(min([*lengths, len(commands)]), commands)
     return Reference(min(lengths, default=None), None)
 
 
-def _commands_of(game: Game, agent: Agent) -> tuple[str, ...]:
+def _play_agent(game: Game, agent: Agent) -> tuple[str, ...]:
     """Play a game; returns the commands before `DONE`."""
     commands: list[str] = []
     while len(commands) < _MAX_COMMANDS and (command := agent()) != DONE:
@@ -94,23 +94,23 @@ def _commands_of(game: Game, agent: Agent) -> tuple[str, ...]:
     return tuple(commands)
 
 
-def _plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
+def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
     """Yield the gold plan without needless actions, and the planner's plan, if they solve the task."""
     gold = execute(domain, task.initial, task.script).executed
     has_gold = bool(task.script) and solves(domain, task, gold)
     if has_gold:
-        yield gold if any(goal.is_over_time for goal in task.goals) else _shortened(task, domain, gold)
+        yield gold if any(goal.is_over_time for goal in task.goals) else _shorten(task, domain, gold)
     limits = _SHORTER_PLAN_LIMITS if has_gold else _PLAN_LIMITS
     plan = find_plan(task, get_planner(domain), limits).plan
     if solves(domain, task, plan):
         yield plan
 
 
-def _shortened(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
+def _shorten(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
     """Return a plan without the actions that its goals do not need."""
     test, actions = GoalTest(task), to_planning_goal(task).actions
 
-    def reached(node: PlanNode) -> bool:
+    def is_solution(node: PlanNode) -> bool:
         return node.met == len(actions) and test.meets_goals_about_states(node.state)
 
-    return drop_needless_actions(domain, task.initial, plan, reached, actions)
+    return drop_needless_actions(domain, task.initial, plan, is_solution, actions)

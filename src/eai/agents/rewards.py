@@ -15,8 +15,8 @@ from typing import Any, TypeAlias
 
 from eai.abilities.reasoning import split_reasoning
 from eai.agents.game import Game
-from eai.agents.reference import stage_of
-from eai.agents.rules import TRAINING, Rules
+from eai.agents.reference import find_setup
+from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import find_member
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import METRICS, Grade, Shaping, open_reward
@@ -27,10 +27,10 @@ Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 PROMPT_NOT_FOUND = "prompt_not_found"
 """The additional metric that is 1 if an answer cannot be separated from its prompt."""
 
-_POLICY = "assistant"
+_POLICY_ROLE = "assistant"
 """The role of the policy's messages; a last message by another role is no answer."""
 
-_SPECIAL = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
+_SPECIAL_TOKENS = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
 """Special tokens of tokenizers at the end of a decoded text."""
 
 
@@ -45,7 +45,7 @@ def answer_of(completion: Completion) -> str:
     if isinstance(completion, str):
         return split_reasoning(completion)[0]
     last = completion[-1] if completion else {}
-    if last.get("role", _POLICY) != _POLICY:
+    if last.get("role", _POLICY_ROLE) != _POLICY_ROLE:
         return ""
     return split_reasoning(_text_of(last.get("content")))[0]
 
@@ -119,13 +119,13 @@ class TrlHousehold:
     `eai.agents.rules.STANDARD`.
     """
 
-    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: Rules = TRAINING) -> None:
+    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: GameRules = TRAINING) -> None:
         self._rules = rules.model_copy(update={"reward": find_member(Shaping, shaping, "shaping")})
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
         """Begin an episode; returns the text that an agent reads first, about the world and the task."""
-        self._game = Game(stage_of(task, self._rules))
+        self._game = Game(find_setup(task, self._rules))
         return self._game.briefing()
 
     def act(self, command: str) -> str:
@@ -200,28 +200,30 @@ def reward_func(
         ``rewards``, ``scores`` (the same), and metrics with ``prompt_not_found`` as ``extra_logs``: numbers
             for a single answer, as OpenRLHF asks for them, lists for several.
     """
-    texts = [_after(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
-    lost = [text is None for text in texts]
-    if any(lost):
-        warning = f"{sum(lost)} of {len(lost)} queries do not have their prompt: nothing is paid for them"
+    texts = [_cut_prompt(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
+    is_lost = [text is None for text in texts]
+    if any(is_lost):
+        warning = (
+            f"{sum(is_lost)} of {len(is_lost)} queries do not have their prompt: nothing is paid for them"
+        )
         warnings.warn(warning, stacklevel=2)
     grades = [
         grade_of(task, answer_of(text or ""), shaping) for task, text in zip(labels, texts, strict=True)
     ]
 
-    def of_each(values: list[float]) -> float | list[float]:
+    def unwrap_single(values: list[float]) -> float | list[float]:
         return values[0] if len(values) == 1 else values
 
-    paid = of_each([grade.value or 0.0 for grade in grades])
-    logs = {metric: of_each([grade.metrics[metric] for grade in grades]) for metric in METRICS}
-    logs[PROMPT_NOT_FOUND] = of_each([float(each) for each in lost])
+    paid = unwrap_single([grade.value or 0.0 for grade in grades])
+    logs = {metric: unwrap_single([grade.metrics[metric] for grade in grades]) for metric in METRICS}
+    logs[PROMPT_NOT_FOUND] = unwrap_single([float(each) for each in is_lost])
     return {"rewards": paid, "scores": paid, "extra_logs": logs}
 
 
-def _after(prompt: str, query: str) -> str | None:
+def _cut_prompt(prompt: str, query: str) -> str | None:
     """Return the text after a prompt, without special tokens, or None if the query lacks the prompt."""
-    place = query.find(prompt)
-    return None if place < 0 else _SPECIAL.sub("", query[place + len(prompt) :])
+    position = query.find(prompt)
+    return None if position < 0 else _SPECIAL_TOKENS.sub("", query[position + len(prompt) :])
 
 
 class SkyRlTask:

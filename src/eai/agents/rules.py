@@ -34,7 +34,7 @@ OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
 """The kinds of feedback in which a turn tells only the outcome of the action."""
 
 
-class Rules(Options):
+class GameRules(Options):
     """The rules of a game: options of `eai.agents.gym.make`, and of the packages that play games.
 
     Raises:
@@ -74,22 +74,22 @@ class Rules(Options):
     feedback: Feedback = "facts"
 
     @property
-    def of_replay(self) -> Rules:
+    def replay_rules(self) -> GameRules:
         """The rules for a replay, without rewards and lists of possible actions: only players need these."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 
     @model_validator(mode="after")
-    def _without_contradictions(self) -> Self:
+    def _check_combination(self) -> Self:
         if self.observe == "partial" and self.feedback in OUTCOMES:
             raise InputError("a partial view is told by its facts or changes, not by the outcome alone")
         return self
 
 
-STANDARD = Rules(
+STANDARD = GameRules(
     view="scene", observe="partial", until="done", feedback="changes", max_steps=None, budget=2.0
 )
 """The standard setting of acting: the agent sees the scene from its place, and wins by `DONE` in time."""
 
-TRAINING = Rules(max_steps=50)
+TRAINING = GameRules(max_steps=50)
 """Default rules of trainers."""

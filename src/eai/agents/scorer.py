@@ -19,11 +19,11 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.agents.command import DONE
 from eai.agents.game import Game
-from eai.agents.play import Arena, Episode, read_episode, rules_of
-from eai.agents.reference import staged
+from eai.agents.game_setup import GameSetup
+from eai.agents.play import AgentTask, EpisodeAnswer, read_episode, rules_of
+from eai.agents.reference import make_setup
 from eai.agents.setting import STANDARD
-from eai.agents.stage import Stage
-from eai.agents.verdict import ActingVerdict, Outlook, Turn
+from eai.agents.verdict import ActingVerdict, Recoverability, Turn
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
 from eai.planning.search import Limits, SearchEnd
@@ -42,20 +42,20 @@ _TOO_LATE = "too_late"
 """The outcome of a step after the last allowed action."""
 
 
-def _benchmark_of(world: AbilityWorld) -> Benchmark:
+def _get_benchmark(world: AbilityWorld) -> Benchmark:
     if not isinstance(world.benchmark, Benchmark):
         raise TypeError("acting needs the benchmark of a world")
     return world.benchmark
 
 
-def scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the maker of scorers in a world."""
-    return partial(_ActingScorer, benchmark=_benchmark_of(world))
+    return partial(_ActingScorer, benchmark=_get_benchmark(world))
 
 
-def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+def make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     """Return the question in the standard setting, and the commands of a reference that wins in it."""
-    arena = Arena(_benchmark_of(world))
+    arena = AgentTask(_get_benchmark(world))
     commands = arena.stage(task).reference.commands if task.plan_exclusion is None else None
     end = [] if task.has_no_plan else [DONE]
     return arena.prompt(task).user, "\n".join([*(commands or ()), *end])
@@ -87,7 +87,7 @@ class _ActingScorer(Scorer):
     def _excluded(self) -> TaskExclusion | None:
         if self.task.plan_exclusion is not None:
             return self.task.plan_exclusion
-        stage = staged(self.task, self.benchmark, rules_of(STANDARD).of_replay)
+        stage = make_setup(self.task, self.benchmark, rules_of(STANDARD).replay_rules)
         return self.task.exclude(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
@@ -96,17 +96,21 @@ class _ActingScorer(Scorer):
         if excluded is not None:
             return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
         read = read_episode(text)
-        episode = Episode(()) if isinstance(read, Unreadable) else read
+        episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or rules_of(STANDARD)
-        verdict, steps, moments = self._replay(staged(self.task, self.benchmark, rules.of_replay), episode)
+        verdict, steps, moments = self._replay(
+            make_setup(self.task, self.benchmark, rules.replay_rules), episode
+        )
         if isinstance(read, Unreadable):
             unread = ErrorReport(FaultKind.PARSING, None, read.reason)
             verdict = replace(verdict, error=unread, executable=False)
-        return self._assessment(verdict, steps, moments)
+        return self._make_assessment(verdict, steps, moments)
 
-    def _replay(self, stage: Stage, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
+    def _replay(
+        self, stage: GameSetup, episode: EpisodeAnswer
+    ) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
         game = Game(stage, episode.seed, episode.epoch)
-        difference = _difference("the first observation", episode.opening, game.opening())
+        difference = _describe_difference("the first observation", episode.opening, game.opening())
         states: dict[Any, int] = {(game.state, game.reached): 0}
         turns, steps = [], []
         moments: list[Moment] = [(game.state, ())]
@@ -118,7 +122,7 @@ class _ActingScorer(Scorer):
                 break
             tried_before = game.tried
             told = game.act(command.said).observation
-            difference = _difference(f"turn {number}", command.told, told)
+            difference = _describe_difference(f"turn {number}", command.told, told)
             first = states.setdefault((game.state, game.reached), number)
             turns.append(
                 Turn(
@@ -131,13 +135,13 @@ class _ActingScorer(Scorer):
                     same_as=first if first < number else None,
                 )
             )
-            steps.append(_step(turns[-1], game))
+            steps.append(_report_turn(turns[-1], game))
             moments.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
-        verdict = self._verdict(game, episode, tuple(turns), game.ended or claimed)
-        return verdict if difference is None else self._unreplayable(verdict, difference), steps, moments
+        verdict = self._make_verdict(game, episode, tuple(turns), game.ended or claimed)
+        return verdict if difference is None else self._mark_unreplayable(verdict, difference), steps, moments
 
-    def _unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
+    def _mark_unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
         """Return the verdict on an episode that does not replay: it reaches nothing, and its faults count."""
         step = len(verdict.turns) - 1 if verdict.turns else None
         return replace(
@@ -154,7 +158,9 @@ class _ActingScorer(Scorer):
             reached=False,
         )
 
-    def _verdict(self, game: Game, episode: Episode, turns: tuple[Turn, ...], ended: str) -> ActingVerdict:
+    def _make_verdict(
+        self, game: Game, episode: EpisodeAnswer, turns: tuple[Turn, ...], ended: str
+    ) -> ActingVerdict:
         """Return the verdict. Without a turn no goal counts as reached, though it may hold from the start."""
         stage, held = game.stage, game.reached if turns else self.goals.none_reached
         faults = [turn.fault for turn in turns if turn.fault is not None]
@@ -180,7 +186,7 @@ class _ActingScorer(Scorer):
             begun=episode.begun,
         )
 
-    def _assessment(
+    def _make_assessment(
         self, verdict: ActingVerdict, steps: list[StepReport], moments: list[Moment]
     ) -> Assessment:
         def look_back(states: int) -> ActingVerdict:
@@ -190,7 +196,7 @@ class _ActingScorer(Scorer):
                 return replace(verdict, outlook="unknown")
             if verdict.success:
                 return replace(verdict, outlook="open")
-            outlook, lost_at = loss(self.task, self.benchmark.domain, moments, states)
+            outlook, lost_at = find_loss(self.task, self.benchmark.domain, moments, states)
             return replace(verdict, outlook=outlook, lost_at=lost_at)
 
         def explain() -> Explanation:
@@ -210,7 +216,7 @@ _MAX_SHOWN = 100
 """Maximum number of characters of an observation in the reason for a failure."""
 
 
-def _difference(place: str, digest: str | None, told: str) -> str | None:
+def _describe_difference(place: str, digest: str | None, told: str) -> str | None:
     """Return the difference between an observation and its digest in the episode, or None if they agree."""
     if digest is None or digest == sha256_of(told):
         return None
@@ -218,7 +224,7 @@ def _difference(place: str, digest: str | None, told: str) -> str | None:
     return f"{place}: the observation is another one: {first[:_MAX_SHOWN]}"
 
 
-def _step(turn: Turn, game: Game) -> StepReport:
+def _report_turn(turn: Turn, game: Game) -> StepReport:
     """Return the report of a turn; its reason has one line, even if an object's name has two."""
     reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
@@ -240,7 +246,9 @@ Moment: TypeAlias = tuple[State, Sequence[str]]
 """The state of the world after a turn, and the operators of all actions carried out so far."""
 
 
-def loss(task: Task, domain: Domain, moments: Sequence[Moment], states: int) -> tuple[Outlook, int | None]:
+def find_loss(
+    task: Task, domain: Domain, moments: Sequence[Moment], states: int
+) -> tuple[Recoverability, int | None]:
     """Return whether the goals can be reached at the end; if not, the first turn after which they cannot.
 
     The agent may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
@@ -254,13 +262,15 @@ def loss(task: Task, domain: Domain, moments: Sequence[Moment], states: int) -> 
         states: maximum number of states that each search may reach; if it is too small, the result is
             ``unknown``.
     """
-    last = _outlook(task, domain, moments[-1], states)
+    last = _search_recoverability(task, domain, moments[-1], states)
     if last != "lost":
         return last, None
-    return last, bisect_left(moments[:-1], True, key=lambda at: _outlook(task, domain, at, states) == "lost")
+    return last, bisect_left(
+        moments[:-1], True, key=lambda at: _search_recoverability(task, domain, at, states) == "lost"
+    )
 
 
-def _outlook(task: Task, domain: Domain, moment: Moment, states: int) -> Outlook:
+def _search_recoverability(task: Task, domain: Domain, moment: Moment, states: int) -> Recoverability:
     state, taken = moment
     now = replace(task, initial=state, goals=remaining_goals(task, taken))
     end = SearchEnd.STATES

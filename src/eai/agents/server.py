@@ -40,8 +40,8 @@ from starlette.applications import Starlette
 
 from eai import __version__
 from eai.abilities.scorer import exception_text
-from eai.agents.tools import command_of, tools_of
-from eai.agents.worlds import Worlds
+from eai.agents.episode_server import EpisodeServer
+from eai.agents.tools import make_tools, read_tool_call
 from eai.base.errors import EaiError, InputError
 from eai.tasks.prompts.prompt import Image
 from eai.world.domain import Domain
@@ -62,14 +62,14 @@ _HOW = "You act in a simulated world. Call look to read your task, act for each 
 class _Tickets:
     """Verifies tickets of requests."""
 
-    def __init__(self, worlds: Worlds) -> None:
+    def __init__(self, worlds: EpisodeServer) -> None:
         self._worlds = worlds
 
     async def verify_token(self, token: str) -> AccessToken | None:
         return AccessToken(token=token, client_id=token, scopes=[]) if token in self._worlds.tickets else None
 
 
-def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
+def make_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
     """Return a server of worlds.
 
     Args:
@@ -80,23 +80,23 @@ def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Se
     """
     tools = [
         Tool(name=name, description=meaning, input_schema={**schema})
-        for name, meaning, schema in tools_of(domain)
+        for name, meaning, schema in make_tools(domain)
     ]
 
     async def list_tools(context: object, params: object) -> ListToolsResult:
         return ListToolsResult(tools=tools)
 
     async def call_tool(context: ServerRequestContext[Any], params: CallToolRequestParams) -> CallToolResult:
-        place = worlds.places[0] if open_to_all else worlds.tickets[_ticket(context)]
+        place = worlds.places[0] if open_to_all else worlds.tickets[_get_ticket(context)]
         try:
-            command = command_of(params.name, params.arguments or {})
+            command = read_tool_call(params.name, params.arguments or {})
             if len(command) > MAX_COMMAND:
                 raise InputError(f"a command has at most {MAX_COMMAND:,} characters")
         except InputError as error:
             return CallToolResult(content=[TextContent(text=str(error))], is_error=True)
         try:
             told = TextContent(text=worlds.call(place, command))
-            return CallToolResult(content=[told, *map(_shown, worlds.pictures(place))])
+            return CallToolResult(content=[told, *map(_encode_image, worlds.pictures(place))])
         except Exception as error:  # hidden from the agent: the message names files
             _LOG.error("%s", error if isinstance(error, EaiError) else exception_text(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
@@ -106,20 +106,20 @@ def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Se
     )
 
 
-def _shown(image: Image) -> ImageContent:
+def _encode_image(image: Image) -> ImageContent:
     return ImageContent(data=base64.b64encode(image.data).decode(), mime_type=image.media_type)
 
 
-def _ticket(context: ServerRequestContext[Any]) -> str:
+def _get_ticket(context: ServerRequestContext[Any]) -> str:
     user = None if context.request is None else context.request.user
     if not isinstance(user, AuthenticatedUser):
         raise MCPError(INTERNAL_ERROR, "a request without a ticket was let in")
     return user.access_token.token
 
 
-def serve_stdio(worlds: Worlds, domain: Domain) -> None:
+def serve_stdio(worlds: EpisodeServer, domain: Domain) -> None:
     """Serve the first world over standard input and output, until the input ends."""
-    server = server_of(worlds, domain)
+    server = make_server(worlds, domain)
 
     def leave(number: int) -> None:
         worlds.close()
@@ -132,10 +132,12 @@ def serve_stdio(worlds: Worlds, domain: Domain) -> None:
         async with stdio_server() as (read, write):
             await server.run(read, write, server.create_initialization_options())
 
-    asyncio.run(_until_done(worlds, run))
+    asyncio.run(_run_until_done(worlds, run))
 
 
-def http_app(worlds: Worlds, domain: Domain, names: Sequence[str], *, open_to_all: bool = False) -> Starlette:
+def make_http_app(
+    worlds: EpisodeServer, domain: Domain, names: Sequence[str], *, open_to_all: bool = False
+) -> Starlette:
     """Return the application that serves worlds over streamable HTTP at ``/mcp``.
 
     Args:
@@ -147,7 +149,7 @@ def http_app(worlds: Worlds, domain: Domain, names: Sequence[str], *, open_to_al
     """
     hosts = [text for name in names for text in (name, f"{name}:*")]
     issuer = AnyHttpUrl("http://localhost")  # never called: tickets come from the user
-    return server_of(worlds, domain, open_to_all=open_to_all).streamable_http_app(
+    return make_server(worlds, domain, open_to_all=open_to_all).streamable_http_app(
         json_response=True,
         stateless_http=True,
         max_request_body_size=MAX_BODY,
@@ -171,14 +173,14 @@ def listen(host: str, port: int) -> socket.socket:
         raise InputError(f"--port {port}: cannot listen there, at {host} ({why})") from error
 
 
-def serve_http(worlds: Worlds, app: Starlette, listener: socket.socket) -> None:
+def serve_http(worlds: EpisodeServer, app: Starlette, listener: socket.socket) -> None:
     """Serve an application until the process is interrupted."""
     config = uvicorn.Config(app, log_level="warning", server_header=False, limit_concurrency=_MAX_CONNECTIONS)
     server = uvicorn.Server(config)
-    asyncio.run(_until_done(worlds, partial(server.serve, [listener])))
+    asyncio.run(_run_until_done(worlds, partial(server.serve, [listener])))
 
 
-async def _until_done(worlds: Worlds, run: Callable[[], Awaitable[None]]) -> None:
+async def _run_until_done(worlds: EpisodeServer, run: Callable[[], Awaitable[None]]) -> None:
     """Run a server. The signal USR1 ends all episodes, between two calls."""
     if sys.platform != "win32":
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, worlds.end)

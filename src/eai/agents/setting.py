@@ -65,7 +65,7 @@ class Setting(Options):
         return harness
 
     @classmethod
-    def of_question(cls, about: Mapping[str, Any]) -> Setting:
+    def from_metadata(cls, about: Mapping[str, Any]) -> Setting:
         """Return the setting in the metadata of a question; the standard setting without one."""
         stated = about.get(AGENT)
         return STANDARD if stated is None else cls.model_validate_json(stated)

@@ -13,7 +13,7 @@ ACT, READ, END = "act", "look", "done"
 """Names of the tools."""
 
 
-def tools_of(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:
+def make_tools(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:
     """Return the tools of an agent in a domain: name, description, and JSON schema of the arguments.
 
     The schema does not enumerate actions. The world reports an unknown action as an error of the agent, so
@@ -36,7 +36,7 @@ def _object(properties: Mapping[str, object]) -> dict[str, Any]:
     return {"type": "object", "properties": {**properties}, "required": [*properties]}
 
 
-def command_of(name: str, arguments: Mapping[str, object]) -> str:
+def read_tool_call(name: str, arguments: Mapping[str, object]) -> str:
     """Return the command of a tool call.
 
     Raises:

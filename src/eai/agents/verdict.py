@@ -11,7 +11,7 @@ from eai.abilities.verdict import UNREPLAYABLE, PlanVerdict, Verdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
-Outlook: TypeAlias = Literal["open", "lost", "unknown"]
+Recoverability: TypeAlias = Literal["open", "lost", "unknown"]
 """Whether the goals can be reached after an episode: yes, no, or unknown if the search was too short."""
 
 
@@ -69,7 +69,7 @@ class ActingVerdict(PlanVerdict):
     view: str = ""
     harness: str = ""
     begun: int = 1
-    outlook: Outlook | None = None
+    outlook: Recoverability | None = None
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
 
@@ -97,7 +97,7 @@ class ActingVerdict(PlanVerdict):
         return self.turns[step].is_action
 
 
-def outlook_text(verdict: ActingVerdict) -> str:
+def describe_recoverability(verdict: ActingVerdict) -> str:
     """Return in words whether the goals can still be reached at the end of an episode."""
     if verdict.outlook == "lost":
         after = f"after turn {verdict.lost_at}" if verdict.lost_at else "from the start"

@@ -21,7 +21,7 @@ from eai.abilities.repair import DEFAULT_EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
-from eai.agents.verdict import ActingVerdict, outlook_text
+from eai.agents.verdict import ActingVerdict, describe_recoverability
 from eai.base.entry_points import load_offer
 from eai.base.errors import EaiError, InputError, did_you_mean, find_member
 from eai.base.files import write_whole
@@ -197,7 +197,7 @@ def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
     if known is None and look_back is not None:
         verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else DEFAULT_EFFORT)
     if isinstance(verdict, ActingVerdict):
-        return (outlook_text(verdict),)
+        return (describe_recoverability(verdict),)
     return () if verdict.repair is None else tuple(repair_lines(verdict.repair))
 
 

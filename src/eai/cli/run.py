@@ -234,9 +234,9 @@ def _obtain_and_score(
     harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
     if declaration_of(suite.ability).takes_turns:
-        from eai.agents.play import in_setting
+        from eai.agents.play import make_prompts_in_setting
 
-        asked, about = in_setting(spec.agent, asked, suite)
+        asked, about = make_prompts_in_setting(spec.agent, asked, suite)
         rules = spec.agent.label or None
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, believed)

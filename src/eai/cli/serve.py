@@ -62,8 +62,8 @@ def mcp(
     """
     setting = setting_of_others(settings or ())
     with require_extra("mcp", "eai serve mcp needs"):
-        from eai.agents.server import http_app, listen, serve_http, serve_stdio
-        from eai.agents.worlds import opened
+        from eai.agents.episode_server import open_episodes
+        from eai.agents.server import listen, make_http_app, serve_http, serve_stdio
     suite, ids = playable(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:
@@ -73,7 +73,7 @@ def mcp(
         raise InputError(f"--host {host}: expected --allow-host NAME, what requests may call this host")
     places = [(task_id, epoch + 1) for task_id in ids for epoch in range(tickets)]
     listener = None if port is None else listen(host, port)
-    with opened(out, suite, places, setting, agent) as worlds:
+    with open_episodes(out, suite, places, setting, agent) as worlds:
         if listener is None:
             serve_stdio(worlds, suite.benchmark.domain)
             return
@@ -81,7 +81,7 @@ def mcp(
         if by_ticket:
             listening += f"; {counted(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
         note(listening)
-        application = http_app(worlds, suite.benchmark.domain, names, open_to_all=trust_network)
+        application = make_http_app(worlds, suite.benchmark.domain, names, open_to_all=trust_network)
         serve_http(worlds, application, listener)
 
 

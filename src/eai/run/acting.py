@@ -23,9 +23,9 @@ from pydantic import Field
 from eai.abilities.attempt import Usage
 from eai.abilities.protocol import Ability
 from eai.agents.command import DONE
-from eai.agents.play import Arena, Play
+from eai.agents.play import AgentTask, Session
 from eai.agents.setting import REACT, TEXT, Setting
-from eai.agents.tools import command_of, tools_of
+from eai.agents.tools import make_tools, read_tool_call
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, load_object
 from eai.benchmarks.suite import open_suite
@@ -71,7 +71,7 @@ def _open_tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) ->
     return open_suite(benchmark, ability, source=Source(errata=errata)).tasks
 
 
-def _begin_episode(state: TaskState) -> Play | None:
+def _begin_episode(state: TaskState) -> Session | None:
     """Begin or resume the episode of a sample from the store; None if its task is not played."""
     metadata = state.metadata
     errata = errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
@@ -79,7 +79,7 @@ def _begin_episode(state: TaskState) -> Play | None:
     task = _open_tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
     if task.plan_exclusion is not None:
         return None
-    play = Arena(benchmark, Setting.of_question(metadata)).play(
+    play = AgentTask(benchmark, Setting.from_metadata(metadata)).play(
         task, state.epoch, int(metadata.get(BEGUN, 1))
     )
     for turn in state.store_as(_StoredEpisode).episode.get("turns", ()):
@@ -87,7 +87,7 @@ def _begin_episode(state: TaskState) -> Play | None:
     return play
 
 
-def _play_command(state: TaskState, play: Play, command: str) -> str | list[Content]:
+def _play_command(state: TaskState, play: Session, command: str) -> str | list[Content]:
     """Play a command, store the episode, and return the reply to the agent with its pictures."""
     last_reply = _read_last_reply()
     reply = play.say(command, "" if last_reply == command else last_reply)
@@ -102,16 +102,16 @@ def _read_last_reply() -> str:
     return "\n\n".join(filter(None, [*find_reasoning(replies[-1]), replies[-1].completion.strip()]))
 
 
-def _make_tools(state: TaskState, play: Play) -> list[ToolDef]:
+def _make_tools(state: TaskState, play: Session) -> list[ToolDef]:
     def make_call(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
         async def call(**arguments: Any) -> str | list[Content]:
-            return _play_command(state, play, command_of(name, arguments))
+            return _play_command(state, play, read_tool_call(name, arguments))
 
         return call
 
     return [
         ToolDef(make_call(name), name, description, ToolParams.model_validate(schema), max_output=0)
-        for name, description, schema in tools_of(play.stage.domain)
+        for name, description, schema in make_tools(play.stage.domain)
     ]
 
 
@@ -138,7 +138,7 @@ def _player(harness: str | None = None) -> Solver:
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        setting, play = Setting.of_question(state.metadata), _begin_episode(state)
+        setting, play = Setting.from_metadata(state.metadata), _begin_episode(state)
         if play is None:
             state.output = ModelOutput.from_content(str(state.model), DONE)
             return state
@@ -187,7 +187,7 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
     await react(prompt=None, tools=state.tools, submit=False, on_continue=resumes)(agent)
 
 
-async def _play_by_text(state: TaskState, agent: AgentState, play: Play) -> None:
+async def _play_by_text(state: TaskState, agent: AgentState, play: Session) -> None:
     while not play.over:
         agent.output = await get_model().generate(agent.messages)
         if agent.output.empty:

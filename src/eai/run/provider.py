@@ -22,7 +22,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS
 from eai.agents.command import DONE
-from eai.agents.play import Arena, commands_of
+from eai.agents.play import AgentTask, commands_of
 from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -183,7 +183,7 @@ class _BuiltInModel(ModelAPI):
             metadata.get(STATED),
             metadata.get(SCENE),
             Source(errata=errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))),
-            Setting.of_question(metadata),
+            Setting.from_metadata(metadata),
         )
         if takes_turns:
             commands = await _run_in_thread(partial(self._played, question._replace(text="")))
@@ -197,7 +197,7 @@ class _BuiltInModel(ModelAPI):
         """Return the commands of an episode: recorded ones, or the model's plan for the task."""
         task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
-            arena = Arena(question.benchmark, question.setting)
+            arena = AgentTask(question.benchmark, question.setting)
             return arena.commands(self.model_name, task, self._given.seed, question.epoch)
         of_plan = question._replace(ability=Ability.ACTION_SEQUENCING)
         answer = self._answer(question if self.model_name == "replay" else of_plan)

@@ -33,7 +33,7 @@ from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.agents.play import in_setting
+from eai.agents.play import make_prompts_in_setting
 from eai.agents.setting import AGENT, Setting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import convert_write_errors, require_file, to_file_name
@@ -163,7 +163,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             solver = ask_as_published(None)
             stage = spec.variation.make_stage(library, {suite.domain: asked}, _ask_nobody)
             if takes_turns:
-                asked, about = in_setting(spec.agent, asked, suite)
+                asked, about = make_prompts_in_setting(spec.agent, asked, suite)
                 experiment, solver = Experiment(), player()
             elif spec.variation.choice:
                 spec.variation.select_abilities([ability])

@@ -13,7 +13,7 @@ from eai.abilities.declining import QUESTION, read_reason, write_refusal
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
-from eai.agents.reference import staged
+from eai.agents.reference import make_setup
 from eai.agents.rules import TRAINING
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.results.batch import score_run
@@ -113,7 +113,7 @@ def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
     task = opened.tasks["t"]
     assert isinstance(task, Task)
     for shaping in Shaping:
-        game = Game(staged(task, asked, TRAINING.model_copy(update={"reward": shaping})))
+        game = Game(make_setup(task, asked, TRAINING.model_copy(update={"reward": shaping})))
         assert (game.act("PRESS(lamp)").reward, game.final_worth) == (0.0, 0.0)
 
 

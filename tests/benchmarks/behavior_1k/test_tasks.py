@@ -5,7 +5,7 @@ import pytest
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.game import Game
-from eai.agents.reference import staged
+from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD
 from eai.base.store import Store
 from eai.benchmarks.behavior.benchmark import behavior
@@ -165,7 +165,7 @@ def test_an_object_without_a_known_floor_is_visible_from_everywhere(activities: 
     task = activities["clean_the_exterior_of_your_garage"]
     door, stain = (task.scene.index[name] for name in ("door_1", "stain_1"))
     assert not task.initial.relation("by_floor").row(door)
-    assert stain in Game(staged(task, behavior_1k(), STANDARD)).memory.known
+    assert stain in Game(make_setup(task, behavior_1k(), STANDARD)).memory.known
 
 
 def test_prompts_for_plans_list_conventions_unless_the_benchmark_tests_them(activity_store: Store) -> None:

@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
 from eai.agents.play import rules_of
-from eai.agents.reference import staged
+from eai.agents.reference import make_setup
 from eai.agents.rules import TRAINING
 from eai.agents.setting import STANDARD
 from eai.benchmarks.generator.spec import Generated, TaskKind
@@ -117,7 +117,7 @@ def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_budget_does_not_say_whether_to_ask(like: str) -> None:
     rules = rules_of(STANDARD)
-    stages = [staged(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
+    stages = [make_setup(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
     assert {stage.limit for stage in stages} == {50}
     assert all(len(stage.reference.commands or ()) < 50 for stage in stages)
 
@@ -126,7 +126,7 @@ def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
     benchmark = find_benchmark("behavior")
     rules = TRAINING.model_copy(update={"until": "done", "feedback": "changes", "max_steps": 2})
     for task in pairs("behavior")[0]:
-        stage = staged(task, benchmark, rules)
+        stage = make_setup(task, benchmark, rules)
         assert "ASK(your question)" in stage.opening
         assert stage.opening.count(task.instruction) == 1
         game = Game(stage)
@@ -139,7 +139,7 @@ def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
 
 def test_elsewhere_nobody_can_ask() -> None:
     task = replace(pairs("behavior")[0][1], special=None)
-    game = Game(staged(task, find_benchmark("behavior"), TRAINING))
+    game = Game(make_setup(task, find_benchmark("behavior"), TRAINING))
     assert game.act("ASK(which one?)").info["fault"] == "hallucination"
 
 

@@ -267,7 +267,7 @@ def test_rejections_say_why() -> None:
 
 def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sink stands in a closed counter that cannot be opened: who sees a part of the world cannot win."""
-    from eai.agents.reference import staged
+    from eai.agents.reference import make_setup
     from eai.agents.rules import STANDARD
 
     made = generator("virtualhome")
@@ -275,7 +275,7 @@ def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.Monk
     monkeypatch.setattr(made, "_can_be_seen", lambda task: True)
     kept = made.generate_task("107")
     assert isinstance(kept, Generated)
-    assert staged(kept.task, made.benchmark, STANDARD).reference.commands is None
+    assert make_setup(kept.task, made.benchmark, STANDARD).reference.commands is None
 
 
 def test_generating_takes_no_more_than_the_benchmark_says(lamps: Benchmark) -> None:

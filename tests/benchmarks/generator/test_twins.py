@@ -15,10 +15,10 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.agents import gold_agent
 from eai.agents.game import Game
-from eai.agents.play import Play, rules_of
-from eai.agents.reference import staged
+from eai.agents.game_setup import GameSetup
+from eai.agents.play import Session, rules_of
+from eai.agents.reference import make_setup
 from eai.agents.setting import STANDARD
-from eai.agents.stage import Stage
 from eai.benchmarks.generator.spec import Generated
 from eai.benchmarks.generator.twins import Balance, make_possible_pair
 from eai.benchmarks.registry import find_benchmark
@@ -124,7 +124,7 @@ def test_the_kind_of_thing_tells_nothing(like: str) -> None:
 def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> None:
     (made, *_), benchmark = pairs(like), find_benchmark(like)
     assert made.paired is not None
-    stages = [staged(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.paired.task)]
+    stages = [make_setup(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.paired.task)]
     assert {stage.limit for stage in stages} == {50}
     for stage in stages:
         is_right = stage.task.has_no_plan
@@ -134,7 +134,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> N
         turn = game.act("IMPOSSIBLE(something is missing)")
         assert (game.ended, game.won, turn.terminated, turn.reward) == ("refused", is_right, True, is_right)
         assert (game.metrics["success"], game.metrics["progress"]) == (is_right, is_right)
-        episode = Play(stage, 0, 1)
+        episode = Session(stage, 0, 1)
         episode.say("IMPOSSIBLE(something is missing)")
         suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
         verdict = suite.score(stage.task.id, episode.text("stopped"))
@@ -146,7 +146,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> N
         )
 
 
-def upper(stage: Stage) -> tuple[bool, str | None]:
+def upper(stage: GameSetup) -> tuple[bool, str | None]:
     """Whether who knows the plan, or that there is none, wins; and how it ends."""
     game = Game(stage)
     agent = gold_agent(game)
@@ -157,6 +157,6 @@ def upper(stage: Stage) -> tuple[bool, str | None]:
 
 def test_elsewhere_it_is_no_command() -> None:
     made = pairs("behavior")[0]
-    stage = staged(replace(made.task, special=None), find_benchmark("behavior"), rules_of(STANDARD))
+    stage = make_setup(replace(made.task, special=None), find_benchmark("behavior"), rules_of(STANDARD))
     assert "IMPOSSIBLE" not in stage.opening
     assert Game(stage).act("IMPOSSIBLE(why)").info["fault"] == "hallucination"

@@ -11,8 +11,8 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.agents.game import Game
-from eai.agents.reference import staged
-from eai.agents.rules import Rules
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
@@ -101,7 +101,7 @@ def opened(folder: Path) -> Benchmark:
 def game(folder: Path) -> Game:
     benchmark = opened(folder)
     task = benchmark.tasks(Source())[ID]
-    return Game(staged(task, benchmark, Rules(admissible=True)))
+    return Game(make_setup(task, benchmark, GameRules(admissible=True)))
 
 
 def test_a_folder_of_games_is_a_benchmark(tmp_path: Path) -> None:

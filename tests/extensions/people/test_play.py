@@ -21,7 +21,7 @@ from agents.switches import SWITCHES, WON, initial
 from by_path import TESTS
 from command_line import Command, Outcome
 from eai import make_task
-from eai.agents.play import Arena, commands_of
+from eai.agents.play import AgentTask, commands_of
 from eai.agents.setting import ACTING
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -64,7 +64,7 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
 ) -> None:
     suite = open_suite(find_benchmark(domain), ACTING)
     task = task or suite.task_ids[0]
-    commands = Arena(suite.benchmark).commands("oracle", suite.tasks[task], 0, 1)
+    commands = AgentTask(suite.benchmark).commands("oracle", suite.tasks[task], 0, 1)
     done = play(*commands, tasks=task, domain=domain)
     assert (done.status, done.err) == (0, "")
     assert f"1 of 1 task over; written to {out}" in done.out

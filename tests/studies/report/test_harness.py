@@ -10,7 +10,7 @@ import pytest
 
 from agents.switches import SWITCHES, WON
 from eai.abilities.experiment import Experiment
-from eai.agents.play import Arena
+from eai.agents.play import AgentTask
 from eai.agents.setting import ACTING, REACT, TEXT, Setting
 from eai.benchmarks.suite import open_suite
 from eai.cli.table import print_results
@@ -31,7 +31,7 @@ SUITE = open_suite(SWITCHES, ACTING)
 
 def records(harness: str, commands: Sequence[str]) -> list[Record]:
     """The records of a model that has no answer to the second task."""
-    play = Arena(SWITCHES, Setting(harness=harness)).play(SUITE.tasks["both"])
+    play = AgentTask(SWITCHES, Setting(harness=harness)).play(SUITE.tasks["both"])
     for command in commands:
         play.say(command)
     answers = ResponseFile("model", (Response("both", play.text("stopped")),))

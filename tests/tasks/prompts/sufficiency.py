@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from eai.agents.listed import spelled_out
+from eai.agents.short_lists import spell_out
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import Task
@@ -78,7 +78,7 @@ class ListingReader:
 
     def __call__(self, prompt: str) -> Told:
         """Return the world of the last task in a prompt."""
-        before, _, after = spelled_out(prompt).rpartition(_OBJECTS)
+        before, _, after = spell_out(prompt).rpartition(_OBJECTS)
         told, is_fact = Told(), False
         for line in after.splitlines():
             if f"{line}\n" in _FACTS:

@@ -14,8 +14,8 @@ from benchmarks.generator.worlds import generator
 from by_path import ROOT, TESTS
 from eai.abilities.protocol import Ability
 from eai.agents.game import Game
-from eai.agents.reference import staged
-from eai.agents.rules import Rules, View
+from eai.agents.reference import make_setup
+from eai.agents.rules import GameRules, View
 from eai.base.store import Store
 from eai.benchmarks.behavior_1k.benchmark import UNTOLD
 from eai.benchmarks.behavior_1k.conventions import HEADING, describe_conventions
@@ -167,13 +167,13 @@ def test_gold_plans_work_in_the_worlds_of_openings(
     fetched: Source, name: str, view: View, every: int
 ) -> None:
     benchmark = find_benchmark(name)
-    rules = Rules(view=view, until="done")
+    rules = GameRules(view=view, until="done")
     tasks = [
         t for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every) if t.plan_exclusion is None
     ]
 
     def opening(benchmark: Benchmark, task: Task) -> str:
-        return Game(staged(task, benchmark, rules)).briefing()
+        return Game(make_setup(task, benchmark, rules)).briefing()
 
     assert insufficient(benchmark, Ability.ACTION_SEQUENCING, tasks, opening) == {}
 

@@ -13,7 +13,7 @@ from by_path import TESTS
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.game import Game
-from eai.agents.reference import staged
+from eai.agents.reference import make_setup
 from eai.agents.rules import TRAINING
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
@@ -59,7 +59,7 @@ def told(ability: Ability, domain: Domain, task: Task) -> str:
 def observed(domain: Domain, task: Task) -> str:
     """All that an agent is told before its first action."""
     benchmark = Benchmark(domain.name, domain, given(task))
-    return Game(staged(replace(task, goals=task.goals or ()), benchmark, TRAINING)).briefing()
+    return Game(make_setup(replace(task, goals=task.goals or ()), benchmark, TRAINING)).briefing()
 
 
 def with_other_facts(domain: Domain, task: Task) -> Iterator[tuple[Fact, Task]]:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 import uvicorn
 
-from eai.agents.rules import TRAINING, Feedback, Observe, Rules
+from eai.agents.rules import TRAINING, Feedback, GameRules, Observe
 from eai.base.errors import EaiError
 from eai.results.reward import Shaping
 from eai_openenv.connections import PromptProtocol
@@ -30,9 +30,11 @@ def serve(
     shaping: Annotated[
         Shaping, typer.Option(help="What answers and episodes are paid for.")
     ] = TRAINING.reward,
-    turns: Annotated[int, typer.Option(min=1, help=Rules.describe_option("max_steps"))] = 50,
-    observe: Annotated[Observe, typer.Option(help=Rules.describe_option("observe"))] = TRAINING.observe,
-    feedback: Annotated[Feedback, typer.Option(help=Rules.describe_option("feedback"))] = TRAINING.feedback,
+    turns: Annotated[int, typer.Option(min=1, help=GameRules.describe_option("max_steps"))] = 50,
+    observe: Annotated[Observe, typer.Option(help=GameRules.describe_option("observe"))] = TRAINING.observe,
+    feedback: Annotated[
+        Feedback, typer.Option(help=GameRules.describe_option("feedback"))
+    ] = TRAINING.feedback,
     host: Annotated[
         str,
         typer.Option(help="Where to listen. There is no password: other than this machine at your own risk."),
@@ -48,7 +50,7 @@ def serve(
     """
     limits = Limits(sessions=sessions, idle_seconds=idle, answers=answers)
     try:
-        rules = Rules(max_steps=turns, observe=observe, feedback=feedback, reward=shaping)
+        rules = GameRules(max_steps=turns, observe=observe, feedback=feedback, reward=shaping)
         made = create_app(Tasks(dict(map(_split, domain))), rules, limits)
     except EaiError as error:
         typer.echo(f"eai-openenv: {error}", err=True)

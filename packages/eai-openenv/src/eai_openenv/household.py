@@ -10,8 +10,8 @@ from openenv.core.env_server.types import Action, EnvironmentMetadata, Observati
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from eai.agents.game import Game
-from eai.agents.reference import stage_of
-from eai.agents.rules import TRAINING, Rules
+from eai.agents.reference import find_setup
+from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import InputError
 from eai.tasks.options import describe_misfit
 from eai_openenv.meters import Meters
@@ -72,7 +72,7 @@ class Household(Environment[Act, Seen, Standing]):
     def __init__(
         self,
         tasks: Tasks,
-        rules: Rules = TRAINING,
+        rules: GameRules = TRAINING,
         meters: Meters | None = None,
     ) -> None:
         super().__init__()
@@ -114,7 +114,7 @@ class Household(Environment[Act, Seen, Standing]):
             raise InputError(f"reset: {describe_misfit(error)}") from error
         self._refuse_if_closed()
         chosen = self._tasks.chosen(task, split, index, seed)
-        self._game = Game(stage_of(chosen, self._rules), seed or 0)
+        self._game = Game(find_setup(chosen, self._rules), seed or 0)
         self._standing = Standing(episode_id=episode_id, task=chosen, over=False)
         self._meters.begun()
         return Seen(text=self._game.briefing(), metadata={"task": chosen})

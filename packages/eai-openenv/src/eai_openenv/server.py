@@ -9,7 +9,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import JSONResponse
 from openenv.core.env_server import ConcurrencyConfig, HTTPEnvServer
 
-from eai.agents.rules import TRAINING, Rules
+from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import EaiError
 from eai_openenv.household import Act, Household, Seen, Standing
 from eai_openenv.limits import Limits
@@ -21,7 +21,7 @@ __version__ = version("eai-bench-openenv")
 """Of this package."""
 
 
-def create_app(tasks: Tasks, rules: Rules = TRAINING, limits: Limits | None = None) -> FastAPI:
+def create_app(tasks: Tasks, rules: GameRules = TRAINING, limits: Limits | None = None) -> FastAPI:
     """The application, for any ASGI server.
 
     Args:

@@ -11,10 +11,10 @@ from pydantic import model_validator
 
 from eai.abilities.protocol import Ability
 from eai.agents.game import Game
-from eai.agents.reference import stage_of, staged
+from eai.agents.game_setup import GameSetup
+from eai.agents.reference import find_setup, make_setup
 from eai.agents.rewards import answer_of
-from eai.agents.rules import TRAINING, Rules
-from eai.agents.stage import Stage
+from eai.agents.rules import TRAINING, GameRules
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
 
@@ -29,7 +29,7 @@ _MOVED = {"turns": "max_steps", "observe": "observe", "feedback": "feedback"}
 class StepsTaskConfig(HouseholdTaskConfig):
     """How tasks are played, and what is paid for."""
 
-    rules: Rules = TRAINING
+    rules: GameRules = TRAINING
     """The rules of a game, as `eai.agents.gym.make` takes them; ``shaping`` says what is paid for."""
 
     @model_validator(mode="before")
@@ -38,7 +38,7 @@ class StepsTaskConfig(HouseholdTaskConfig):
         if not isinstance(given, Mapping):
             return given
         rules = given.get("rules", {})
-        chosen = rules.model_dump(exclude_unset=True) if isinstance(rules, Rules) else rules
+        chosen = rules.model_dump(exclude_unset=True) if isinstance(rules, GameRules) else rules
         moved = {_MOVED[name]: value for name, value in given.items() if name in _MOVED}
         others = {name: value for name, value in given.items() if name not in _MOVED}
         return {**others, "rules": {"max_steps": TRAINING.max_steps, **chosen, **moved}}
@@ -57,14 +57,14 @@ class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
         """An episode that begins."""
         rules = self.config.rules.model_copy(update={"reward": self.config.shaping})
         line = self.data.line
-        stage = stage_of(self.data.task, rules) if line is None else _stage_of_one(line, rules)
+        stage = find_setup(self.data.task, rules) if line is None else _stage_of_one(line, rules)
         return Game(stage)
 
 
 @lru_cache(_KEPT)
-def _stage_of_one(line: str, rules: Rules) -> Stage:
+def _stage_of_one(line: str, rules: GameRules) -> GameSetup:
     suite = suite_of_one(line, Ability.ACTION_SEQUENCING)
-    return staged(suite.tasks[suite.task_ids[0]], suite.benchmark, rules)
+    return make_setup(suite.tasks[suite.task_ids[0]], suite.benchmark, rules)
 
 
 class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.verdict import RAISED, UNREPLAYABLE, Verdict
-from eai.agents.journal import key_in, read_journal
-from eai.agents.play import Arena, Play
+from eai.agents.episode_server import HARNESS, find_journal
+from eai.agents.journal import read_journal, read_key
+from eai.agents.play import AgentTask, Session
 from eai.agents.setting import STANDARD
-from eai.agents.worlds import HARNESS, journal_in
 from eai.base.errors import InputError
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
@@ -78,11 +78,11 @@ def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
     Raises:
         InputError: The episode has not ended, was changed, or belongs to another task or setting.
     """
-    path = journal_in(folder, (task_id, 1))
+    path = find_journal(folder, (task_id, 1))
     if not os.path.lexists(path):
         return ""
-    stage = Arena(suite.benchmark).stage(suite.tasks[task_id])
-    return read_journal(path, key_in(folder), Play(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS))
+    stage = AgentTask(suite.benchmark).stage(suite.tasks[task_id])
+    return read_journal(path, read_key(folder), Session(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS))
 
 
 def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[str, float]:

@@ -19,7 +19,7 @@ from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.results.responses import SUFFIX, Response, ResponseFile, model_name, read_responses, write_responses
 
 if TYPE_CHECKING:
-    from eai.agents.play import Play
+    from eai.agents.play import Session
 
 _QUIT = "quit"
 
@@ -88,7 +88,7 @@ class _Answers:
         """Return the episode of a task so far, or an empty text if the task was not begun."""
         return self._texts.get(task_id, "")
 
-    def put(self, play: Play) -> None:
+    def put(self, play: Session) -> None:
         """Save an episode.
 
         Raises:
@@ -107,12 +107,12 @@ class _Answers:
 
 def _unfinished_tasks(
     task_ids: Sequence[str], suite: Suite, setting: Setting, answers: _Answers
-) -> Iterator[tuple[int, Play, Sequence[str]]]:
+) -> Iterator[tuple[int, Session, Sequence[str]]]:
     """Yield number, episode and observations so far of each task that is not over."""
-    from eai.agents.play import Arena
+    from eai.agents.play import AgentTask
     from eai.extensions.people.person import begin
 
-    arena = Arena(suite.benchmark, setting)
+    arena = AgentTask(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):
         stage = arena.stage(suite.tasks[task_id])
         play, observations = begin(stage, setting.slip_seed, answers.text(task_id))
@@ -121,7 +121,7 @@ def _unfinished_tasks(
 
 
 def _play_in_terminal(
-    tasks: Iterator[tuple[int, Play, Sequence[str]]], total: int, save: Callable[[Play], None]
+    tasks: Iterator[tuple[int, Session, Sequence[str]]], total: int, save: Callable[[Session], None]
 ) -> int:
     """Play the tasks in order until the person stops. Returns the number of tasks that are over."""
     from eai.extensions.people.person import RULES
@@ -137,7 +137,7 @@ def _play_in_terminal(
     return total
 
 
-def _play_task(play: Play, save: Callable[[Play], None]) -> None:
+def _play_task(play: Session, save: Callable[[Session], None]) -> None:
     """Execute the typed lines until the task is over or the person stops."""
     from eai.extensions.people.person import complete_words, enter
 

@@ -15,7 +15,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Lock
 from typing import Any, TypeAlias
 
-from eai.agents.play import Play
+from eai.agents.play import Session
 from eai.base.errors import EaiError, InputError
 from eai.base.json_value import Json
 from eai.extensions.people.person import RULES, complete_words, enter
@@ -33,10 +33,10 @@ _HEADERS = {
     "Cache-Control": "no-store",
 }
 
-UnfinishedTask: TypeAlias = tuple[int, Play, Sequence[str]]
+UnfinishedTask: TypeAlias = tuple[int, Session, Sequence[str]]
 """Number, episode and observations so far of a task that is not over."""
 
-SaveEpisode: TypeAlias = Callable[[Play], None]
+SaveEpisode: TypeAlias = Callable[[Session], None]
 """Saves an episode; called after each line."""
 
 
@@ -72,7 +72,7 @@ def _run_tasks(
         yield content
 
 
-def _page_content(number: int, total: int, play: Play, log: Sequence[list[str]]) -> dict[str, Json]:
+def _page_content(number: int, total: int, play: Session, log: Sequence[list[str]]) -> dict[str, Json]:
     return {
         "title": play.stage.benchmark.title or play.stage.benchmark.name,
         "number": number,
@@ -88,7 +88,7 @@ def _page_content(number: int, total: int, play: Play, log: Sequence[list[str]])
     }
 
 
-def _log_entry(play: Play, turn: int, observation: str) -> list[str]:
+def _log_entry(play: Session, turn: int, observation: str) -> list[str]:
     """Return command, observation and result ("failed" or "done") of a turn."""
     return [play.turns[turn].said, observation, "failed" if play.failed[turn] else "done"]
 

@@ -14,9 +14,9 @@ from operator import attrgetter
 
 from eai.abilities.declining import list_declining_commands
 from eai.agents.command import DONE, LOOK
-from eai.agents.observation import manual
-from eai.agents.play import Episode, Play, read_episode
-from eai.agents.stage import Stage
+from eai.agents.game_setup import GameSetup
+from eai.agents.observation import make_manual
+from eai.agents.play import EpisodeAnswer, Session, read_episode
 from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
@@ -39,7 +39,7 @@ _LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
 """An action and its objects, with or without brackets."""
 
 
-def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str]]:
+def begin(stage: GameSetup, seed: int, answer: str = "") -> tuple[Session, Sequence[str]]:
     """Return a new or resumed episode of a person, and its observations so far.
 
     Args:
@@ -51,11 +51,11 @@ def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str
         InputError: The answer is no episode of a person with these rules, this seed and this data.
     """
     if not answer:
-        return Play(stage, seed, 1, harness=HARNESS), ()
+        return Session(stage, seed, 1, harness=HARNESS), ()
     saved = read_episode(answer)
-    if not isinstance(saved, Episode):
+    if not isinstance(saved, EpisodeAnswer):
         raise InputError(f"{stage.task.id}: {saved.reason}")
-    play = Play(stage, seed, 1, harness=saved.harness)
+    play = Session(stage, seed, 1, harness=saved.harness)
     observations = [play.say(turn.said) for turn in saved.turns]
     is_same = (saved.rules, saved.seed, saved.turns) == (stage.rules, seed, tuple(play.turns))
     if not is_same or saved.harness not in (HARNESS, PROMPTED):
@@ -63,7 +63,7 @@ def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str
     return play, observations
 
 
-def complete_words(play: Play, before: str) -> list[str]:
+def complete_words(play: Session, before: str) -> list[str]:
     """Return the possible next words on a line: actions at its beginning, then objects that were seen."""
     stage, wording = play.stage, play.stage.benchmark.observed_wording()
     if not before.strip():
@@ -71,7 +71,7 @@ def complete_words(play: Play, before: str) -> list[str]:
     return [wording.object_name(stage.task, index) for index in sorted(play.memory.known)]
 
 
-def enter(play: Play, line: str) -> str:
+def enter(play: Session, line: str) -> str:
     """Execute a typed line and return the observation, or the answer to a question outside the game."""
     stage = play.stage
     command = normalize_command(line, _operators(stage))
@@ -82,7 +82,7 @@ def enter(play: Play, line: str) -> str:
             or "Nothing like that."
         )
     if command.casefold() == HELP:
-        return f"{manual(stage.benchmark, stage.rules)}\n\n{stage.opening}"
+        return f"{make_manual(stage.benchmark, stage.rules)}\n\n{stage.opening}"
     words = [*complete_words(play, ""), *complete_words(play, command)]
     turns = len(play.turns)
     observation = play.say(command)
@@ -104,11 +104,11 @@ def normalize_command(line: str, operators: Sequence[str]) -> str:
     return operator + (brackets or (f"({', '.join(words.replace(',', ' ').split())})" if words else ""))
 
 
-def _operators(stage: Stage) -> list[str]:
+def _operators(stage: GameSetup) -> list[str]:
     return [*stage.domain.arities, DONE, LOOK, *list_declining_commands(stage.task)]
 
 
-def _list_possible_actions(play: Play, texts: Sequence[str]) -> Iterator[str]:
+def _list_possible_actions(play: Session, texts: Sequence[str]) -> Iterator[str]:
     """Yield the possible actions that contain all texts, one line for each operator."""
     write = play.stage.commands.write
     for operator, actions in groupby(play.admissible(), key=attrgetter("operator")):

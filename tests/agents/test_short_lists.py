@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.agents.listed import facts_in_short, in_short, spelled_out
+from eai.agents.short_lists import shorten_facts, shorten_names, spell_out
 from eai.world.state import Fact
 
 NAMES = (
@@ -37,7 +37,7 @@ def test_what_differs_in_one_name_is_one_line() -> None:
         Fact("between", (2, 1, 7)),
         Fact("raining", ()),
     ]
-    assert [*facts_in_short(facts, NAMES, write)] == [
+    assert [*shorten_facts(facts, NAMES, write)] == [
         "clean(*): jar_0..2, hall",
         "in(*, hall): jar_0, jar_1",
         "in(b2c, *): jar_07, jar_08",
@@ -50,7 +50,7 @@ def test_what_differs_in_one_name_is_one_line() -> None:
 @given(st.lists(st.integers(0, len(NAMES) - 1)))
 def test_names_in_short_say_the_same(chosen: list[int]) -> None:
     names = [NAMES[i] for i in chosen]
-    assert spelled_out(in_short(names)) == ", ".join(names)
+    assert spell_out(shorten_names(names)) == ", ".join(names)
 
 
 arguments = st.integers(0, len(NAMES) - 1)
@@ -65,8 +65,8 @@ facts = st.one_of(
 @given(st.lists(facts, unique=True), st.sampled_from(["", "+ ", "- "]))
 def test_facts_in_short_say_the_same(chosen: list[Fact], sign: str) -> None:
     chosen = sorted(chosen, key=lambda fact: fact.predicate)
-    lines = [f"{sign}{line}" for line in facts_in_short(chosen, NAMES, write)]
-    told = spelled_out("\n".join(lines)).splitlines()
+    lines = [f"{sign}{line}" for line in shorten_facts(chosen, NAMES, write)]
+    told = spell_out("\n".join(lines)).splitlines()
     assert sorted(told) == sorted(
         f"{sign}{write(fact.predicate, [NAMES[i] for i in fact.arguments])}" for fact in chosen
     )
@@ -74,11 +74,11 @@ def test_facts_in_short_say_the_same(chosen: list[Fact], sign: str) -> None:
 
 @pytest.mark.parametrize("name", ["jar..3", "jar_0..999999999", f"jar_0..{'9' * 5000}"])
 def test_a_name_that_looks_like_a_range_is_not_spelled_out(name: str) -> None:
-    assert spelled_out(f"clean({name})") == f"clean({name})"
+    assert spell_out(f"clean({name})") == f"clean({name})"
 
 
 def test_objects_of_a_kind_are_spelled_out() -> None:
     text = "Objects [kind]: properties\njar_0..2, hall [thing]: OPEN, CLEAN\nlamp [lamp]: -\n\nNow:\n-"
     told = "Objects [kind]: properties\njar_0 [thing]: OPEN, CLEAN\njar_1 [thing]: OPEN, CLEAN\n"
     told += "jar_2 [thing]: OPEN, CLEAN\nhall [thing]: OPEN, CLEAN\nlamp [lamp]: -\n\nNow:\n-"
-    assert spelled_out(text) == told
+    assert spell_out(text) == told

@@ -20,7 +20,7 @@ HOW_TO_READ = (
 )
 """Explanation of these lists for agents."""
 
-_LEAST = 3
+_MIN_RANGE = 3
 """Minimum number of names in a range."""
 
 _MAX_RANGE = 100_000
@@ -36,29 +36,29 @@ Write: TypeAlias = Callable[[str, Sequence[str]], str]
 
 
 @lru_cache(1 << 16)
-def _split(name: str) -> tuple[str, int]:
+def _split_number(name: str) -> tuple[str, int]:
     """Return a name without its number, and the number, or -2 if the name has no number."""
-    found = _NUMBERED.fullmatch(name)
-    return (name, -2) if found is None else (found[1], int(found[2]))
+    match = _NUMBERED.fullmatch(name)
+    return (name, -2) if match is None else (match[1], int(match[2]))
 
 
-def in_short(names: Iterable[str]) -> str:
+def shorten_names(names: Iterable[str]) -> str:
     """Return a list of names, in which names with consecutive numbers become a range."""
     runs: list[list[str]] = []
     for name in names:
-        stem, number = _split(name)
-        if runs and _split(runs[-1][-1]) == (stem, number - 1):
+        stem, number = _split_number(name)
+        if runs and _split_number(runs[-1][-1]) == (stem, number - 1):
             runs[-1].append(name)
         else:
             runs.append([name])
-    return ", ".join([_run(run) for run in runs])
+    return ", ".join([_write_range(run) for run in runs])
 
 
-def _run(names: Sequence[str]) -> str:
-    return f"{names[0]}..{_split(names[-1])[1]}" if len(names) >= _LEAST else ", ".join(names)
+def _write_range(names: Sequence[str]) -> str:
+    return f"{names[0]}..{_split_number(names[-1])[1]}" if len(names) >= _MIN_RANGE else ", ".join(names)
 
 
-def facts_in_short(facts: Iterable[Fact], names: Sequence[str], write: Write) -> Iterator[str]:
+def shorten_facts(facts: Iterable[Fact], names: Sequence[str], write: Write) -> Iterator[str]:
     """Yield facts as lines; facts that differ only in their first or only in their last object share a line.
 
     Args:
@@ -71,39 +71,39 @@ def facts_in_short(facts: Iterable[Fact], names: Sequence[str], write: Write) ->
         for fact in of_predicate:
             by_rest.setdefault(fact.arguments[1:], []).append(fact.arguments)
         by_start: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
-        for found in by_rest.values():
-            if len(found) == 1:
-                by_start.setdefault(found[0][:-1], []).append(found[0])
+        for rows in by_rest.values():
+            if len(rows) == 1:
+                by_start.setdefault(rows[0][:-1], []).append(rows[0])
             else:
-                yield _line(predicate, found, 0, names, write)
-        for found in by_start.values():
-            yield _line(predicate, found, -1, names, write)
+                yield _write_line(predicate, rows, 0, names, write)
+        for rows in by_start.values():
+            yield _write_line(predicate, rows, -1, names, write)
 
 
-def _line(
-    predicate: str, found: Sequence[tuple[int, ...]], place: int, names: Sequence[str], write: Write
+def _write_line(
+    predicate: str, rows: Sequence[tuple[int, ...]], position: int, names: Sequence[str], write: Write
 ) -> str:
-    words = [names[index] for index in found[0]]
-    if len(found) == 1:
+    words = [names[index] for index in rows[0]]
+    if len(rows) == 1:
         return write(predicate, words)
-    words[place] = "*"
-    return f"{write(predicate, words)}: {in_short([names[each[place]] for each in found])}"
+    words[position] = "*"
+    return f"{write(predicate, words)}: {shorten_names([names[row[position]] for row in rows])}"
 
 
-def spelled_out(text: str) -> str:
+def spell_out(text: str) -> str:
     """Return an observation with a line for each fact and each object, and without ranges."""
-    text = _RANGE.sub(_each_of_range, text)
-    text = _FACTS.sub(lambda line: _each(line[3], line[1], line[2]), text)
-    return _THINGS.sub(lambda line: _each(line[1], "", line[2]), text)
+    text = _RANGE.sub(_list_range, text)
+    text = _FACTS.sub(lambda line: _repeat_line(line[3], line[1], line[2]), text)
+    return _THINGS.sub(lambda line: _repeat_line(line[1], "", line[2]), text)
 
 
-def _each_of_range(found: re.Match[str]) -> str:
-    stem, first = _split(found[1])
-    last = int(found[2])
+def _list_range(match: re.Match[str]) -> str:
+    stem, first = _split_number(match[1])
+    last = int(match[2])
     if first < 0 or last - first >= _MAX_RANGE:
-        return found[0]
+        return match[0]
     return ", ".join([f"{stem}{number}" for number in range(first, last + 1)])
 
 
-def _each(names: str, before: str, after: str) -> str:
+def _repeat_line(names: str, before: str, after: str) -> str:
     return "\n".join([f"{before}{name}{after}" for name in names.split(", ")])

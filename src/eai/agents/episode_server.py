@@ -1,4 +1,4 @@
-"""Worlds: episodes for agents outside of this process, each with a sealed journal."""
+"""Serves episodes to agents outside of this process, each with a sealed journal."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 from urllib.parse import quote, unquote
 
 from eai.agents.command import LOOK
-from eai.agents.journal import Journal, is_begun, key_in, read_journal
-from eai.agents.play import OVER, Arena, Play, read_episode
+from eai.agents.journal import Journal, is_begun, read_journal, read_key
+from eai.agents.play import OVER, AgentTask, Session, read_episode
 from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError
 from eai.base.files import convert_write_errors, lock_run_folder, to_file_name, write_whole
@@ -27,33 +27,33 @@ HARNESS = "mcp"
 _EPISODES, _ENDING = "episodes", ".journal"
 
 
-def journal_in(folder: Path, place: AnswerKey) -> Path:
+def find_journal(folder: Path, place: AnswerKey) -> Path:
     """Return the file of an episode's journal in the folder of its world."""
     return folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
 
 
 @contextmanager
-def opened(
+def open_episodes(
     folder: Path, suite: Suite, places: Sequence[AnswerKey], setting: Setting = STANDARD, agent: str = "agent"
-) -> Iterator[Worlds]:
-    """Yield the worlds of a folder, which no other process can use during the block; see `Worlds`.
+) -> Iterator[EpisodeServer]:
+    """Yield the server of the episodes in a folder, which no other process can use during the block.
 
     Raises:
         InputError: another process uses the folder, the folder cannot be used, or it has other episodes.
     """
-    arena = Arena(suite.benchmark, setting)
+    arena = AgentTask(suite.benchmark, setting)
     with suppress(OSError):  # `lock_run_folder` raises if the folder is missing
         folder.mkdir(mode=0o700, parents=True)
     with lock_run_folder(folder):
-        worlds = Worlds(folder, suite, places, arena, agent)
+        worlds = EpisodeServer(folder, suite, places, arena, agent)
         try:
             yield worlds
         finally:
             worlds.close()
 
 
-class Worlds:
-    """The worlds of tasks, one for each ticket. An episode begins once, with the first call.
+class EpisodeServer:
+    """The episodes of tasks, one for each ticket. An episode begins once, with the first call.
 
     The folder has the key, a journal of each episode, and the answers for `eai score`. The agent must have no
     access to the folder.
@@ -62,7 +62,7 @@ class Worlds:
         folder: the folder.
         suite: the tasks.
         places: the offered episodes: task and number.
-        arena: the arena of the episodes.
+        arena: the benchmark and setting of the episodes.
         agent: the name of the agent in the name of the response file.
 
     Attributes:
@@ -74,15 +74,15 @@ class Worlds:
     """
 
     def __init__(
-        self, folder: Path, suite: Suite, places: Sequence[AnswerKey], arena: Arena, agent: str
+        self, folder: Path, suite: Suite, places: Sequence[AnswerKey], arena: AgentTask, agent: str
     ) -> None:
         self._folder, self._suite, self._agent = folder, suite, to_file_name(agent)
-        self._key = key_in(folder)
+        self._key = read_key(folder)
         self._arena = arena
-        self._under_way: dict[AnswerKey, tuple[Play, Journal]] = {}
+        self._open: dict[AnswerKey, tuple[Session, Journal]] = {}
         self._written: set[AnswerKey] = set()
         self.places = places
-        self.tickets = {self._ticket(place): place for place in places}
+        self.tickets = {self._make_ticket(place): place for place in places}
         self._write()
 
     def call(self, place: AnswerKey, command: str) -> str:
@@ -93,7 +93,7 @@ class Worlds:
         Raises:
             InputError: the folder cannot be written.
         """
-        play, journal = self._episode(place)
+        play, journal = self._open_episode(place)
         if journal.ended is not None:
             return OVER
         if command == LOOK and not play.turns:
@@ -108,7 +108,7 @@ class Worlds:
 
     def pictures(self, place: AnswerKey) -> tuple[Image, ...]:
         """Return the pictures of an observation (`Play.pictures`)."""
-        return self._episode(place)[0].pictures()
+        return self._open_episode(place)[0].pictures()
 
     def end(self) -> None:
         """End all episodes under way.
@@ -117,13 +117,13 @@ class Worlds:
             InputError: the folder cannot be written.
         """
         for place in self.places:
-            if is_begun(journal_in(self._folder, place)):
-                self._episode(place)[1].end()
+            if is_begun(find_journal(self._folder, place)):
+                self._open_episode(place)[1].end()
         self._write()
 
     def close(self) -> None:
         """Write the answers and close all journals. Episodes that have not ended can be resumed."""
-        for _, journal in self._under_way.values():
+        for _, journal in self._open.values():
             journal.close()
         self._write()
 
@@ -133,32 +133,32 @@ class Worlds:
         Raises:
             InputError: a journal was changed or has another setting, or the folder cannot be written.
         """
-        begun = self._begun()
-        write_whole(group_pairs((self._answers(each), self._answer(each)) for each in begun))
+        begun = self._find_begun()
+        write_whole(group_pairs((self._find_response_file(each), self._make_answer(each)) for each in begun))
         self._written.update(begun)
 
     def _append(self, place: AnswerKey) -> None:
         """Add an episode that has ended to the answers."""
         self._written.add(place)
         with (
-            convert_write_errors(self._answers(place)),
-            self._answers(place).open("a", encoding="utf-8") as file,
+            convert_write_errors(self._find_response_file(place)),
+            self._find_response_file(place).open("a", encoding="utf-8") as file,
         ):
-            file.write(self._answer(place))
+            file.write(self._make_answer(place))
 
-    def _answers(self, place: AnswerKey) -> Path:
+    def _find_response_file(self, place: AnswerKey) -> Path:
         """Return the response file of an episode: further episodes of a task have files of their own."""
         epoch = place[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
-    def _answer(self, place: AnswerKey) -> str:
-        path = journal_in(self._folder, place)
+    def _make_answer(self, place: AnswerKey) -> str:
+        path = find_journal(self._folder, place)
         text = read_journal(path, self._key, ended=False)
         if getattr(read_episode(text), "rules", None) != self._arena.rules:
             raise InputError(f"{path}: the episode is of another setting; give another --out")
         return json.dumps(dict(zip(COLUMNS, (place[0], text), strict=True))) + "\n"
 
-    def _begun(self) -> list[AnswerKey]:
+    def _find_begun(self) -> list[AnswerKey]:
         """Return all episodes that have begun in the folder, in the order of the tasks."""
         order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
         found: list[AnswerKey] = []
@@ -170,16 +170,16 @@ class Worlds:
                 found.append((task_id, int(path.parent.name)))
         return sorted(found, key=lambda place: (place[1], order[place[0]]))
 
-    def _episode(self, place: AnswerKey) -> tuple[Play, Journal]:
+    def _open_episode(self, place: AnswerKey) -> tuple[Session, Journal]:
         """Return an episode with its journal. It begins if it has not begun."""
-        if place not in self._under_way:
+        if place not in self._open:
             task_id, epoch = place
-            path, stage = journal_in(self._folder, place), self._arena.stage(self._suite.tasks[task_id])
+            path, stage = find_journal(self._folder, place), self._arena.stage(self._suite.tasks[task_id])
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            play = Play(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
-            self._under_way[place] = play, Journal(path, self._key, play)
-        return self._under_way[place]
+            play = Session(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
+            self._open[place] = play, Journal(path, self._key, play)
+        return self._open[place]
 
-    def _ticket(self, place: AnswerKey) -> str:
+    def _make_ticket(self, place: AnswerKey) -> str:
         """Return the ticket of an episode; a restart of the server does not change it."""
         return hmac.new(self._key, f"ticket {place[1]} {place[0]}".encode(), "sha256").hexdigest()

@@ -1,4 +1,4 @@
-"""Stages: tasks that are ready to be played, with the values that all games of a task share."""
+"""Setups of games: tasks that are ready to be played, with the values that all games of a task share."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
 from eai.agents.command import DONE, Commands
-from eai.agents.observation import Observer, task_text
-from eai.agents.rules import Rules
+from eai.agents.observation import Observer, make_task_text
+from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.tasks.goal_test import GoalTest
@@ -47,7 +47,7 @@ class Reference(NamedTuple):
         return max(ceil(times * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
 
 
-class Stage:
+class GameSetup:
     """A task that is ready to be played, with the values that all its games share.
 
     Args:
@@ -61,7 +61,11 @@ class Stage:
     """
 
     def __init__(
-        self, task: Task, benchmark: Benchmark, rules: Rules, find_reference: Callable[[Stage], Reference]
+        self,
+        task: Task,
+        benchmark: Benchmark,
+        rules: GameRules,
+        find_reference: Callable[[GameSetup], Reference],
     ) -> None:
         if task.plan_exclusion is not None:
             raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.plan_exclusion}")
@@ -75,7 +79,7 @@ class Stage:
         self.commands = Commands(task, benchmark)
         self.observer = Observer(task, wording, rules.observe, rules.view)
         self.goals = GoalTest(task)
-        self.opening = task_text(task, wording, rules)
+        self.opening = make_task_text(task, wording, rules)
         self._find_reference = find_reference
 
     @cached_property
@@ -99,13 +103,13 @@ class Stage:
         return min(limits, default=None)
 
     @cached_property
-    def mender(self) -> PlanRepairer:
+    def repairer(self) -> PlanRepairer:
         """The measure of how near actions are to success."""
         from eai.abilities.plan_repairer import PlanRepairer  # only rewards for repairs need it
 
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
-    def endless(self) -> Stage:
+    def make_endless(self) -> GameSetup:
         """Return the task in the same view, without slips or limits, until `DONE`."""
         stage = copy(self)
         stage.rules = self.rules.model_copy(
