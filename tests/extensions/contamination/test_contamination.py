@@ -58,7 +58,7 @@ def test_runs_are_paired_by_the_world(tmp_path: Path) -> None:
     (row,) = told_tables(done.stdout)["contamination"]
     assert float(row["difference"]) == -55
     written = json.loads((out / "contamination.json").read_text())
-    assert "no proof that nothing is known" in str(written)
+    assert "does not prove that the model knows no answers" in str(written)
     assert "-55 [" in (out / "contamination.md").read_text()
 
 

@@ -1,4 +1,4 @@
-"""Compares public tasks with generated tasks of the same world, and asks for tasks in other words.
+"""Compares public tasks with generated tasks of the same world; opens benchmarks with swapped names.
 
 Entry points: `contamination` (a study); `obfuscated` and `rules`, which open the same tasks in swapped words
 and in plain words with exact rules.

@@ -1,9 +1,9 @@
-"""Obfuscated twins: benchmarks in which predicates, operators and categories have swapped names.
+"""Obfuscated benchmarks, in which predicates, operators and categories have swapped names.
 
-A planner needs the rules of actions, not their names. A twin permutes the names of predicates, operators and
-categories of objects, each among names with the same use. World, tasks and verdicts stay the same. Unlike
-plain prompts, the prompts of a twin define each word and state the exact rules. `open_with_rules` opens the
-benchmark for comparison: it has the same prompts with the true names.
+A planner needs the rules of actions, not their names. An obfuscated benchmark permutes the names of
+predicates, operators and categories of objects, each among names with an equal use. World, tasks and verdicts
+stay the same. Unlike plain prompts, its prompts define each word and state the exact rules. `open_with_rules`
+opens the benchmark for comparison: it has these prompts with the true names.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ _KEPT = frozenset(
         *("is_a", "changes", "nothing"),
     )
 )
-"""The words of the syntaxes, which stay."""
+"""Words of the answer formats. They are never replaced."""
 
 UNCHANGING = "Facts that no action changes:"
-"""Heading of the facts that prompts of a twin list, while plain prompts put them into words."""
+"""Heading of facts that obfuscated prompts list and plain prompts put into sentences."""
 
 
 def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
@@ -70,18 +70,18 @@ def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     for group in group_pairs(alike).values():
         changing = [each for each in group if _KEPT.isdisjoint(each)]
         start = rng.sample(changing, len(changing))
-        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
+        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle, so every name changes
             words |= dict(zip(old, new, strict=True))
     return words
 
 
 def _encoded(words: Mapping[str, str], text: str) -> str:
-    """A text in other words; names of objects keep their numbers."""
+    """Replace the words of a text. Names of objects keep their numbers."""
     return _TOKEN.sub(lambda token: _replaced(token[0], words), text)
 
 
 def _decoded(words: Mapping[str, str], text: str) -> str:
-    """A text of the twin in the benchmark's words."""
+    """Translate an obfuscated text back into the true names."""
     return _encoded({new: old for old, new in words.items()}, text)
 
 
@@ -110,11 +110,11 @@ def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _TwinWording(Wording):
-    """A wording in the words of a twin, with exact rules.
+    """A wording with swapped names and exact rules.
 
     Attributes:
         words: the new name of each renamed word.
-        english: the meanings of predicates.
+        english: English sentences for predicates.
     """
 
     words: Mapping[str, str] = field(default_factory=dict)
@@ -122,7 +122,7 @@ class _TwinWording(Wording):
 
     @cached_property
     def _exact(self) -> DomainRules:
-        """The rules of all actions, with hidden facts, and without remarks in English."""
+        """The rules of all actions, with hidden facts and without English remarks."""
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
         shown = [each if is_property(each) else replace(each, visible=True) for each in predicates]
@@ -142,7 +142,7 @@ class _TwinWording(Wording):
         return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
 
     def _meaning(self, predicate: str) -> str:
-        """The meaning of a predicate, said of its parameters."""
+        """Return the meaning of a predicate as a sentence about its parameters."""
         arity = self._arity(predicate)
         return sentences_of(predicate, arity, self.english)[0].format(
             **{x: x for x in parameter_names(arity)}
@@ -167,7 +167,7 @@ class _TwinWording(Wording):
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def state_rule_facts(self, task: Task) -> str:
-        """Return the facts that plain prompts put into words, one a line below a heading."""
+        """Return the facts that plain prompts put into sentences, each on a line below a heading."""
         named = self._spoken_of.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
         listed, lines = {*self.listed_objects(task)}, [UNCHANGING]
@@ -184,7 +184,7 @@ class _TwinWording(Wording):
 
 
 def _without_words(operator: Operator) -> Operator:
-    """An operator that needs and does the same, without a remark and without several things to try."""
+    """Return an equivalent operator without a remark, whose alternatives are conditional effects."""
     tried = [f.And(each.conditions) for each in operator.tries]
     effects = [When(need, each.effects) for need, each in zip(tried, operator.tries, strict=True)]
     none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
@@ -199,7 +199,7 @@ def _without_words(operator: Operator) -> Operator:
 
 
 class _TwinPlans(PlanNotation):
-    """Plans in the words of a twin."""
+    """Plan notation with swapped names."""
 
     def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
         self._plain, self._words = plain, words
@@ -227,7 +227,7 @@ class _TwinPlans(PlanNotation):
 
 
 class _TwinSubgoals(SubgoalNotation):
-    """Subgoals in the words of a twin."""
+    """Subgoal notation with swapped names."""
 
     def __init__(self, plain: SubgoalNotation, words: Mapping[str, str]) -> None:
         super().__init__(plain.domain)
@@ -250,14 +250,14 @@ class _TwinSubgoals(SubgoalNotation):
 
 
 def open_obfuscated(name: str) -> Benchmark:
-    """Open the twin of a benchmark, which asks only for plans and subgoals, in swapped names."""
+    """Open a benchmark with swapped names. It asks only for plans and subgoals."""
     benchmark = find_benchmark(name)
     public = benchmark.data.open_public or benchmark.open_tasks
     return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL_SOURCE).values()), OBFUSCATED)
 
 
 def open_with_rules(name: str) -> Benchmark:
-    """Open a benchmark in its own words, with the exact rules of its twin's prompts."""
+    """Open a benchmark with its true names and with the exact rules of obfuscated prompts."""
     return _with_exact_rules(find_benchmark(name), {}, WITH_RULES)
 
 
@@ -301,7 +301,8 @@ def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: st
             own_tasks={Ability.TRANSITION_MODELING: lambda source: no_operators},
             asks={
                 Ability.GOAL_INTERPRETATION: lambda task: False,
-                Ability.ACTION_SEQUENCING: lambda task: task.prompts_state_goals,  # only they get other words
+                # prompts swap names only in tasks whose prompts state the goals
+                Ability.ACTION_SEQUENCING: lambda task: task.prompts_state_goals,
                 Ability.SUBGOAL_DECOMPOSITION: lambda task: (
                     task.prompts_state_goals and (asks_subgoals is None or asks_subgoals(task))
                 ),

@@ -1,8 +1,8 @@
-"""Contamination: what success on public tasks owes to answers that are known, beside fresh tasks.
+"""Compare success on public tasks, whose answers a model may know, with success on fresh tasks.
 
-The two rates are on different tasks and are compared where these are alike. Tasks are put into strata of what
-they are like. Those of the second set are weighted so that each stratum weighs as much as in the first
-(post-stratification); strata that only one set has are left out of both.
+The comparison covers similar tasks only. A stratum contains tasks with about equal plan length, number of
+goals and kinds of goals. Fresh tasks are weighted so that each stratum weighs as much as in the public set
+(post-stratification). Strata that only one set has are left out of both sets.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from eai.tasks.options import Options
 from eai.tasks.share import Share
 
 STEPS = (4, 8, 12, 20)
-"""Strata of plan lengths: up to so many steps of the data set's or the certificate's plan, or more."""
+"""Upper bounds of the strata of plan lengths, in steps of the plan of the data set or certificate."""
 
 GOALS = (1, 2, 4, 8)
-"""Strata of numbers of goals, likewise."""
+"""Upper bounds of the strata of numbers of goals."""
 
 _REMARKS = (
-    "A difference below zero says that fresh tasks are harder than public ones with plans of equal length, "
-    "as many goals and goals of the same kinds. Known answers are one reason. Others are what is not "
-    "matched: how goals are put together, how scenes look, how instructions are worded.",
-    "A model that knows no answers (eai/planner, or one trained before the tasks were published) shows how "
-    "much of the difference is of that kind; compare it with that.",
-    "A difference of zero is no proof that nothing is known: memory may not help.",
+    "A difference below zero means that fresh tasks are harder than public tasks with equally long plans, "
+    "equally many goals and goals of equal kinds. Known answers are one reason. Other reasons are unmatched "
+    "properties: combinations of goals, the objects in scenes, the wording of instructions.",
+    "A model that knows no answers (eai/planner, or a model trained before the tasks were published) shows "
+    "how much of the difference comes from unmatched properties. Compare other models with it.",
+    "A difference of zero does not prove that the model knows no answers: memory may not help.",
 )
 
 
 Placed: TypeAlias = tuple[Case, Hashable]
-"""The contribution of one task to a rate, and the stratum of tasks that are like it."""
+"""The contribution of one task to a rate, and the stratum of the task."""
 
 
 def matched(first: Sequence[Placed], second: Sequence[Placed]) -> tuple[list[Case], list[Case]]:
-    """The tasks of two sets in strata that both have, the second ones weighted to the strata of the first.
+    """Return the tasks of both sets in shared strata. Weights give the second set the strata of the first.
 
-    No name is one of both sets. The gain from strata is not reckoned with in the interval of a difference of
-    theirs, so that it is rather too wide.
+    Names get a prefix, so that no name is in both sets. The interval of the difference ignores that strata
+    reduce variance, so it is rather too wide.
     """
     sizes, others = (Counter(stratum for _, stratum in each) for each in (first, second))
     return (
@@ -62,13 +62,13 @@ def matched(first: Sequence[Placed], second: Sequence[Placed]) -> tuple[list[Cas
 
 
 def _apart(case: Case, which: str, weight: float = 1) -> Case:
-    """A task that is none of the other set, with a weight."""
+    """Return a case with a weight, and with a prefix before its names."""
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
     return Case(f"{which} {case.task}", f"{which} {case.name}", share)
 
 
 Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
-"""A model, its suite in words, its records of public tasks, and those of fresh ones."""
+"""A model, the name of its suite, its records of public tasks, and its records of fresh tasks."""
 
 
 @make_table(
@@ -88,10 +88,10 @@ Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
 def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
     """Public and fresh tasks.
 
-    Success in percent of all public and of all fresh tasks; then of those alone that are alike in the length
-    of the known plan, the number of goals and their kinds, the fresh ones weighted to the public ones; and
-    fresh minus public in percentage points, with 95 % intervals whose units are the names of public tasks and
-    the single fresh tasks.
+    Success in percent of all public and of all fresh tasks. Then success on similar tasks only: tasks with
+    about equal plan lengths, numbers and kinds of goals, fresh tasks weighted like public tasks. Then fresh
+    minus public in percentage points, with 95 % intervals. Units of the intervals are the names of public
+    tasks and the single fresh tasks.
     """
     for model, suite, public, fresh in pairs:
         placed = [list(_placed(records)) for records in (public, fresh)]
@@ -103,7 +103,7 @@ def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
 
 
 def _placed(records: Sequence[Record]) -> Iterator[Placed]:
-    """The contribution of each task and its stratum; tasks that are in no statistics are left out."""
+    """Yield the contribution and the stratum of each task, except tasks that statistics exclude."""
     for record in records:
         verdict, task = record.verdict, record.task
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
@@ -118,16 +118,18 @@ def _bin(number: int, bounds: Sequence[int]) -> int:
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    """A run of a benchmark is paired with those of the same model on task files of its world.
+    """Compare each run on a benchmark with runs of the same model on task files of the same world.
 
-    These are named after it: lamps with lamps-tasks.
+    Task files are named after their benchmark: `lamps-tasks` after `lamps`.
 
     Raises:
-        InputError: there is no such pair.
+        InputError: no run has a partner.
     """
     pairs = list(_pairs(list(records.runs())))
     if not pairs:
-        raise InputError("expected runs of a model on a benchmark and on generated tasks of its world")
+        raise InputError(
+            "contamination needs runs of a model on a benchmark and on generated tasks of its world"
+        )
     yield Analysis([contamination_table(pairs)], remarks=_REMARKS)
 
 
@@ -143,6 +145,6 @@ def _pairs(runs: Sequence[Run]) -> Iterator[Pair]:
 
 CONTAMINATION = Study(
     "contamination",
-    "Success on public tasks beside fresh ones: the difference where tasks are alike.",
+    "Success on public tasks and on fresh tasks, and the difference on similar tasks.",
     analyze=_analyze,
 )

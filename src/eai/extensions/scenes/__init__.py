@@ -1,4 +1,4 @@
-"""Pictures of scenes: diagrams, and scenes with bodies, drawn by cameras; no verdict uses them.
+"""Pictures of scenes: diagrams, and rendered three-dimensional scenes. No verdict uses them.
 
 Entry points: `diagrams` and `rendered_pictures`, which runs (`perception.scene`) and environments
 (`render_mode`) ask for; `diagrams_of_answers` (`eai report --pictures`); `export pictures` (a command).

@@ -1,6 +1,6 @@
-"""Arranging: a room for each floor, and in it everything where a state says that it is.
+"""Arrange the objects of a state in rooms, one room for each floor.
 
-Furniture stands side by side along the walls or in rows; rooms are as large as that makes them.
+Furniture stands side by side along the walls or in rows. Rooms are as large as their furniture needs.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from eai.extensions.scenes.placing import Placing, Pose, turned
 from eai.extensions.scenes.told import BESIDE, INSIDE, UNDER, Told
 
 HEIGHT = 2.6
-"""The height of walls, in metres."""
+"""Height of walls in metres."""
 
 _GAP = 0.3
-"""The air between pieces of furniture along a wall, where doors may swing."""
+"""Gap between pieces of furniture along a wall in metres, in which doors can swing."""
 
 _BETWEEN = 0.35
-"""The distance between the walls of neighbouring rooms."""
+"""Distance between the walls of neighbouring rooms in metres."""
 
 _HIGH, _SILL = 1.42, 0.9
-"""How high wall cabinets hang, and windows begin."""
+"""Heights in metres of the lower edges of wall cabinets and windows."""
 
 
 def arranged(told: Told, names: Sequence[str], seed: str) -> tuple[Placing, Mapping[int, Box]]:
-    """Poses for all things of a state, and the boxes of rooms, drawn from a seed.
+    """Return poses of all objects of a state, and the boxes of rooms. Random draws depend on the seed.
 
     Raises:
-        InputError: a thing finds no place where the state says that it is.
+        InputError: the state has no floor, or an object does not fit where the state puts it.
     """
     if not told.floors:
-        raise InputError("no room: the state has no floor")
+        raise InputError("cannot build a room: the state has no floor")
     joined = _joined(told)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *told.floors))
     boxes, furniture = _furnished(told.bodies, {floor: _furniture(told, floor) for floor in floors}, joined)
@@ -48,16 +48,16 @@ def arranged(told: Told, names: Sequence[str], seed: str) -> tuple[Placing, Mapp
 
 
 def place_rest(placing: Placing, told: Told, boxes: Mapping[int, Box], *, crowded: bool = False) -> None:
-    """Place what has no pose yet: what carries others first, large before small.
+    """Place the objects that have no pose yet: supports before their contents, large before small.
 
     Args:
-        placing: the bodies, of which some have a pose.
-        told: where they are.
-        boxes: the boxes of rooms.
-        crowded: whether what finds no place shares one with others.
+        placing: the bodies, some of which have a pose.
+        told: the locations of objects by a state.
+        boxes: the box of each room.
+        crowded: whether an object that does not fit overlaps others instead of raising an error.
 
     Raises:
-        InputError: a thing finds no place where the state says that it is.
+        InputError: an object does not fit where the state puts it.
     """
     waiting = [i for i in told.bodies if i not in placing.poses and not told.is_held(i)]
     for thing in sorted(waiting, key=lambda i: (told.depth(i), -_volume(told, i), i)):
@@ -71,13 +71,13 @@ def place_rest(placing: Placing, told: Told, boxes: Mapping[int, Box], *, crowde
 
 
 def _joined(told: Told) -> dict[int, tuple[int, int]]:
-    """The thing under which one lies that is in another room, and both floors: its own first."""
+    """Return an object that stands over an object of another room, with its own floor, then the other."""
     rooms = [(roof, (told.room_of(roof), told.room_of(thing))) for thing, roof in told.relations[UNDER]]
     return dict([(roof, floors) for roof, floors in rooms if floors[0] != floors[1]][:1])
 
 
 def _furniture(told: Told, floor: int) -> list[int]:
-    """The things that stand in a room by themselves and stay where they are."""
+    """Return the furniture of a room: objects that nothing carries and that never move."""
     held = set(told.hands.values())
     return [
         i
@@ -91,7 +91,7 @@ def _furniture(told: Told, floor: int) -> list[int]:
 
 
 def _is_beside(told: Told, thing: int) -> bool:
-    """Whether a thing stands next to furniture that is placed before it."""
+    """Whether an object stands next to furniture that is placed earlier."""
     others = [second for first, second in told.relations[BESIDE] if first == thing and second in told.bodies]
     stands = {other: told.bodies[other].stand for other in others}
     return any(
@@ -100,7 +100,7 @@ def _is_beside(told: Told, thing: int) -> bool:
 
 
 def _pose(placing: Placing, told: Told, boxes: Mapping[int, Box], thing: int) -> Pose:
-    """A free pose for a thing that accords with what is told of it."""
+    """Return a free pose that satisfies the relations of an object."""
     carrier = told.carrier(thing)
     beside = [b for a, b in told.relations[BESIDE] if a == thing and b in placing.poses]
     if carrier is not None:
@@ -115,7 +115,7 @@ def _pose(placing: Placing, told: Told, boxes: Mapping[int, Box], thing: int) ->
 
 
 def _amid(placing: Placing, told: Told, boxes: Mapping[int, Box], thing: int) -> Pose:
-    """The pose of a thing in the middle of where it should be."""
+    """Return the pose in the middle of the area to which an object belongs."""
     carrier, height = told.carrier(thing), told.bodies[thing].size[2]
     if carrier is None:
         x, y, _ = boxes[told.room_of(thing)].mean(0)
@@ -135,7 +135,7 @@ def _volume(told: Told, thing: int) -> float:
 
 @dataclass(slots=True)
 class _Plan:
-    """A room that is being furnished: its left front corner is at the origin, y to the back."""
+    """A room that is being furnished. Its left front corner is the origin; y grows to the back."""
 
     bodies: Mapping[int, Body]
     width: float
@@ -143,20 +143,20 @@ class _Plan:
     poses: dict[int, tuple[float, float, float, int]] = field(default_factory=dict)
 
     def put(self, thing: int, x: float, y: float, quarters: int, above: float = 0.0) -> None:
-        """Put a thing, whose middle is above a place on the floor."""
+        """Put an object over a point of the floor; `above` is the height of its lower side in metres."""
         self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarters)
 
 
 def _furnished(
     bodies: Mapping[int, Body], rooms: Mapping[int, Sequence[int]], joined: Mapping[int, tuple[int, int]]
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
-    """The boxes of rooms that stand side by side, and the poses of their furniture.
+    """Return the boxes of rooms that stand side by side, and the poses of their furniture.
 
     Args:
-        bodies: the body of each thing.
-        rooms: the furniture of each room, by its floor.
-        joined: the things that stand between two rooms without a wall, with both floors, which follow each
-            other in ``rooms``.
+        bodies: the body of each object.
+        rooms: the furniture of each room, by floor.
+        joined: the objects that stand between two rooms without a wall, with both floors. These floors are
+            neighbours in ``rooms``.
     """
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}
@@ -173,7 +173,6 @@ def _furnished(
 
 
 def _plan(bodies: Mapping[int, Body]) -> _Plan:
-    """One furnished room."""
     standing = {stand: [i for i, body in bodies.items() if body.stand == stand] for stand in _ORDER}
     wall = sorted(standing["wall"], key=lambda i: (-bodies[i].size[2], i))
     tall = sum([bodies[i].size[0] + _GAP for i in wall if bodies[i].size[2] > _HIGH])
@@ -200,7 +199,7 @@ _ORDER = ("wall", "high", "door", "window", "middle", "free")
 
 
 def _rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> list[list[int]]:
-    """Things in rows that are no wider than a width, unless one alone is."""
+    """Split objects into rows that are at most so wide. An object that is wider gets its own row."""
     rows: list[list[int]] = []
     left = 0.0
     for thing in things:
@@ -214,7 +213,7 @@ def _rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> li
 
 
 def _put_row(plan: _Plan, row: Sequence[int], y: float) -> None:
-    """Put things side by side, about the middle of the room."""
+    """Put objects side by side, centred in the room."""
     sizes = [plan.bodies[thing].size for thing in row]
     x = plan.width / 2 - (sum([size[0] for size in sizes]) + 0.7 * (len(row) - 1)) / 2
     for thing, (width, depth, _) in zip(row, sizes, strict=True):
@@ -223,7 +222,7 @@ def _put_row(plan: _Plan, row: Sequence[int], y: float) -> None:
 
 
 def _line_walls(plan: _Plan, wall: Sequence[int], standing: Mapping[str, Sequence[int]]) -> None:
-    """Put furniture along the back wall and on along both others; doors are left, windows right."""
+    """Put furniture along the back wall, then along the side walls. Doors are left, windows right."""
     bodies, x = plan.bodies, 0.2
     back = max([bodies[i].size[1] for i in wall], default=0.4)
     side = {3: plan.depth - back - 0.5, 1: plan.depth - back - 0.5}
@@ -247,7 +246,7 @@ def _line_walls(plan: _Plan, wall: Sequence[int], standing: Mapping[str, Sequenc
 
 
 def _put_aside(plan: _Plan, thing: int, quarters: int, side: dict[int, float], above: float = 0.0) -> None:
-    """Put a thing with its back to the left wall (one quarter turn) or to the right one (three)."""
+    """Put an object with its back to the left wall (1 quarter turn) or the right wall (3)."""
     width, depth, _ = plan.bodies[thing].size
     x = depth / 2 + 0.01 if quarters == 1 else plan.width - depth / 2 - 0.01
     plan.put(thing, x, side[quarters] - width / 2, quarters, above)

@@ -1,4 +1,4 @@
-"""The bodies of things: sizes and colours by kind, and families of shapes made of a few simple parts."""
+"""Bodies of objects: sizes and colours by kind of object, and shapes that consist of simple parts."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ import numpy as np
 from eai.base.files import parse_toml
 
 Vector: TypeAlias = tuple[float, float, float]
-"""Three numbers: to the right, to the back, up, in metres; or red, green and blue from 0 to 1."""
+"""Three numbers: metres to the right, to the back and up; or red, green and blue from 0 to 1."""
 
 Array: TypeAlias = "np.ndarray[Any, np.dtype[np.float64]]"
 
 Box: TypeAlias = Array
-"""A box along the axes in metres, two rows of three: its low corner and its high one."""
+"""An axis-aligned box in metres, as two rows of three numbers: the low corner and the high corner."""
 
 HALF = "half_"
-"""The beginning of the category of half a thing."""
+"""Prefix of the categories of halves of objects."""
 
 _SHADES = {"own": 1.0, "light": 1.25, "dark": 0.72, "deep": 0.5}
 _STATES = ("open", "closed", "on", "off")
@@ -35,12 +35,13 @@ class Part:
     """A part of a body.
 
     Attributes:
-        form: box; ball (an ellipsoid); post, pipe or bar: a cylinder upright, from front to back, or across.
-        box: the box around it before it is turned, from the middle of the body.
-        turn: the angle by which it is turned about its own upright axis, in radians.
+        form: `box`; `ball` (an ellipsoid); or a cylinder: `post` (upright), `pipe` (from front to back),
+            `bar` (from left to right).
+        box: the box around the part before its rotation, relative to the middle of the body.
+        turn: rotation about the part's own upright axis, in radians.
         colour: red, green and blue from 0 to 1.
-        is_solid: whether other things touch it.
-        when: the state in which it is there; empty for always.
+        is_solid: whether other bodies collide with the part.
+        when: the state in which the part exists; empty for always.
     """
 
     form: str
@@ -53,16 +54,16 @@ class Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """The shape of a thing, about its middle; its front is towards negative y.
+    """The shape of an object, relative to its middle. The front is towards negative y.
 
     Attributes:
-        size: width, depth and height.
-        parts: its parts.
-        stand: where it stands in a room if nothing carries it: free, wall, high, door, window, middle.
-        tops: the surfaces on which things lie, the best first; flat boxes.
-        spaces: the spaces in which things lie, the best first.
-        below: the space under it, if there is one.
-        slack: how much higher than a space its contents may rise, as a share of its height.
+        size: width, depth and height in metres.
+        parts: the parts of the body.
+        stand: location in a room if nothing carries the object: free, wall, high, door, window or middle.
+        tops: surfaces that can carry objects, as flat boxes, the best first.
+        spaces: spaces that can contain objects, the best first.
+        below: the space under the object, if it has one.
+        slack: height by which contents may rise above a space, as a share of the height of the space.
     """
 
     size: Vector
@@ -75,9 +76,9 @@ class Body:
 
 
 def kind_of(name: str, category: str) -> str:
-    """The kind of a thing: by its name without a number, by what is in it or holds it, or by its category.
+    """Return the kind of an object, from its name without a number or else from its category.
 
-    Of ``olive_oil__bottle`` and ``can__of__soda`` the first word counts that is a kind, then the last.
+    If the whole name is no kind, its first word counts, then its last: ``bottle`` of ``olive_oil__bottle``.
     """
     kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF) else category
     words = kind.split("__")
@@ -87,7 +88,7 @@ def kind_of(name: str, category: str) -> str:
 
 @cache
 def body_of(kind: str) -> Body | None:
-    """The body of a kind of things, or of half a thing; None where the table has none."""
+    """Return the body of a kind of object or of half an object; None if the table lacks the kind."""
     if kind.startswith(HALF):
         whole = body_of(kind.removeprefix(HALF))
         return None if whole is None else _half(whole)
@@ -96,7 +97,7 @@ def body_of(kind: str) -> Body | None:
 
 
 class _Kind(NamedTuple):
-    """A line of the table of kinds: family of shape, size and colour."""
+    """A line of the table of kinds: the family of shapes, the size in metres and the colour."""
 
     family: str
     size: Vector
@@ -105,7 +106,7 @@ class _Kind(NamedTuple):
 
 @cache
 def kinds() -> Mapping[str, _Kind]:
-    """The table of kinds."""
+    """Return the size, colour and family of shapes of each kind of object."""
     found: dict[str, _Kind] = {}
     for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
@@ -116,12 +117,11 @@ def kinds() -> Mapping[str, _Kind]:
 
 @cache
 def _families() -> Mapping[str, Any]:
-    """The families of shapes as written; `[colours]` among them."""
+    """Return the families of shapes as they stand in the file, with the table `[colours]`."""
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 
 def _made(family: Mapping[str, Any], kind: _Kind) -> Body:
-    """The body of a kind."""
     size = kind.size
     return Body(
         size,
@@ -135,7 +135,7 @@ def _made(family: Mapping[str, Any], kind: _Kind) -> Body:
 
 
 def _half(whole: Body) -> Body:
-    """Half of a thing that was cut: its left half, with the cut pale on the right."""
+    """Return the left half of a body. The cut on its right is pale."""
     width, depth, height = whole.size
     half = np.array([width / 2, depth, height])
     form = "box" if whole.parts[0].form == "box" else "ball"
@@ -152,7 +152,7 @@ def _half(whole: Body) -> Body:
 
 
 def _parts(line: str, kind: _Kind) -> Iterator[Part]:
-    """The parts that a line of a family stands for."""
+    """Return the parts that one line of a family of shapes describes."""
     form, *rest = line.split()
     part = Part(form, _box(rest[:6], kind.size), 0.0, kind.colour)
     copies = ""
@@ -171,7 +171,7 @@ def _parts(line: str, kind: _Kind) -> Iterator[Part]:
 
 
 def _copies(part: Part, word: str) -> Iterator[Part]:
-    """A part and its mirror images, or a ring of it."""
+    """Return a part with its mirror images, or a ring of copies."""
     if word.startswith("ring-"):
         number = int(word.removeprefix("ring-"))
         yield from [_turned(part, 2 * math.pi * i / number) for i in range(number)]
@@ -184,13 +184,13 @@ def _copies(part: Part, word: str) -> Iterator[Part]:
 
 
 def rotated(at: Array, angle: float) -> Array:
-    """A place turned about the upright axis."""
+    """Return a point rotated about the upright axis, by an angle in radians."""
     x, y, z = at
     return np.array([x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z])
 
 
 def _turned(part: Part, angle: float) -> Part:
-    """A part turned about the upright axis of its body."""
+    """Return a part rotated about the upright axis of its body, by an angle in radians."""
     middle = part.box.mean(0)
     return replace(part, box=part.box - middle + rotated(middle, angle), turn=part.turn + angle)
 
@@ -202,7 +202,7 @@ def _mirrored(part: Part, axis: int) -> Part:
 
 
 def _box(fractions: Sequence[str], size: Vector) -> Box:
-    """The box that six fractions of a size make, about its middle."""
+    """Return a box relative to the middle of a body, from six shares of the size of the body."""
     box: Box = (np.array(fractions, dtype=float).reshape(3, 2).T - 0.5) * size
     return box
 
@@ -213,7 +213,6 @@ def _flat(line: str, size: Vector) -> Box:
 
 
 def _colour(word: str, own: Vector) -> Vector:
-    """The colour that a word names."""
     if word in _SHADES:
         red, green, blue = (min(1.0, share * _SHADES[word]) for share in own)
         return (red, green, blue)

@@ -1,4 +1,4 @@
-"""Cameras: views of a scene with bodies, in colours, as distances, and of which thing each pixel is."""
+"""Cameras: render a scene with bodies as colours, as distances, or as the object at each pixel."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ if TYPE_CHECKING:
     from eai.extensions.scenes.told import Told
 
 SIZE = (640, 480)
-"""The width and height of a picture, in pixels."""
+"""Width and height of a picture in pixels."""
 
 View: TypeAlias = Literal["head", "near", "top"]
-"""From where a scene is seen: the robot's head, near the place of work, or from above."""
+"""Viewpoint of a camera: the robot's head, near the objects of the task, or above the rooms."""
 
-_NEEDED = "pictures of bodies need EGL (MUJOCO_GL=egl; on Debian: apt install libegl1 libgl1-mesa-dri)"
+_NEEDED = "rendered pictures need EGL (MUJOCO_GL=egl; on Debian: apt install libegl1 libgl1-mesa-dri)"
 _EYES = 1.6
-"""How high the robot's eyes are, in metres."""
+"""Height of the robot's eyes in metres."""
 
 _FARTHEST = 9.0
-"""How far one steps back to see everything, in metres."""
+"""Distance in metres at which a camera stops moving back, even if objects are outside the picture."""
 
 _HANDS = {0: -0.22, 1: 0.22}
-"""How far beside the middle of the view the left and the right hand are."""
+"""Horizontal offsets of the left and the right hand from the middle of the view."""
 
 
 class _Sight(NamedTuple):
-    """Where an eye is, what it looks at, and how many degrees high its field of view is."""
+    """A viewpoint: location of the eye, target, and vertical field of view in degrees."""
 
     eye: Vector
     at: Vector
@@ -45,7 +45,7 @@ class _Sight(NamedTuple):
 
     @property
     def axes(self) -> tuple[Array, Array, Array]:
-        """The way ahead, to the right and up, each of length 1."""
+        """The directions ahead, to the right and up, as vectors of length 1."""
         way = np.array(self.at) - np.array(self.eye)
         way /= np.linalg.norm(way)
         right = np.cross(way, (0.0, 0.0, 1.0))
@@ -54,18 +54,18 @@ class _Sight(NamedTuple):
 
 
 class Camera:
-    """Pictures of a scene, drawn by software or a GPU through EGL; to be closed when it is done with.
+    """Renders pictures of a scene through EGL, on a GPU or in software. Close it after use.
 
     Args:
         scene: the scene.
-        size: width and height of pictures, in pixels.
-        shadows: whether lamps throw shadows, which takes two thirds of the time.
+        size: width and height of pictures in pixels.
+        shadows: whether lamps cast shadows, which takes two thirds of the rendering time.
 
     Attributes:
         scene: the scene.
 
     Raises:
-        EaiError: nothing can be drawn; says what to install.
+        EaiError: EGL is missing. The message says what to install.
     """
 
     def __init__(self, scene: BodyScene, size: tuple[int, int] = SIZE, *, shadows: bool = True) -> None:
@@ -73,15 +73,15 @@ class Camera:
         self._shadows = shadows
         try:
             self._renderer = self._mujoco.Renderer(scene.model, size[1], size[0])
-        except Exception as error:  # of the library, of OpenGL's, or that there is none
+        except Exception as error:  # of MuJoCo, of OpenGL, or because EGL is missing
             raise EaiError(f"{_NEEDED}: {error}") from error
 
     def colours(self, view: View) -> Any:
-        """The picture: an array of height, width and 3 colours, 8 bits each."""
+        """Return the picture as an array: height, width, 3 colours of 8 bits."""
         return self._drawn(view)
 
     def depth(self, view: View) -> Any:
-        """How far away everything is, in metres along the view: an array of height and width."""
+        """Return the distance at each pixel, in metres along the view, as an array: height, width."""
         self._renderer.enable_depth_rendering()
         try:
             return self._drawn(view)
@@ -89,7 +89,7 @@ class Camera:
             self._renderer.disable_depth_rendering()
 
     def objects(self, view: View) -> Any:
-        """The index of the thing that each pixel is of, -1 for none: an array of height and width."""
+        """Return the index of the object at each pixel, or -1 for none, as an array: height, width."""
         self._renderer.enable_segmentation_rendering()
         try:
             geoms = self._drawn(view)[..., 0]
@@ -101,7 +101,7 @@ class Camera:
         return owner[geoms]
 
     def close(self) -> None:
-        """Free what it draws with."""
+        """Free the resources of the renderer."""
         self._renderer.close()
 
     def __enter__(self) -> Camera:
@@ -128,7 +128,7 @@ class Camera:
 
 
 def _from_head(scene: BodyScene) -> _Sight:
-    """From the front of the room in which most things are, as far back as it takes to see them all."""
+    """Return the view from the front of the fullest room, far enough back to show all its objects."""
     told, room = scene.told, scene.told.fullest
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
     seen = [thing for thing in told.bodies if told.room_of(thing) == room]
@@ -139,7 +139,7 @@ def _from_head(scene: BodyScene) -> _Sight:
 
 
 def _nearby(scene: BodyScene) -> _Sight:
-    """From before the thing that carries most others, or else before what stands in the fullest room."""
+    """Return the view of the object that carries most others, or else of the objects of the fullest room."""
     told = scene.told
     place = _busiest(told)
     if place is None:
@@ -154,7 +154,7 @@ def _nearby(scene: BodyScene) -> _Sight:
         is_furniture = told.bodies[place].stand not in ("free", "middle")
         ahead = scene.front(place) if is_furniture else np.array([0.0, -1.0, 0.0])
     points = _corners(scene, seen)
-    if not points.size:  # all that could be seen there is in the robot's hands
+    if not points.size:  # the robot's hands hold all objects there
         points = _corners(scene, told.bodies if place is None else [place])
     low, high = points.min(0), points.max(0)
     at = (low + high) / 2
@@ -165,7 +165,7 @@ def _nearby(scene: BodyScene) -> _Sight:
 
 
 def _corners(scene: BodyScene, things: Collection[int]) -> Array:
-    """The corners of the boxes around things: three numbers each."""
+    """Return the corners of the boxes around objects, three numbers each."""
     boxes = [around(scene, thing) for thing in things if not scene.told.is_held(thing)]
     return np.array(
         [[box[i, 0], box[j, 1], box[k, 2]] for box in boxes for i, j, k in product((0, 1), repeat=3)]
@@ -173,7 +173,7 @@ def _corners(scene: BodyScene, things: Collection[int]) -> Array:
 
 
 def _fitted(start: _Sight, points: Array, ahead: Array, reach: float, room: Box) -> _Sight:
-    """A sight from ahead of a place, between the walls, as far away as it takes to see all points."""
+    """Move a viewpoint back, between the walls, until it shows all points or is `_FARTHEST` away."""
     ahead = ahead / np.linalg.norm(ahead)
     while True:
         eye = np.array(start.eye) + reach * ahead
@@ -185,7 +185,7 @@ def _fitted(start: _Sight, points: Array, ahead: Array, reach: float, room: Box)
 
 
 def _sees(sight: _Sight, points: Array) -> bool:
-    """Whether points are in a picture, its rim left free."""
+    """Whether all points are in the picture, inside a margin of 6 %."""
     (way, right, above), from_eye = sight.axes, points - np.array(sight.eye)
     far = from_eye @ way
     most = 0.94 * math.tan(math.radians(sight.angle) / 2)
@@ -201,14 +201,13 @@ def _vector(array: Array) -> Vector:
 
 
 def _busiest(told: Told) -> int | None:
-    """The thing on or in which most others are to be seen, if any are."""
+    """Return the object that carries most visible objects, or None if no object carries any."""
     carried = [thing for thing in told.visible if told.carrier(thing) is not None]
     many = Counter(map(told.root, carried))
     return max(many, key=lambda thing: (many[thing], -thing), default=None)
 
 
 def _from_above(scene: BodyScene) -> _Sight:
-    """From high above the middle of all rooms."""
     boxes = list(scene.rooms.values())
     x0, x1 = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
     y1 = max(box[1, 1] for box in boxes)
@@ -225,7 +224,7 @@ _SIGHTS: Mapping[View, Callable[[BodyScene], _Sight]] = {
 
 
 def _in_hand(sight: _Sight, aside: float, size: float) -> Pose:
-    """Where a thing is seen that a hand holds."""
+    """Return the pose in which the camera shows an object that a hand holds."""
     way, right, above = sight.axes
     near = 0.45 + size
     at = np.array(sight.eye) + near * way + near * 1.3 * aside * right - 0.3 * near * above

@@ -34,20 +34,21 @@ def pictures(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Draw the initial state of tasks; beside each picture stands its scene graph, as JSON.
+    """Draw the initial state of tasks, and write the scene graph of each picture as JSON.
 
-    Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
+    In a diagram, each object lies in its container or on its support; all other facts about it are written in
+    its tile. Equal states give equal bytes.
 
-    Scenes with bodies are BEHAVIOR's, and those of BEHAVIOR-1K whose things have bodies.
+    Rendered scenes exist for BEHAVIOR, and for tasks of BEHAVIOR-1K if all their objects have bodies.
 
     Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
 
     Options:
-        tasks: Only these; short: forty.
-        limit: So many, at most.
-        clutter: How much else is shown.
-        form: png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; gif: the
-            data set's plan in it (extra 'physics').
+        tasks: Only these tasks; `short` for forty chosen tasks.
+        limit: Maximum number of tasks.
+        clutter: Amount of unrelated objects in the picture.
+        form: png (extra 'plots') and svg draw diagrams. rendered draws three views of a three-dimensional
+            scene; gif shows the data set's plan in this scene (both: extra 'physics').
         out: The folder to write to.
     """
     with opened_source(data) as source:
@@ -75,7 +76,6 @@ def pictures(
 
 
 def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
-    """The files of a picture by how their names end."""
     match form:
         case "png":
             return {".png": png(drawing)}

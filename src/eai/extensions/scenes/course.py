@@ -71,7 +71,7 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
     """Return the task of a record, and the states at the start and after each step of its answer.
 
     Returns:
-        the task and the states, or None if the data differ from those of the record, or if there is no plan.
+        the task and the states, or None if the data of the record were others, or if it has no plan.
     """
     if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
         return None

@@ -79,12 +79,12 @@ class Drawing:
 
 
 def text_width(text: str, size: int) -> int:
-    """The width of a text in pixels."""
+    """Return the width of a text in pixels."""
     return len(text) * round(0.602 * size)
 
 
 def svg(drawing: Drawing) -> str:
-    """The drawing as SVG."""
+    """Return the drawing as SVG."""
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{drawing.width}" height="{drawing.height}" '
         f'viewBox="0 0 {drawing.width} {drawing.height}" font-family={quoteattr(_FAMILY)}>'

@@ -1,8 +1,11 @@
-"""Relations by geometry: contacts, boxes and rays, as iGibson defines them (``igibson/object_states``).
+"""Test spatial relations with contacts, boxes and rays, as iGibson defines them (``igibson/object_states``).
 
-Rays begin at the middle of a body. A thing is on another if they touch and a ray down meets the other, but
-none up does; inside, if its middle is in the other's box and the other is met on both sides of it along two
-of three axes; next to it, if their boxes are near and one is on a level ray of the other.
+Rays begin at the middle of the first body. The first object is
+
+* on the second if both touch, a ray down meets the second, and a ray up does not;
+* inside the second if its middle is in the box of the second, and rays along an axis and its opposite both
+  meet the second, for two of three axes;
+* next to the second if their boxes are near, and a horizontal ray from one meets the other.
 """
 
 from __future__ import annotations
@@ -16,22 +19,22 @@ import numpy as np
 from eai.extensions.scenes.body import Array, Box
 
 _LEVEL, _UPRIGHT = 1.0, 5.0
-"""How far level and upright rays reach, in metres."""
+"""Lengths of horizontal and vertical rays in metres."""
 
 _PLANES = 5
-"""How many pairs of level axes are tried, at 0 to 90 degrees."""
+"""Number of pairs of horizontal axes that are tried, at 0 to 90 degrees."""
 
 _NEAR = 1 / 6
-"""How near boxes of neighbours are, as a share of the mean of the sums of their sides."""
+"""Maximum distance between the boxes of neighbours, as a share of the mean of their summed sides."""
 
 _UP, _DOWN = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
 
 
 class _PlacedBodies(Protocol):
-    """The bodies of things in a model of MuJoCo.
+    """A MuJoCo model with the bodies of objects.
 
     Attributes:
-        mujoco: the library.
+        mujoco: the MuJoCo module.
         model: the model.
         data: the state of the model.
     """
@@ -42,15 +45,15 @@ class _PlacedBodies(Protocol):
 
     @property
     def bodies(self) -> Mapping[int, int]:
-        """The body of each thing."""
+        """MuJoCo body of each object, by index."""
 
     @property
     def geoms(self) -> Mapping[int, range]:
-        """The geoms of each thing, one a part."""
+        """MuJoCo geoms of each object, by index: one geom for each part."""
 
 
 def on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
-    """Whether the first thing lies on the second."""
+    """Whether the first object lies on the second."""
     if not _touches(scene, first, second):
         return False
     middle = _middle(scene, first)
@@ -58,13 +61,13 @@ def on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
 
 
 def under(scene: _PlacedBodies, first: int, second: int) -> bool:
-    """Whether the first thing is under the second."""
+    """Whether the first object is under the second."""
     middle = _middle(scene, first)
     return _meets(scene, middle, _UP, second, _UPRIGHT) and not _meets(scene, middle, _DOWN, second, _UPRIGHT)
 
 
 def inside(scene: _PlacedBodies, first: int, second: int) -> bool:
-    """Whether the first thing is in the second."""
+    """Whether the first object is inside the second."""
     middle, (low, high) = _middle(scene, first), around(scene, second)
     if not ((middle >= low) & (middle <= high)).all():
         return False
@@ -75,7 +78,7 @@ def inside(scene: _PlacedBodies, first: int, second: int) -> bool:
 
 
 def next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
-    """Whether two things are next to each other."""
+    """Whether two objects are next to each other."""
     boxes = [around(scene, first), around(scene, second)]
     low, high = (np.array([box[i] for box in boxes]) for i in (0, 1))
     apart = np.maximum(0, low.max(0) - high.min(0))
@@ -91,7 +94,7 @@ def next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
 
 
 def on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
-    """Whether a thing is on the floor of a room; what hangs on its walls counts, too."""
+    """Whether an object is on the floor of a room. Objects that hang on its walls count, too."""
     middle, (low, high) = _middle(scene, thing), around(scene, thing)
     at_home = all(room[0, i] <= middle[i] <= room[1, i] for i in (0, 1))
     is_fixed = scene.model.body_dofnum[scene.bodies[thing]] == 0
@@ -99,7 +102,7 @@ def on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
 
 
 def around(scene: _PlacedBodies, thing: int) -> Box:
-    """The box around the solid parts of a thing."""
+    """Return the box around the solid parts of an object."""
     geoms = _solid(scene, thing)
     axes = scene.data.geom_xmat[geoms].reshape(-1, 3, 3)
     aabb = scene.model.geom_aabb[geoms]
@@ -118,19 +121,18 @@ def _solid(scene: _PlacedBodies, thing: int) -> list[int]:
 
 
 def _touches(scene: _PlacedBodies, first: int, second: int) -> bool:
-    """Whether two bodies are in contact."""
     bodies = {scene.bodies[first], scene.bodies[second]}
     owners = scene.model.geom_bodyid[scene.data.contact.geom[: scene.data.ncon]]
     return any({*pair} == bodies for pair in owners.tolist())
 
 
 def _both(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float) -> bool:
-    """Whether a thing is met both ways along an axis."""
+    """Whether the rays along an axis and against it both meet an object."""
     return _meets(scene, middle, axis, other, reach) and _meets(scene, middle, -axis, other, reach)
 
 
 def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
-    """Whether a ray meets a solid part of a thing."""
+    """Whether a ray meets a solid part of an object within its reach."""
     model, data, ray = scene.model, scene.data, scene.mujoco.mju_rayGeom
     for geom in _solid(scene, other):
         form = int(model.geom_type[geom])
@@ -141,7 +143,7 @@ def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: fl
 
 
 def _planes() -> list[list[Array]]:
-    """Pairs of level axes that are at right angles."""
+    """Return pairs of horizontal axes at right angles."""
     angles = [i * math.pi / 2 / (_PLANES - 1) for i in range(_PLANES)]
     return [
         [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]

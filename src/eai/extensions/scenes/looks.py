@@ -1,4 +1,4 @@
-"""Looks: how the states of a thing change its colours, and what lies or grows on it then."""
+"""Appearance of objects: colours, dust, stains, drops and frost by the states of an object."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TINTS: tuple[tuple[str, Vector, float], ...] = (
     ("soaked", (0.15, 0.3, 0.5), 0.45),
     ("dusty", (0.5, 0.47, 0.42), 0.3),
 )
-"""The states that change the colour of a thing as a whole: towards which, and how far."""
+"""States that change the colour of a whole object, each with the target colour and its share."""
 
 _SPECKS: dict[str, tuple[Vector, int, float]] = {
     "dusty": ((0.8, 0.77, 0.72), 80, 0.03),
@@ -24,13 +24,13 @@ _SPECKS: dict[str, tuple[Vector, int, float]] = {
     "soaked": ((0.35, 0.65, 0.95), 14, 0.055),
     "frozen": ((0.97, 0.99, 1.0), 16, 0.07),
 }
-"""The states in which specks are on a thing: their colour, their number, and how large they are beside it."""
+"""States that put specks on an object: colour, number, and size relative to the object."""
 
 _GOLDEN = math.pi * (3 - math.sqrt(5))
 
 
 def painted(colour: Vector, states: Collection[str]) -> Vector:
-    """The colour of a part of a thing in some states."""
+    """Return the colour of a part, changed by the states of its object."""
     for state, towards, share in _TINTS:
         if state in states:
             red, green, blue = ((1 - share) * a + share * b for a, b in zip(colour, towards, strict=True))
@@ -39,7 +39,7 @@ def painted(colour: Vector, states: Collection[str]) -> Vector:
 
 
 def specks(body: Body) -> Iterator[Part]:
-    """The specks on a thing in some states: dust, stains, drops and frost; and a light where it is on."""
+    """Yield the specks that states add to a body: dust, stains, drops and frost; and a light for `on`."""
     if not any(part.when == "on" for part in body.parts):
         yield _light(body)
     whole = [part for part in body.parts if part.is_solid and not part.when] or list(body.parts)
@@ -52,7 +52,6 @@ def specks(body: Body) -> Iterator[Part]:
 
 
 def _light(body: Body) -> Part:
-    """A green light at the top of the front."""
     width, depth, height = body.size
     at, radius = np.array([0.35 * width, -depth / 2, 0.4 * height]), max(0.004, 0.04 * min(body.size))
     box = np.array([at - radius, at + radius])
@@ -60,13 +59,13 @@ def _light(body: Body) -> Part:
 
 
 def _size(box: Box) -> float:
-    """About how much of a part is seen."""
+    """Return about the visible area of a part in square metres."""
     x, y, z = (box[1] - box[0]) / 2
     return float(x * y + y * z + z * x)
 
 
 def _on(part: Part, state: str, colour: Vector, number: int, size: float) -> Iterator[Part]:
-    """Specks on the upper side and the front of a part, spread evenly."""
+    """Yield evenly spread specks on the top and the front of a part."""
     half = (part.box[1] - part.box[0]) / 2
     radius = min(0.05, max(0.0025, size * math.sqrt(_size(part.box) * 2)))
     flat = np.array([radius, radius, radius * (1.1 if state == "frozen" else 0.35)])
@@ -77,14 +76,14 @@ def _on(part: Part, state: str, colour: Vector, number: int, size: float) -> Ite
 
 
 def _on_box(half: Array, index: int) -> Array:
-    """A place on the top of a box, or every third on its front."""
+    """Return a point on the top of a box; every third point is on the front."""
     first = ((index * 0.754877) % 1 * 2 - 1) * 0.9
     second = ((index * 0.569840) % 1 * 2 - 1) * 0.9
     return half * ((first, -1.0, second) if index % 3 == 2 else (first, second, 1.0))
 
 
 def _on_ball(half: Array, index: int, number: int) -> Array:
-    """A place on the upper three quarters of an ellipsoid."""
+    """Return a point on the upper three quarters of an ellipsoid."""
     height = 1 - 1.4 * (index + 0.5) / number
     level = math.sqrt(max(0.0, 1 - height * height))
     return half * (level * math.cos(index * _GOLDEN), level * math.sin(index * _GOLDEN), height)

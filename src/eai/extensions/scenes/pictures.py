@@ -1,4 +1,4 @@
-"""Pictures of scenes with bodies as files: photographs, with numbered boxes if asked for, and moving ones."""
+"""Render scenes with bodies as PNG pictures and as animated GIFs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eai.tasks.task import Task
 from eai.world.state import State
 
 _LEAST = 12
-"""How many pixels of a thing must be seen for a box around it, or to point at it."""
+"""Minimum number of visible pixels of an object that gets a numbered box or a location."""
 
 _INK, _PAPER = (20, 20, 20), (255, 235, 60)
 
@@ -23,13 +23,17 @@ _INK, _PAPER = (20, 20, 20), (255, 235, 60)
 def photographs(
     task: Task, views: Collection[View], *, numbered: bool = False, state: State | None = None
 ) -> list[bytes]:
-    """Pictures of a state of a task, the initial one if None is given, as PNG, one a view.
+    """Return one PNG picture for each view of a state of a task.
 
-    With numbered boxes if asked for: the number of a thing is its index.
+    Args:
+        task: the task.
+        views: the viewpoints.
+        numbered: whether each object gets a box with its index.
+        state: the state to show; the initial state if None.
 
     Raises:
-        InputError: its things find no places, or have no bodies.
-        EaiError: nothing can be drawn; says what to install.
+        InputError: an object does not fit into its room or container, or has no body.
+        EaiError: the renderer cannot start. The message says what to install.
     """
     with Camera(BodyScene(task)) as camera:
         if state is not None and state != task.initial:
@@ -42,11 +46,11 @@ def photographs(
 
 
 def film(task: Task, states: Iterable[State]) -> bytes:
-    """The states of an episode as a moving picture (GIF), half as high and wide as other pictures.
+    """Return the states of an episode as an animated GIF, at half the width and height of pictures.
 
     Raises:
-        InputError: its things find no places, or have no bodies.
-        EaiError: nothing can be drawn; says what to install.
+        InputError: an object does not fit into its room or container, or has no body.
+        EaiError: the renderer cannot start. The message says what to install.
     """
     drawn = []
     scene = BodyScene(task)
@@ -58,15 +62,15 @@ def film(task: Task, states: Iterable[State]) -> bytes:
 
 
 def places(task: Task, views: Sequence[View]) -> dict[int, tuple[int, int, int]]:
-    """A pixel of each thing that is seen in pictures of the initial state of a task.
+    """Return a pixel of each object that is visible in pictures of the initial state of a task.
 
-    It is in the first picture that shows the thing, and the one nearest to its middle there.
+    The pixel is in the first picture that shows the object, next to the middle of its visible pixels.
 
     Returns:
-        the number of the picture, from 1 on, the column and the row, by the index of the thing.
+        by index of the object: the number of the picture, from 1 on, the column and the row.
 
     Raises:
-        InputError, EaiError: as of `photographs`.
+        InputError, EaiError: see `photographs`.
     """
     found: dict[int, tuple[int, int, int]] = {}
     with Camera(BodyScene(task)) as camera:
@@ -78,7 +82,7 @@ def places(task: Task, views: Sequence[View]) -> dict[int, tuple[int, int, int]]
 
 
 def _seen(objects: Any) -> Iterator[tuple[int, Any, Any]]:
-    """Each thing that is seen, with the rows and columns of its pixels."""
+    """Yield each object with enough visible pixels, and the rows and columns of these pixels."""
     for thing in np.unique(objects[objects >= 0]).tolist():
         rows, columns = np.nonzero(objects == thing)
         if len(rows) >= _LEAST:
@@ -86,7 +90,7 @@ def _seen(objects: Any) -> Iterator[tuple[int, Any, Any]]:
 
 
 def _number(image: Image.Image, objects: Any) -> None:
-    """Draw a box around each thing that is seen, with its number."""
+    """Draw a box with the index of the object around each visible object."""
     draw = ImageDraw.Draw(image)
     for thing, rows, columns in _seen(objects):
         left, top = int(columns.min()), int(rows.min())

@@ -1,6 +1,7 @@
-"""Placing: poses for bodies in rooms so that each has what is said of where it is, drawn from a seed.
+"""Find free poses for bodies: on, in, under or next to other bodies, or on the floor of a room.
 
-Nothing is simulated here: bodies stand upright or lie on a side, turned by quarters, as boxes along the axes.
+Poses are drawn at random, from a seed. This module simulates no physics: bodies are axis-aligned boxes,
+upright or on a side, rotated by quarter turns.
 """
 
 from __future__ import annotations
@@ -18,28 +19,28 @@ from eai.extensions.scenes.body import Array, Box, Vector
 from eai.extensions.scenes.told import Told
 
 _GAP = 0.004
-"""The air below a thing that is placed, in metres: settling lets it down."""
+"""Gap under a newly placed object in metres. It closes when the scene settles."""
 
 _TRIES = 80
-"""How many places are drawn before things are packed from the corners."""
+"""Number of random poses that are tried before objects are packed from the corners."""
 
 
 _Turn: TypeAlias = tuple[float, float, float, float]
-"""How a body is turned, as in a `Pose`."""
+"""Rotation of a body: a quaternion, its real part first."""
 
 _Spot: TypeAlias = tuple[Box, Array, Array]
-"""An area, and the low and the high corners of the boxes that reach into it."""
+"""An area, and the low and the high corners of all boxes that overlap it."""
 
 
 class Pose(NamedTuple):
-    """Where the middle of a body is, and how it is turned: a quaternion, its real part first."""
+    """Location of the middle of a body, and its rotation: a quaternion, its real part first."""
 
     at: Vector
     turn: _Turn = (1.0, 0.0, 0.0, 0.0)
 
     @property
     def axes(self) -> Array:
-        """The rotation as a matrix: local axes in its columns."""
+        """The rotation as a matrix. Its columns are the local axes."""
         w, x, y, z = self.turn
         return np.array(
             [
@@ -50,7 +51,7 @@ class Pose(NamedTuple):
         )
 
     def box(self, local: Box, turn: float = 0.0) -> Box:
-        """The box in the world around a local box, which is turned about its own upright axis."""
+        """Return the box in the world around a local box that is rotated about its own upright axis."""
         axes = self.axes
         cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
         x, y, z = (local[1] - local[0]) / 2
@@ -60,27 +61,27 @@ class Pose(NamedTuple):
 
 
 def turned(quarters: int) -> _Turn:
-    """The turn by so many quarters to the left, seen from above."""
+    """Return the rotation by a number of quarter turns to the left, seen from above."""
     return (math.cos(quarters * math.pi / 4), 0.0, 0.0, math.sin(quarters * math.pi / 4))
 
 
 FLAT = tuple(turned(quarters) for quarters in range(4))
 _R = math.sqrt(0.5)
 UPRIGHT = ((_R, _R, 0.0, 0.0), (_R, 0.0, _R, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, 0.5, -0.5, 0.5))
-"""Turns of things that stand on a side, as a book does between others."""
+"""Rotations of objects that stand on a side, as a book on a shelf does."""
 
 
 class Placing:
-    """Bodies with their poses, and room for more.
+    """Finds free poses for bodies, and remembers the bodies that have been put.
 
     Args:
-        told: the bodies, and the states in which they are, such as open: which of their parts are there.
-        names: what things are called.
-        seed: of all that is drawn.
+        told: the bodies and their states. A state such as `open` decides which parts of a body exist.
+        names: names of objects, for messages.
+        seed: seed of random poses.
 
     Attributes:
-        poses: where things are that have been put.
-        furniture: those of them that do not move.
+        poses: the pose of each object that has been put.
+        furniture: the objects that do not move.
     """
 
     def __init__(self, told: Told, names: Sequence[str], seed: str) -> None:
@@ -92,7 +93,7 @@ class Placing:
         self._owner = np.zeros(0, dtype=int)
 
     def put(self, thing: int, pose: Pose) -> None:
-        """Put a thing into a pose; it stays there."""
+        """Put an object into a pose, where it stays."""
         self.poses[thing] = pose
         solid = [
             part for part in self.bodies[thing].parts if part.is_solid and self.is_there(thing, part.when)
@@ -103,14 +104,14 @@ class Placing:
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
     def is_there(self, thing: int, when: str) -> bool:
-        """Whether a part is there that is so in some state only."""
+        """Whether a part that depends on a state exists now; ``when`` is the state, or empty for always."""
         return not when or when in self.states[thing]
 
     def on(self, thing: int, support: int, near: int | None = None) -> Pose:
-        """A free place on a thing, next to another thing if one is given.
+        """Return a free pose on a support, and next to a third object if one is given.
 
         Raises:
-            InputError: there is none.
+            InputError: the support has no free space.
         """
         body = self.bodies[support]
         x, y, z = (size / 2 for size in body.size)
@@ -121,7 +122,7 @@ class Placing:
         return self._place(thing, areas, FLAT, f"on {self.names[support]}")
 
     def _roomy(self, thing: int, area: Box) -> Box:
-        """An area, widened where a thing is a little larger than it and juts out."""
+        """Widen an area by at most 40 % if an object is larger, so that the object juts out."""
         size, sides = np.sort(self.bodies[thing].size[:2]), np.ptp(area, 0)[:2]
         lacking = size[np.argsort(np.argsort(sides))] + 2.5 * _GAP - sides
         juts = np.append(np.where((lacking > 0) & (lacking < 0.4 * sides), lacking / 2, 0.0), 0.0)
@@ -129,10 +130,10 @@ class Placing:
         return wider
 
     def inside(self, thing: int, container: int) -> Pose:
-        """A free place in a thing, where need be on top of what lies there.
+        """Return a free pose inside a container, on top of its contents if necessary.
 
         Raises:
-            InputError: there is none.
+            InputError: the container has no free space.
         """
         body, pose = self.bodies[container], self.poses[container]
         areas = [pose.box(space) for space in body.spaces]
@@ -146,25 +147,25 @@ class Placing:
             return self._place(thing, raised, (*FLAT, *UPRIGHT), where, container)
 
     def below(self, thing: int, roof: int, room: Box) -> Pose:
-        """A free place under a thing, in a room.
+        """Return a free pose under an object, in a room.
 
         Raises:
-            InputError: there is none.
+            InputError: the space under the object is not free.
         """
         areas = [_common(self.poses[roof].box(space), room) for space in self.bodies[roof].below]
         return self._place(thing, areas, FLAT, f"under {self.names[roof]}")
 
     def beside(self, thing: int, other: int, room: Box) -> Pose:
-        """A free place on the floor next to a thing.
+        """Return a free pose on the floor of a room, next to an object.
 
         Raises:
-            InputError: there is none.
+            InputError: the floor around the object has no free space.
         """
         within = [_common(strip, room) for strip in self._strips(thing, other)]
         return self._place(thing, within, FLAT, f"next to {self.names[other]}")
 
     def _strips(self, thing: int, other: int) -> list[Box]:
-        """The strips along the four sides of a thing in which another one is next to it."""
+        """Return four strips, one along each side of the other object, in which the object is next to it."""
         (x0, y0, _), (x1, y1, _) = self.around(other)
         narrow, wide = sorted(self.bodies[thing].size[:2])
         reach, more = narrow + 0.03, 0.4 * wide
@@ -173,35 +174,35 @@ class Placing:
         return [np.array([[left, front, 0], [right, back, 3]]) for left, front, right, back in sides]
 
     def on_floor(self, thing: int, room: Box) -> Pose:
-        """A free place on the floor of a room.
+        """Return a free pose on the floor of a room.
 
         Raises:
-            InputError: there is none.
+            InputError: the floor has no free space.
         """
         middle = room + np.array([[0.2, 0.7, 0.0], [-0.2, -0.3, 0.0]])
         return self._place(thing, [middle, room], FLAT, "on the floor")
 
     def around(self, thing: int) -> Box:
-        """The box around the solid parts of a thing that is there."""
+        """Return the box around the solid parts of an object that has been put."""
         own = self._owner == thing
         return np.array([self._low[own].min(0), self._high[own].max(0)])
 
     def _place(
         self, thing: int, areas: Sequence[Box], turns: Sequence[_Turn], where: str, within: int | None = None
     ) -> Pose:
-        """A free pose in one of some areas; with a container, on top of what is in it."""
+        """Return a free pose in one of the areas. If a container is given, it is on top of the contents."""
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
         spots = [_spot(area, self._low[others], self._high[others]) for area in areas]
         found = self._drawn(size, spots, turns, within) or _packed(size, spots, turns)
         if found is None:
-            raise InputError(f"{self.names[thing]} finds no place {where}")
+            raise InputError(f"no free space for {self.names[thing]} {where}")
         return found
 
     def _drawn(
         self, size: Array, spots: Sequence[_Spot], turns: Sequence[_Turn], within: int | None
     ) -> Pose | None:
-        """The first of some poses drawn at random that is free."""
+        """Return the first free pose of `_TRIES` random poses, or None."""
         draw = self._random
         for number in range(_TRIES):
             which = 0 if number < _TRIES // 3 else draw.randrange(len(spots)) if spots else 0
@@ -225,7 +226,7 @@ class Placing:
 
 
 def _packed(size: Array, spots: Sequence[_Spot], turns: Sequence[_Turn]) -> Pose | None:
-    """A free pose against the sides of an area or of what is in it."""
+    """Return a free pose that touches a side of the area or of a box in it, or None."""
     for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).axes) @ size
         z = area[0, 2] + half[2] + _GAP
@@ -238,38 +239,38 @@ def _packed(size: Array, spots: Sequence[_Spot], turns: Sequence[_Turn]) -> Pose
 
 
 def _stops(area: Box, low: Array, high: Array, half: Array, axis: int) -> Iterator[float]:
-    """Where along an axis a thing touches a side of the area or of another thing."""
+    """Return the coordinates along an axis at which a box touches a side of the area or of another box."""
     first, last = area[0, axis] + half[axis] + _GAP, area[1, axis] - half[axis] - _GAP
     edges = [first, last, *(high[:, axis] + half[axis] + _GAP), *(low[:, axis] - half[axis] - _GAP)]
     return (edge for edge in sorted(edges) if first <= edge <= last)
 
 
 def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
-    """Whether a box overlaps none of others."""
+    """Whether a box overlaps no other box."""
     middle = np.array(at)
     overlaps = (low < middle + half + 0.001) & (high > middle - half - 0.001)
     return not overlaps.all(1).any()
 
 
 def _crossing(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
-    """Which boxes are above or below a rectangle."""
+    """Return a mask of the boxes that are above or below a rectangle."""
     middle = np.array(at)
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 
 
 def _spot(area: Box, low: Array, high: Array) -> _Spot:
-    """An area, with those of some boxes that reach into it, or near it."""
+    """Return an area with the boxes that overlap it or are within 1 cm of it."""
     near = ((low < area[1] + 0.01) & (high > area[0] - 0.01)).all(1)
     return area, low[near], high[near]
 
 
 def _common(first: Box, second: Box) -> Box:
-    """The box that two boxes have in common."""
+    """Return the intersection of two boxes."""
     return np.array([np.maximum(first[0], second[0]), np.minimum(first[1], second[1])])
 
 
 def _raised(area: Box, height: float) -> Box:
-    """An area with so much height."""
+    """Return an area with another height, in metres."""
     raised: Box = area.copy()
     raised[1, 2] = raised[0, 2] + height
     return raised

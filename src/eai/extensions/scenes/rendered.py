@@ -1,4 +1,4 @@
-"""Functions of scenes with bodies, which need an extra: an error in one line names a missing extra."""
+"""Render scenes with bodies. If the extra `physics` is missing, an error of one line names it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from eai.extensions.scenes.camera import Camera, View
 
 VIEWS: tuple[View, ...] = ("head", "near", "top")
-"""From where scenes are seen: the robot's head, near the place of work, and from above."""
+"""All viewpoints: the robot's head, near the objects of the task, and above the rooms."""
 
 
 _installed = partial(require_extra, "physics", "scenes with bodies need")
@@ -28,13 +28,17 @@ _installed = partial(require_extra, "physics", "scenes with bodies need")
 def photographs_of(
     task: Task, views: Sequence[View] = VIEWS, *, numbered: bool = False, state: State | None = None
 ) -> tuple[Image, ...]:
-    """Pictures of a state of a task, one a view, with numbered boxes around things if asked for.
+    """Return one picture for each view of a state of a task.
 
-    It is the initial state if None is given.
+    Args:
+        task: the task.
+        views: the viewpoints.
+        numbered: whether each object gets a box with its index.
+        state: the state to show; the initial state if None.
 
     Raises:
-        InputError: its things find no places, or have no bodies; says which.
-        EaiError: what draws them is not installed.
+        InputError: an object does not fit into its room or container, or has no body. The message names it.
+        EaiError: the extra `physics` is not installed.
     """
     with _installed():
         from eai.extensions.scenes.pictures import photographs
@@ -43,11 +47,11 @@ def photographs_of(
 
 
 def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[str, tuple[Image, ...]]:
-    """Pictures of the initial state of each task whose scene can be built (`photographs_of`).
+    """Return pictures of the initial state of each task whose scene can be built (`photographs_of`).
 
     Raises:
-        InputError: none can; says why the first cannot.
-        EaiError: what draws them is not installed.
+        InputError: no scene can be built. The message is that of the first task.
+        EaiError: the extra `physics` is not installed.
     """
     found: dict[str, tuple[Image, ...]] = {}
     refused: list[InputError] = []
@@ -62,10 +66,10 @@ def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[s
 
 
 def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
-    """The picture, column and row at which each thing is that pictures of a task show.
+    """Return the number of the picture, the column and the row of each object that pictures of a task show.
 
     Raises:
-        InputError, EaiError: as of `photographs_of`.
+        InputError, EaiError: see `photographs_of`.
     """
     with _installed():
         from eai.extensions.scenes.pictures import places
@@ -74,10 +78,10 @@ def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
 
 
 def film_of(task: Task, states: Sequence[State]) -> bytes:
-    """The states of an episode as a moving picture, GIF.
+    """Return the states of an episode as an animated GIF.
 
     Raises:
-        InputError, EaiError: as of `photographs_of`.
+        InputError, EaiError: see `photographs_of`.
     """
     with _installed():
         from eai.extensions.scenes.pictures import film
@@ -99,10 +103,10 @@ def film_of_answer(record: Record, suite: Suite) -> bytes:
 
 
 def camera_of(task: Task) -> Camera:
-    """A camera in the scene of a task, whose `BodyScene.show` shows later states; to be closed.
+    """Return a camera in the scene of a task. `BodyScene.show` shows later states. Close it after use.
 
     Raises:
-        InputError, EaiError: as of `photographs_of`.
+        InputError, EaiError: see `photographs_of`.
     """
     with _installed():
         from eai.extensions.scenes.camera import Camera

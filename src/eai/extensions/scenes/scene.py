@@ -1,7 +1,7 @@
-"""Scenes with bodies: a task's initial state arranged, settled by MuJoCo, and seen to hold by geometry.
+"""Build the scene of a task in MuJoCo: arrange the bodies, let them settle, check all relations.
 
-Sizes are ours (`kinds.txt`), so a scene decides no verdict. Only this module and `camera` load MuJoCo, for
-which arranged bodies, rooms and light are a text.
+The sizes of objects are ours (`kinds.txt`), so a scene decides no verdict. Only this module and `camera` load
+MuJoCo, which reads bodies, rooms and lamps as XML text.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _TYPES = {"box": "box", "ball": "ellipsoid", "post": "cylinder", "pipe": "cylind
 _TURNS = {"pipe": (0.70710678, 0.70710678, 0.0, 0.0), "bar": (0.70710678, 0.0, 0.70710678, 0.0)}
 _AXES = {"post": 2, "pipe": 1, "bar": 0}
 _FIXED, _LOOSE = ("1", "2"), ("2", "3")
-"""The masks of contacts: furniture meets loose things alone, these meet everything."""
+"""Contact masks: furniture collides only with loose objects, loose objects collide with everything."""
 
 _FLOORS = {
     "tiles": ("kitchen", "bath", "utility"),
@@ -50,20 +50,20 @@ _WALLS = {
 
 
 def model_text(placing: Placing, told: Told, rooms: Mapping[int, Box], away: Vector) -> str:
-    """The model of arranged bodies.
+    """Return the MuJoCo model of arranged bodies as XML.
 
     Args:
-        placing: the bodies that are there, with their poses.
-        told: what a state tells of them. Only in the fullest room there are shadows, which take most of the
-            time.
+        placing: the bodies with their poses.
+        told: the objects of the state. Only the lamp of the fullest room casts shadows, since shadows take
+            most of the rendering time.
         rooms: the box of each room.
-        away: where things are that may be there later, and those without a pose.
+        away: location of objects that may appear later, and of objects without a pose.
     """
     text = (files("eai.extensions.scenes") / "world.xml").read_text(encoding="utf-8")
     root = Xml.fromstring(text)  # noqa: S314 - our own text
     world = root.find("worldbody")
     if world is None:
-        raise ValueError("a model has a world")
+        raise ValueError("world.xml has no element worldbody")
     for floor, box in rooms.items():
         edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
@@ -80,7 +80,7 @@ def model_text(placing: Placing, told: Told, rooms: Mapping[int, Box], away: Vec
 def _body(
     thing: int, body: Body, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
 ) -> Xml.Element:
-    """A thing; what is furniture or not there does not move."""
+    """Return the element of an object. Furniture and absent objects do not move."""
     element = Xml.Element("body", name=f"b{thing}", pos=_said(pose.at), quat=_said(pose.turn))
     if not is_fixed and is_there:
         Xml.SubElement(element, "freejoint")
@@ -92,7 +92,6 @@ def _body(
 
 
 def _geom(part: Part, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.Element:
-    """A part."""
     geom = Xml.Element("geom", type=_TYPES[part.form], pos=_said(part.box.mean(0).tolist()), rgba=_said(rgba))
     geom.set("contype", meets[0])
     geom.set("conaffinity", meets[1])
@@ -112,7 +111,7 @@ def _geom(part: Part, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.El
 
 
 def _room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
-    """The floor and walls of a room; none in front, and left and right where they are wanted."""
+    """Yield the floor and the walls of a room: the back wall, and left and right as ``walls`` asks."""
     (x0, y0, _), (x1, y1, _) = box
     look = next((look for look, words in _FLOORS.items() if any(word in name for word in words)), "wood")
     yield _slab((x0, x1, y0, y1, -0.1, 0.0), material=look)
@@ -128,7 +127,6 @@ def _room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
 
 
 def _lamp(box: Box, *, shadows: bool) -> Xml.Element:
-    """The lamp of a room."""
     x, y, _ = box.mean(0)
     lamp = Xml.Element(
         "light", pos=_said([x, y - 0.5, 2.9]), dir="0.05 0.15 -1", diffuse="0.4 0.4 0.38", cutoff="85"
@@ -139,7 +137,7 @@ def _lamp(box: Box, *, shadows: bool) -> Xml.Element:
 
 
 def _slab(sides: tuple[float, ...], **more: str) -> Xml.Element:
-    """A fixed box between six planes."""
+    """Return a fixed box between six planes."""
     pairs = list(zip(sides[::2], sides[1::2], strict=True))
     size, middle = [(high - low) / 2 for low, high in pairs], [(low + high) / 2 for low, high in pairs]
     slab = Xml.Element("geom", type="box", size=_said(size), pos=_said(middle))
@@ -152,20 +150,20 @@ def _said(numbers: tuple[float, ...] | list[float]) -> str:
 
 
 ATTEMPTS = 8
-"""How often a scene is arranged anew where something falls or finds no place, at most."""
+"""Maximum number of attempts to arrange a scene if an object falls or does not fit."""
 
 _STEPS, _CHUNK = 240, 8
-"""How many steps of 4 ms a scene has to come to rest, and after how many its motion is damped."""
+"""Maximum number of steps of 4 ms until a scene rests, and number of steps between dampings."""
 
 _STILL = 0.03
-"""The speed below which everything is at rest, in m/s and radians/s."""
+"""Speed below which a scene is at rest, in m/s and radians/s."""
 
 _PARKED = (0.0, 0.0, -30.0)
-"""Where things are that are not there."""
+"""Location of absent objects, below all rooms."""
 
 
 def _load_mujoco() -> Any:
-    """Return the library, which draws through EGL where there is one and nobody says otherwise."""
+    """Import MuJoCo. On Linux it renders through EGL if EGL is installed and MUJOCO_GL is not set."""
     if sys.platform == "linux" and "MUJOCO_GL" not in os.environ:
         os.environ["MUJOCO_GL"] = "egl" if find_library("EGL") else "disabled"
     import mujoco
@@ -174,24 +172,24 @@ def _load_mujoco() -> Any:
 
 
 class BodyScene:
-    """The scene of a task with bodies: all initial relations of its things hold by geometry.
+    """The three-dimensional scene of a task, in which all initial relations of objects hold by geometry.
 
     Args:
         task: the task.
 
     Attributes:
         task: the task.
-        told: everything that is told of the state shown, the initial one at first.
+        told: the objects of the state shown: of the initial state at first.
         rooms: the box of each room, by the index of its floor.
-        attempts: how often it was arranged.
-        mujoco: the library.
-        model: the model of MuJoCo.
-        data: its state.
-        bodies: the body of each thing in the model.
-        geoms: the geoms of each thing, one a part.
+        attempts: number of attempts to arrange the scene.
+        mujoco: the MuJoCo module.
+        model: the MuJoCo model.
+        data: the state of the model.
+        bodies: the MuJoCo body of each object.
+        geoms: the MuJoCo geoms of each object, one for each part.
 
     Raises:
-        InputError: it cannot be arranged; says why.
+        InputError: the scene cannot be arranged. The message says why.
         ImportError: MuJoCo is not installed.
     """
 
@@ -212,10 +210,10 @@ class BodyScene:
         raise InputError(f"{task.id}: {problem}") from problem
 
     def _settle(self, seed: str) -> None:
-        """Arrange everything, let it settle, and see whether it is where it should be.
+        """Arrange all objects, let them settle, and check their relations.
 
         Raises:
-            InputError: it is not, or found no place.
+            InputError: an object does not fit, or a relation does not hold.
         """
         placing, self.rooms = arranged(self.told, self._names, seed)
         self._make(placing)
@@ -223,10 +221,9 @@ class BodyScene:
         lost = self.lost()
         if lost:
             first, relation, second = lost[0]
-            raise InputError(f"{self._names[first]} does not keep {relation} {self._names[second]}")
+            raise InputError(f"{self._names[first]} fell: it is no longer {relation} {self._names[second]}")
 
     def _make(self, placing: Placing) -> None:
-        """Make the model."""
         text = model_text(placing, self.told, self.rooms, _PARKED)
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
@@ -237,7 +234,7 @@ class BodyScene:
         self.mujoco.mj_forward(self.model, self.data)
 
     def _rest(self) -> None:
-        """Let things come to rest, their motion damped so that nothing rolls away."""
+        """Simulate until all objects rest. Their motion is damped so that nothing rolls away."""
         mj, model, data = self.mujoco, self.model, self.data
         for step in range(0, _STEPS, _CHUNK):
             mj.mj_step(model, data, _CHUNK)
@@ -248,12 +245,13 @@ class BodyScene:
         mj.mj_forward(model, data)
 
     def show(self, state: State) -> None:
-        """Show another state of the task: what is said to be where it was stays, all else is put anew.
+        """Show another state of the task. Objects whose location did not change keep their pose.
 
-        Nothing falls. What finds no place is shown in the middle of where it should be.
+        This simulates nothing, so nothing falls. An object that does not fit overlaps others in the middle of
+        its room, support or container.
 
         Raises:
-            InputError: a thing has no body.
+            InputError: an object has no body.
         """
         before, told = self.told, told_of(state)
         placing = Placing(told, self._names, f"{self.task.id} {hash(state)}")
@@ -269,7 +267,7 @@ class BodyScene:
         self.mujoco.mj_forward(self.model, self.data)
 
     def _kept(self, before: Told, told: Told) -> list[int]:
-        """The things that are where they were, those that carry others first."""
+        """Return the objects whose location did not change, supports before their contents."""
         kept: list[int] = []
         moved = {*before.hands.values(), *told.hands.values()}
         for thing in sorted(told.bodies, key=told.depth):
@@ -286,7 +284,7 @@ class BodyScene:
         return Pose((x, y, z), (a, b, c, d))
 
     def _paint(self, thing: int, placing: Placing) -> None:
-        """Show the parts of a thing that are there in its states, in their colours."""
+        """Show the parts of an object that exist in its states, in the colours of these states."""
         body = self._bodies[thing]
         states = placing.states.get(thing, frozenset())
         for geom, part in zip(self.geoms[thing], (*body.parts, *specks(body)), strict=True):
@@ -295,13 +293,13 @@ class BodyScene:
             self.model.geom_contype[geom] = int(seen and part.is_solid)
 
     def front(self, thing: int) -> Array:
-        """The way to the front of a thing, level: three numbers."""
+        """Return the horizontal direction in which the front of an object points: three numbers."""
         axes = self.data.xmat[self.bodies[thing]].reshape(3, 3)
         way: Array = -axes[:, 1] if abs(axes[2, 1]) < 0.5 else np.array([0.0, -1.0, 0.0])
         return way
 
     def move(self, thing: int, pose: Pose) -> None:
-        """Put a thing somewhere; nothing gives way."""
+        """Put an object into a pose. It may overlap other objects."""
         body = self.bodies[thing]
         if self.model.body_dofnum[body]:
             start = self.model.jnt_qposadr[self.model.body_jntadr[body]]
@@ -311,7 +309,7 @@ class BodyScene:
         self.mujoco.mj_kinematics(self.model, self.data)
 
     def lost(self) -> list[tuple[int, str, int]]:
-        """The relations that are told and do not hold by geometry."""
+        """Return the relations of the state that do not hold by geometry."""
         told = self.told
         tests = {
             INSIDE: geometry.inside,

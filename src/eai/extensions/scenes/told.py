@@ -1,4 +1,4 @@
-"""Everything that a state tells of where things are and how they look, in worlds with these predicates."""
+"""Read locations and visible states of objects from a state of a world that has the predicates below."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from eai.world.relation import bits
 from eai.world.state import State, WorldObject
 
 INSIDE, ON, UNDER, BESIDE = "lies_in", "lies_on", "stands_under", "stands_by"
-"""The stored relations that say where things are among each other."""
+"""Stored relations between the locations of two objects."""
 
 _AMONG = (INSIDE, ON, UNDER, BESIDE)
 
 ON_FLOOR = ("stands_on", "by_floor")
-"""Those that say on which floor, or on that of which room, of which a world has one."""
+"""Stored relations between an object and the floor of its room. A world has one of them."""
 
 SUPPORTS = (INSIDE, ON)
-"""Those by which one thing carries another."""
+"""Stored relations by which the second object carries the first."""
 
 _FLOORS = "floor"
 _WORDS = ("open", "dusty", "stained", "soaked", "frozen", "cooked", "burnt")
 _STATES = {"is_toggled_on": "on", **{f"is_{word}": word for word in _WORDS}}
-"""The states of one thing that can be seen, by stored predicate."""
+"""Visible state of an object for each stored predicate."""
 
 _HANDS = ("in_left_hand", "in_right_hand")
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """Where things are and how they look by a state.
+    """Locations and visible states of objects in one state.
 
     Attributes:
-        bodies: the body of each thing that is there, by index.
-        absent: the bodies of those that are not, such as halves of what is whole.
+        bodies: the body of each present object, by index.
+        absent: the body of each absent object, such as a half of an uncut object.
         floors: the floors of rooms.
-        relations: the pairs of each relation among things, of those that are there.
-        floor_of: the floor of what nothing carries, where it is known.
-        states: what can be seen of each thing.
-        hands: the things in the left and the right hand.
+        relations: the pairs of present objects in each relation.
+        floor_of: the floor of each object that nothing carries, if the state says it.
+        states: the visible states of each object.
+        hands: the objects in the left hand (0) and the right hand (1).
     """
 
     bodies: Mapping[int, Body]
@@ -53,7 +53,7 @@ class Told:
     hands: Mapping[int, int] = field(default_factory=dict)
 
     def carrier(self, thing: int) -> tuple[str, int] | None:
-        """The relation to the thing that carries one, and that thing."""
+        """Return the object that carries an object, after the relation to it; None if nothing does."""
         for relation in SUPPORTS:
             for carried, carrier in self.relations[relation]:
                 if carried == thing:
@@ -61,16 +61,16 @@ class Told:
         return None
 
     def place(self, thing: int) -> tuple[object, ...]:
-        """Everything that is said of where a thing is."""
+        """Return all that the state says about the location of an object, for comparison."""
         return (self.carrier(thing), self.floor_of.get(thing), *sorted(self._neighbours(thing)))
 
     def _neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
-        """The things under or beside which one stands."""
+        """Yield the objects under or beside which an object stands, each after the relation."""
         for name in (UNDER, BESIDE):
             yield from ((name, second) for first, second in self.relations[name] if first == thing)
 
     def carriers(self, thing: int) -> Iterator[tuple[str, int]]:
-        """The thing that carries one (`carrier`), that which carries this, and so on."""
+        """Yield the carrier of an object (`carrier`), the carrier of that carrier, and so on."""
         for _ in self.bodies:
             found = self.carrier(thing)
             if found is None:
@@ -79,48 +79,48 @@ class Told:
             thing = found[1]
 
     def depth(self, thing: int) -> int:
-        """How many things carry one, one on the other."""
+        """Return the number of objects that carry an object, directly or not."""
         return len(list(self.carriers(thing)))
 
     def is_shut_in(self, thing: int) -> bool:
-        """Whether a thing is in something that is closed."""
+        """Whether an object is in a closed container, directly or not."""
         return any(how == INSIDE and "closed" in self.states[i] for how, i in self.carriers(thing))
 
     @property
     def visible(self) -> list[int]:
-        """The things that no hand holds and that are in nothing that is closed."""
+        """The objects that no hand holds and no closed container contains."""
         return [i for i in self.bodies if not self.is_held(i) and not self.is_shut_in(i)]
 
     def room_of(self, thing: int) -> int:
-        """The floor of the room in which a thing is."""
+        """Return the floor of the room of an object."""
         root = self.root(thing)
         near = [root, *(other for _, other in self._neighbours(root))]
         return next((self.floor_of[each] for each in near if each in self.floor_of), self.floors[0])
 
     @property
     def fullest(self) -> int:
-        """The floor of the room in which most things are."""
+        """The floor of the room with most objects."""
         many = Counter(map(self.room_of, self.bodies))
         return max(self.floors, key=lambda floor: (many[floor], -floor))
 
     def is_held(self, thing: int) -> bool:
-        """Whether a hand holds a thing, or what carries it: such contents are not shown."""
+        """Whether a hand holds an object or its carrier. Contents of held objects are not shown."""
         return self.root(thing) in self.hands.values()
 
     def root(self, thing: int) -> int:
-        """The thing at the bottom of a pile."""
+        """Return the object at the bottom of the pile on which an object lies."""
         return [thing, *(carrier for _, carrier in self.carriers(thing))][-1]
 
 
 def told_of(state: State) -> Told:
-    """Return what a state tells.
+    """Read locations and visible states of all objects from a state.
 
     Raises:
-        InputError: the world does not say what lies where, or a thing has no body.
+        InputError: the world has no predicates for locations, or an object has no body.
     """
     vocabulary, scene = state.scene.vocabulary, state.scene
     if not {*SUPPORTS, _FLOORS} <= {each.name for each in vocabulary.predicates}:
-        raise InputError(f"no bodies: the world does not say what {INSIDE} and {ON} what")
+        raise InputError(f"cannot build a scene: this world lacks the predicates {INSIDE}, {ON} or floor")
     floors = tuple(bits(state.mask(_FLOORS)))
     shapeless = {*floors, scene.agent, *_those(state, "substance"), *_those(state, "recipe")}
     things = {i: thing for i, thing in enumerate(scene.objects) if i not in shapeless}
@@ -136,31 +136,31 @@ def told_of(state: State) -> Told:
 
 
 def _body(thing: WorldObject) -> Body:
-    """The body of a thing.
+    """Return the body of an object.
 
     Raises:
-        InputError: there is none for its kind.
+        InputError: no body is known for the kind of the object.
     """
     kind = kind_of(thing.name, thing.category)
     body = body_of(kind)
     if body is None:
-        raise InputError(f"{thing.name}: there is no body for things of the kind {kind}")
+        raise InputError(f"{thing.name}: kinds.txt has no body for the kind {kind}")
     return body
 
 
 def _pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
-    """The pairs of a relation that the world may not have, about things that are there."""
+    """Return the pairs of a relation whose first object is present; none if the world lacks the relation."""
     known = name in state.scene.vocabulary.binary_slots
     return tuple([pair for pair in state.relation(name).pairs() if pair[0] in bodies]) if known else ()
 
 
 def _those(state: State, name: str) -> tuple[int, ...]:
-    """The things with a predicate that the world may not have."""
+    """Return the objects that have a property; none if the world lacks the property."""
     return tuple(bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
 
 
 def _is_absent(state: State, index: int) -> bool:
-    """Whether a thing is not there: half of what is whole, cut in halves, or yet to be made."""
+    """Whether an object is absent: a half of an uncut object, an object cut in halves, or not yet made."""
     if "present" in state.scene.vocabulary.unary_slots and index not in _those(state, "present"):
         held = index in _those(state, "held")
         return not held and not any(state.relation(name).row(index) for name in (INSIDE, ON))
@@ -172,7 +172,7 @@ def _is_absent(state: State, index: int) -> bool:
 
 
 def _states(state: State, index: int, body: Body) -> frozenset[str]:
-    """The visible states of a thing; what cannot be opened is closed only if it has a door."""
+    """Return the visible states of an object; `closed` only if it can be opened or its body has a door."""
     found = {word for name, word in _STATES.items() if index in _those(state, name)}
     if "open" not in found and (index in _those(state, "openable") or not body.slack):
         found.add("closed")
