@@ -1,4 +1,4 @@
-"""The protocol `eai-1.0.5`: verdicts of the paper's reference package, release 1.0.5, defect by defect.
+"""The protocol `eai-1.0.5`: the verdicts of release 1.0.5 of the paper's package, including its defects.
 
 Entry point: `eai-1.0.5` (a protocol).
 Extra: none.

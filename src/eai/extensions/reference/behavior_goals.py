@@ -1,4 +1,4 @@
-"""Goal interpretation of BEHAVIOR as in eai-eval 1.0.5 (``evaluate_results.py``)."""
+"""Score goal interpretation of BEHAVIOR as eai-eval 1.0.5 does (``evaluate_results.py``)."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ _OBJECT = re.compile(r"{[^{}]*}")
 
 _NO_LIST = Unreadable("a section is not a list")
 _NO_CONDITION = Unreadable("a condition is empty, or not a list")
-"""Answers at which the whole run of the reference ends."""
+"""Answers that crash the whole run of the reference."""
 
 Value: TypeAlias = object
-"""An element of an answer's list: a JSON value, lists as tuples."""
+"""An element of an answer's list: a JSON value with tuples instead of lists."""
 
 
 _WELL_FORMED = (2, 3)
-"""How many parts a condition has: a predicate, and one object or two."""
+"""Allowed numbers of parts of a condition: a predicate, and one or two objects."""
 
 
 def see(condition: Value) -> tuple[Value, ...]:
-    """The parts of a condition after ``not``, the first of which is its predicate; none if it is none.
+    """Return the parts of a condition without ``not``, the predicate first; none if it is no condition.
 
-    A string is a list of letters here.
+    As in the reference, a string counts as a list of letters.
     """
     parts = _parts(condition)
     if parts[:1] == ("not",):
@@ -45,18 +45,18 @@ def see(condition: Value) -> tuple[Value, ...]:
 
 
 def _kind(predicate: Value) -> GoalKind | None:
-    """State or relation, by the predicate; None if there is no such predicate."""
+    """Return whether a predicate is a state or a relation, or None if it does not exist."""
     if predicate in STATES:
         return GoalKind.STATE
     return GoalKind.RELATION if predicate in RELATIONS else None
 
 
 def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
-    """The conditions that the reference finds in an answer.
+    """Return the conditions that the reference finds in an answer.
 
-    Its quirks: the whole answer is put in lower case, apostrophes become quotation marks, and what counts is
-    what stands between the first opening brace and the next brace; names of sections do not matter. Values of
-    an unexpected type abort the whole run.
+    Its quirks: it puts the whole answer in lower case and replaces apostrophes by quotation marks. It reads
+    only the text between the first opening brace and the next brace, and ignores the names of sections.
+    Values of an unexpected type crash the whole run.
     """
     match = _OBJECT.search(text.lower().replace("'", '"').replace("toggledon", "toggled_on"))
     if match is None:
@@ -74,12 +74,15 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
 
 
 class ByFirstOption(Scorer):
-    """The scorer of goals as the reference compares conditions with those of a task.
+    """Scores goals as the reference does: it compares the conditions of an answer with those of a task.
 
-    Its quirks: of several options that meet equally many conditions the first counts; a condition that stands
-    in two goals counts twice, and so does a wrong one stated twice; ``nextto`` has a direction; a wrong
-    condition whose predicate does not exist is neither a state nor a relation; an answer that cannot be read
-    predicts nothing.
+    Its quirks:
+
+    * if several options meet equally many conditions, the first option counts;
+    * a condition in two goals counts twice, and so does a wrong condition that is stated twice;
+    * ``nextto`` has a direction;
+    * a wrong condition whose predicate does not exist is neither a state nor a relation;
+    * an unreadable answer predicts no condition.
     """
 
     def __init__(self, task: BehaviorTask) -> None:
@@ -87,7 +90,7 @@ class ByFirstOption(Scorer):
         self._objects = frozenset(thing.instance for thing in task.record.objects)
 
     def assess(self, text: str) -> Assessment:
-        """The verdict on an answer, and which goals of the task it has, and what else it says."""
+        """Return the verdict on an answer, with an explanation that lists goals and wrong conditions."""
         conditions = read_conditions(text)
         if isinstance(conditions, Unreadable):
             verdict = replace(
@@ -121,7 +124,7 @@ class ByFirstOption(Scorer):
         )
 
     def _groups(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
-        """Return the conditions that are right, that are wrong and that are missed."""
+        """Return the matched, the wrong and the missing conditions."""
         stated = frozenset(predicted)
         wanted = [condition for option in self._chosen(stated) for condition in option]
         needed = frozenset[Value](wanted)
@@ -132,7 +135,7 @@ class ByFirstOption(Scorer):
         )
 
     def _chosen(self, stated: frozenset[Value]) -> list[tuple[Value, ...]]:
-        """Of each goal the first of the options that meet most conditions."""
+        """Return for each goal the first option with most stated conditions."""
         return [
             max(options, key=lambda option: sum([condition in stated for condition in option]))
             for options in self._goals
@@ -170,7 +173,7 @@ def _text(condition: Value) -> str:
 
 
 def _statement(condition: Value) -> Statement:
-    """The statement of a condition; one of another form is a name."""
+    """Return a condition as a statement. A condition of another form becomes a name without arguments."""
     match condition:
         case ("not", (predicate, *arguments)):
             return Statement(str(predicate), tuple(map(str, arguments)), positive=False)

@@ -1,8 +1,8 @@
-"""BEHAVIOR plans as eai-eval 1.0.5 judges them (``action_sequence_evaluator.py``).
+"""Score BEHAVIOR plans as eai-eval 1.0.5 does (``action_sequence_evaluator.py``).
 
-It evaluates what stands between the first ``[`` and the first ``]`` of the answer as a Python expression,
-keeps the dictionaries that have an action and an object, and drops everything else in silence. We evaluate
-literals and calls of ``dict`` only, and run nothing.
+The reference evaluates the text from the first ``[`` to the first ``]`` of an answer as a Python expression.
+It keeps dictionaries with an action and an object, and silently drops everything else. This module evaluates
+only literals and calls of ``dict``, and executes no other code.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 
 
 class _Notation(JsonPlans):
-    """The notation of BEHAVIOR as the reference reads it."""
+    """The notation of BEHAVIOR plans, read as the reference reads it."""
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """The plan in an answer (``parse_response``)."""
+        """Return the plan in an answer (reference: ``parse_response``)."""
         return read_plan(text)
 
 
 class BehaviorActionSequencing(ActionSequencing):
-    """The scorer of a task's plans.
+    """Scores plans for a task of BEHAVIOR as the reference does.
 
-    An answer that cannot be run leaves the world as it is, and reaches the goals that hold there. A plan that
-    fails after it has reached all goals succeeds.
+    An answer that cannot be executed leaves the initial state, and reaches the goals that hold in it. A plan
+    that fails after it has reached all goals succeeds.
     """
 
     def __init__(self, task: BehaviorTask) -> None:
@@ -51,14 +51,14 @@ class BehaviorActionSequencing(ActionSequencing):
         super().__init__(task, domain, _Notation(), behavior_goal_test(task))
 
     def assess(self, text: str) -> Assessment:
-        """The verdict, explained beside that of `strict`."""
+        """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
         return beside_strict(super().assess(text), text, self.notation, self._as_strict)
 
     def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
 
     def _final(self, execution: Execution) -> State:
-        """The final state of a plan, which an action may leave half done."""
+        """Return the final state of a plan. An action on which the reference crashes is half done in it."""
         trajectory = execution.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
@@ -66,7 +66,6 @@ class BehaviorActionSequencing(ActionSequencing):
         return final
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
-        """The goals that hold in the final state of a plan."""
         return self.goals.find_reached(self._final(execution), ())
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
@@ -77,7 +76,7 @@ class BehaviorActionSequencing(ActionSequencing):
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
-    """The steps that the reference finds in an answer, in order."""
+    """Return the steps that the reference finds in an answer, in order."""
     start, end = text.find("["), text.find("]")
     segment = text[start : end + 1]
     if start < 0 or len(segment) > _MAX_LENGTH:
@@ -87,9 +86,9 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
 
 
 def _as_json(segment: str) -> list[WrittenStep] | None:
-    """The steps of a list that is the same in JSON and Python, of objects with plain texts; else None.
+    """Return the steps of a list that JSON and Python read alike, whose values are plain strings; else None.
 
-    Most answers are such lists, and reading these as JSON makes scoring them twice as fast.
+    Most answers are such lists. Reading them as JSON makes scoring twice as fast.
     """
     if "\\" in segment:
         return None
@@ -105,7 +104,7 @@ def _as_json(segment: str) -> list[WrittenStep] | None:
 
 
 def _parsed(segment: str) -> list[dict[str, str]] | None:
-    """The elements of a JSON list, which are yet to be looked at; or None if it is none."""
+    """Return the value of a JSON text without checking its type, or None if it is not JSON."""
     try:
         elements: list[dict[str, str]] = json.loads(segment)
     except (ValueError, RecursionError):
@@ -114,7 +113,7 @@ def _parsed(segment: str) -> list[dict[str, str]] | None:
 
 
 def _as_python(segment: str) -> list[WrittenStep] | None:
-    """The steps of a Python expression; None if it is no list of anything."""
+    """Return the steps of a Python expression, or None if it is not a list."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -128,7 +127,7 @@ def _as_python(segment: str) -> list[WrittenStep] | None:
 
 
 def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
-    """The steps among dictionaries: what has an action and an object."""
+    """Return the dictionaries that have an action and an object as steps."""
     return [
         WrittenStep(each["action"], strip_names(each["object"].strip().split(",")))
         for each in found
@@ -137,12 +136,12 @@ def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
 
 
 def _value(node: ast.expr) -> object:
-    """The value of an expression made of literals, lists, dictionaries and calls of ``dict`` with keywords.
+    """Return the value of an expression of literals, lists, dictionaries and calls of ``dict`` with keywords.
 
-    A formatted string is a literal if nothing in it is formatted.
+    An f-string counts as a literal if it has no replacement field.
 
     Raises:
-        ValueError, TypeError: it is something else, or no value in Python either.
+        ValueError, TypeError: the expression is of another form, or Python cannot evaluate it either.
     """
     match node:
         case ast.List(elements):
@@ -159,7 +158,7 @@ def _value(node: ast.expr) -> object:
 
 
 def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> dict[object, object]:
-    """The dictionary of some entries; one without a key stands for those of another dictionary."""
+    """Build a dictionary. An entry without a key (``**other``) adds the entries of another dictionary."""
     found: dict[object, object] = {}
     for key, node in zip(keys, values, strict=True):
         value = _value(node)
@@ -168,10 +167,10 @@ def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> 
         elif isinstance(value, dict):
             found.update(value)
         else:
-            raise TypeError("no dictionary")
+            raise TypeError("expected a dictionary after **")
     return found
 
 
 def _literal(node: ast.expr) -> object:
-    """The value of a literal; of a constant directly, for each `ast.literal_eval` leaves garbage."""
+    """Return the value of a literal. Constants skip `ast.literal_eval`, which leaves reference cycles."""
     return node.value if isinstance(node, ast.Constant) else ast.literal_eval(node)

@@ -1,16 +1,22 @@
-"""The BEHAVIOR domain as eai-eval 1.0.5 has it: where its simulator deviates from what it is meant to do.
+"""The BEHAVIOR domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
-Each quirk is a function that replaces checks or effects of the declaration, and says where the reference has
-it; together they turn the declared domain into that of `eai-1.0.5`. The engine knows nothing of them.
+Each function replaces checks or effects of the declared domain and names the place in the reference. Together
+they turn the declared domain into the domain of `eai-1.0.5`. The engine does not know them.
 
-A goal holds if one of the ground options does that bddl keeps, where a thing is inside its direct container
-only (``evolving_graph.py`` get_state_dict).
+A goal holds if one of the ground options that bddl keeps holds. For goals, an object is inside its direct
+container only (``evolving_graph.py`` get_state_dict).
 
-bddl looks at some of all options, by two caps deep inside (``bddl/utils.py``,
-``bddl/condition_evaluation.py``): where quantifiers multiply options, only the first 20 index vectors in
-order of their sum are tried, counting also those that do not exist; a pairing keeps one side in its order
-(the generator of the other side's orders is used up after that) and tries the first 10 orders of the other.
-So options are missing, and plans that reach one of them are judged to fail.
+bddl tries only some of all options, since it has two limits (``bddl/utils.py``,
+``bddl/condition_evaluation.py``):
+
+* If quantifiers multiply options, it tries only the first 20 index vectors in order of their sum. Vectors
+that
+  do not exist count, too.
+* A pairing keeps the order of one side and tries the first 10 orders of the other side, because a generator
+is
+  used up after the first pass.
+
+So options are missing, and a plan that reaches a missing option fails.
 """
 
 from __future__ import annotations
@@ -48,18 +54,21 @@ SUBGOAL_PRECEDENCE = (
     FaultKind.MISSING_STEP,
     FaultKind.AFFORDANCE,
 )
-"""Which kind counts in the reference's subgoal decomposition (``checkers.py`` handle_compound_errors)."""
+"""Kinds of error by rank in the reference's subgoal decomposition: the first that occurs counts.
+
+See ``checkers.py``, ``handle_compound_errors``.
+"""
 
 
 @cache
 def as_in_reference() -> Domain:
-    """The reference's order of checks and all of its quirks."""
+    """Return the domain with the reference's order of checks and all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 @cache
 def as_in_reference_subgoals() -> Domain:
-    """The same for subgoal decomposition, where the reference ranks kinds of error differently."""
+    """Return the reference's domain for subgoal decomposition, which ranks kinds of error differently."""
     return replace(as_in_reference(), precedence=SUBGOAL_PRECEDENCE)
 
 
@@ -75,7 +84,7 @@ def _half_done() -> Domain:
 
 
 def _of_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
-    """The change of a domain that changes each single operator."""
+    """Turn a change of an operator into a change of a domain."""
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
@@ -86,7 +95,7 @@ def _of_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], 
 
 @_of_operators
 def other_hand_is_additional(operator: Operator) -> Operator:
-    """Grasping what the other hand holds is an additional step, not a missing one.
+    """Grasping an object that the other hand holds is an additional step, not a missing step.
 
     See ``evolving_graph.py``, ``grasp``.
     """
@@ -99,7 +108,7 @@ def other_hand_is_additional(operator: Operator) -> Operator:
 
 
 def navigation_aborts(domain: Domain) -> Domain:
-    """NAVIGATE_TO and BURN are accepted, but executing them is an error of no kind.
+    """The reference accepts NAVIGATE_TO and BURN, but executing them is an error without a kind.
 
     See ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
     """
@@ -111,7 +120,7 @@ def navigation_aborts(domain: Domain) -> Domain:
 
 @_of_operators
 def released_in_mid_air(operator: Operator) -> Operator:
-    """A released object stands on nothing (``evolving_graph.py``, ``release``)."""
+    """A released object stays in the air, on no support (``evolving_graph.py``, ``release``)."""
     if not operator.name.endswith("RELEASE"):
         return operator
     return replace(operator, effects=tuple(e for e in operator.effects if isinstance(e, Delete)))
@@ -119,7 +128,7 @@ def released_in_mid_air(operator: Operator) -> Operator:
 
 @_of_operators
 def inside_a_floor_aborts(operator: Operator) -> Operator:
-    """Placing something inside a floor is an error of no kind (``evolving_graph.py``, ``place_inside``)."""
+    """Placing an object inside a floor is an error without a kind (``place_inside``)."""
     if o.NO_INSIDE not in operator.checks:
         return operator
     aborts = replace(o.NO_INSIDE, fault=FaultKind.UNCATEGORISED, history_conditions=(FALSE,))
@@ -129,7 +138,7 @@ def inside_a_floor_aborts(operator: Operator) -> Operator:
 
 @_of_operators
 def transfer_aborts(operator: Operator) -> Operator:
-    """Transferring contents is an error of no kind, except for an empty container, where it does nothing.
+    """Transferring contents is an error without a kind. From an empty container it does nothing.
 
     See ``evolving_graph.py``, ``pour_inside`` and ``pour_onto``.
     """
@@ -142,7 +151,7 @@ def transfer_aborts(operator: Operator) -> Operator:
 
 
 def half_done_transfers() -> Iterator[Operator]:
-    """The effects of an aborted transfer of contents: the first of them is moved already."""
+    """Yield transfers of contents as the reference aborts them, after it has moved the first content."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
         moved = Let(o.C, first & ~p.floor(X), (*o.clear_support(o.C), Add(place(o.C, X))))
@@ -152,7 +161,7 @@ def half_done_transfers() -> Iterator[Operator]:
 
 @_of_operators
 def parts_before_slicing(operator: Operator) -> Operator:
-    """The parts of an object can be handled before it is sliced (``interactivity_precond``)."""
+    """The robot can handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.require_cut_off(X), o.require_cut_off(Y))
 
     def kept(checks: tuple[Check, ...]) -> tuple[Check, ...]:
@@ -164,7 +173,7 @@ def parts_before_slicing(operator: Operator) -> Operator:
 
 @_of_operators
 def placing_never_in_wrong_order(operator: Operator) -> Operator:
-    """There is no order test for placing, transferring, and cleaning what is not dirty.
+    """Placing, transferring, and cleaning a clean object are never errors of the wrong order.
 
     See ``evolving_graph.py``, ``check_precondition``.
     """
@@ -177,12 +186,12 @@ def placing_never_in_wrong_order(operator: Operator) -> Operator:
 
 @_of_operators
 def one_label_per_pair(operator: Operator) -> Operator:
-    """Of onfloor, under and nextto only the last that was established holds of a pair (``build_graph``)."""
+    """A pair of objects has only the latest of onfloor, under and nextto (``build_graph``)."""
     return replace(operator, effects=_all_overwriting(operator.effects))
 
 
 def _overwriting(effect: Effect) -> tuple[Effect, ...]:
-    """The effect, with which a label replaces all others of the same ordered pair."""
+    """Return the effect, extended so that a new label deletes all other labels of its ordered pair."""
     match effect:
         case Add(atom):
             labels = [label.name for label in p.LOOSE_RELATIONS]
@@ -220,7 +229,7 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     one_label_per_pair,
     freezes_anywhere,
 )
-"""The quirks in the order in which they act."""
+"""All quirks, in the order in which they are applied."""
 
 
 MAX_VECTORS = 20
@@ -230,10 +239,10 @@ _Binding: TypeAlias = Mapping[str, str]
 
 
 def truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
-    """The options of a closed BDDL condition in the reference's order, with its omissions.
+    """Return the options of a closed BDDL condition that the reference tries, in its order.
 
     Raises:
-        InputError: a variable is not bound, or the formula is not one of BDDL's.
+        InputError: a variable is not bound, or BDDL has no such formula.
     """
     return _Truncation(objects).options(formula, {})
 
@@ -300,7 +309,7 @@ def _joined(vectors: Iterable[Sequence[Option]]) -> list[Option]:
 
 
 def _negated(found: Sequence[Option]) -> list[Option]:
-    """One negated condition of each option, in all combinations."""
+    """Return all combinations that contain the negation of one condition of each option."""
     return [
         tuple(choice) for choice in product(*[[f.Not(condition) for condition in option] for option in found])
     ]
@@ -311,10 +320,10 @@ def _first_orders(size: int, length: int) -> Iterator[tuple[int, ...]]:
 
 
 def _first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Option, ...]]:
-    """The product of the sequences, as far as the first `MAX_VECTORS` index vectors go.
+    """Yield the product of the sequences for the first `MAX_VECTORS` index vectors.
 
-    Vectors come by their sum, then lexicographically; the last one of all comes last if the cap allows, and
-    others of that sum never do. A vector that points outside a sequence uses up one of the cap.
+    Vectors are ordered by their sum, then lexicographically. The vector of all last indexes comes at the end
+    if the limit allows it. Vectors that point outside a sequence count towards the limit.
     """
     highest = [len(sequence) - 1 for sequence in sequences]
     if any(last < 0 for last in highest):
@@ -329,7 +338,7 @@ def _first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Opti
 
 
 def _vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
-    """All vectors of natural numbers with this sum, in lexicographic order."""
+    """Yield all vectors of natural numbers with a sum, in lexicographic order."""
     if length == 1:
         yield (total,)
         return
@@ -339,17 +348,17 @@ def _vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
 
 
 def behavior_goal_test(task: Task) -> GoalTest:
-    """The reference's test of a task's goals; they count by the kinds of their own formulas."""
+    """Return the reference's test of the goals of a task, by their truncated options."""
     return GoalTest(task, [_as_truncated(goal.formula, task.scene) for goal in task.goals])
 
 
 def _as_truncated(formula: f.Formula, scene: Scene) -> f.Formula:
-    """The condition that the reference tests for a goal: all literals of a truncated option hold."""
+    """Return the condition that the reference tests for a goal: one of the truncated options holds."""
     return map_leaves(f.Or(tuple(map(f.And, truncated_options(formula, scene.names_of_category)))), _directly)
 
 
 def _directly(leaf: f.Leaf) -> f.Formula:
-    """The leaf where a thing is inside its direct container only."""
+    """Return the leaf, with ``inside`` replaced by ``directly_inside``."""
     if isinstance(leaf, f.Atom) and leaf.predicate == "inside":
         return replace(leaf, predicate=p.directly_inside.name)
     return leaf

@@ -1,13 +1,14 @@
-"""BEHAVIOR subgoals as eai-eval 1.0.5 reads and checks them (``subgoal_plan.py``, ``checkers.py``).
+"""Score BEHAVIOR subgoals as eai-eval 1.0.5 does (``subgoal_plan.py``, ``checkers.py``).
 
-Its quirks: every ``}}`` becomes one brace; an answer ends at the first closing brace; strings that contain
-the word agent or the name of a quantifier vanish; a string with `` or `` is cut there as plain text, whatever
-the brackets say, and one piece is taken by lot (see `subgoals`); a t-shirt becomes a shirt, which no
-scene has.
+Quirks of its reader:
 
-What its robot does for a subgoal depends on what the hands hold (``state_action_translator.py``). Quirk: a
-hand counts as holding an object whose name is part of the name of what it holds, such as ``rag_1`` of
-``rag_10``.
+* every ``}}`` becomes one brace, and an answer ends at the first closing brace;
+* strings that contain ``agent`` or the name of a quantifier vanish;
+* a string is split at `` or ``, even inside brackets, and a random draw chooses one piece (see `subgoals`);
+* ``t-shirt`` becomes ``shirt``, which no scene has.
+
+The actions for a subgoal depend on the objects in the robot's hands (``state_action_translator.py``). Quirk:
+a hand that holds ``rag_10`` also counts as holding ``rag_1``, because the reference looks for a substring.
 """
 
 from __future__ import annotations
@@ -79,24 +80,24 @@ _HOLDING: Mapping[str, str] = {p.in_right_hand.name: "RIGHT", p.in_left_hand.nam
 
 
 _Hands: TypeAlias = Mapping[str, int | None]
-"""The object in each hand, ``LEFT`` and ``RIGHT``, by index."""
+"""Index of the object in each hand, ``LEFT`` and ``RIGHT``; None for an empty hand."""
 
 
 def held(state: State) -> _Hands:
-    """Return the objects in both hands in a state."""
+    """Return the object in each hand in a state."""
     masks = {"LEFT": state.mask(p.in_left_hand.name), "RIGHT": state.mask(p.in_right_hand.name)}
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
 def _plan(literal: GroundAtom, state: State) -> SubgoalPlans:
-    """The plan for a literal; none if no action brings it about."""
+    """Return the plan that makes a literal true; none if no action can."""
     predicate, arguments, truth = literal
     plan = (_achieve if truth else _undo)(predicate, arguments, held(state), state.scene)
     return SubgoalPlans(() if plan is None else (plan,))
 
 
 def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> SubgoalPlans:
-    """The plan for two literals that are done together, in the order of `_together`."""
+    """Return the plan for two literals that one action makes true, in the order of `_together`."""
     (thing, support), (one, other) = on.arguments, by.arguments
     neighbour = one if thing == other else other
     actions, hand = _take(thing, held(state), state.scene)
@@ -131,7 +132,7 @@ def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scen
 
 
 def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
-    """The actions after which a hand holds the object, and which: the left one if it alone is free."""
+    """Return the actions that take an object, and the hand: the left hand if only it is free."""
     hand = _hand_with(thing, hands, scene)
     if hand is not None:
         return (), hand
@@ -146,7 +147,7 @@ def _hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
 
 
 def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
-    """Two literals that are done together: what supports the object, then what is next to it."""
+    """Return the support literal, then the ``nextto`` literal, if one action makes both true; else None."""
     for on, by in ((first, second), (second, first)):
         if on.predicate in _SUPPORTING and by.predicate == "nextto" and on.truth and by.truth:
             return (on, by) if on.arguments[0] in by.arguments else None
@@ -159,7 +160,7 @@ def _emptied(hand: str, hands: _Hands) -> ActionSequence:
 
 
 def _one_free(hands: _Hands) -> ActionSequence:
-    """The actions after which at least one hand is free."""
+    """Return the actions that free a hand: none if a hand is already free."""
     return () if hands["LEFT"] is None or hands["RIGHT"] is None else _emptied("RIGHT", hands)
 
 
@@ -167,10 +168,10 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
 class _Notation(BehaviorSubgoals):
-    """The reference's names; it checks numbers of objects and names of objects in an order of its own."""
+    """The reference's notation. The signature has no arities: `wrong_use` checks them in its own order."""
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
-        """The names of the data set, where parts of objects have none."""
+        """Return the published names. Parts of objects have no published name."""
         predicates = dict.fromkeys((*map_category_predicates(scene), *PREDICATE_ARITIES))
         return make_lexicon(
             scene, Signature(predicates, dict.fromkeys(ACTION_ARITIES), None), map_published_names(scene)
@@ -178,10 +179,10 @@ class _Notation(BehaviorSubgoals):
 
 
 class BehaviorSubgoalDecomposition(ReferenceSubgoals):
-    """BEHAVIOR subgoals as the reference scores them.
+    """Scores BEHAVIOR subgoals as the reference does.
 
-    What needs no action is passed over, and so are actions. An answer that is not carried out leaves the
-    goals as they are in the initial state.
+    Subgoals that are actions or need no action are skipped. An answer that is not executed reaches the goals
+    that hold in the initial state.
     """
 
     def __init__(self, task: BehaviorTask, *, limits: ExplorationLimits | None = None) -> None:
@@ -192,7 +193,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         self.excluded = None
 
     def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """The answer as a program for the search, or what is wrong with it."""
+        """Compile an answer into a program for the search, or reject it."""
         return super().compile(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
     def _piece(self, subgoal: str, lots: Random) -> str | None:
@@ -204,7 +205,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return wrong_use(formula, self.lexicon.objects)
 
     def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
-        """One literal, or two that are done together, at a time."""
+        """Return the planner of each literal, or of two literals that one action makes true."""
         atoms = [self.lexicon.to_literal(literal) for literal in found]
         steps: list[tuple[int, SubgoalPlanner]] = []
         number = 0
@@ -223,11 +224,11 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
 
 def wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
-    """The rejection for the error that the reference finds in the primitives of a formula (semantic check).
+    """Return the rejection of a formula that fails the reference's semantic check, or None.
 
-    Numbers of objects come before objects that there are not. An exception, which makes a parsing error,
-    comes of a primitive without objects, and of one whose number of objects is in no table, unless a wrong
-    number was found before it. States are looked at before actions.
+    The reference checks numbers of objects before their names, and states before actions. It raises an
+    exception, which counts as a parsing error, for a primitive without objects. It also does so for a
+    primitive whose arity is in no table, unless it has found a wrong number before.
     """
     parts = tuple(walk(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [
