@@ -1,4 +1,4 @@
-"""The command line: thin callers of the library, one module a command.
+"""The command line. Each command is a module that calls the library.
 
 Commands are found by entry points. The help of the group imports none of them.
 """
@@ -28,10 +28,10 @@ from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"
-"""The panels of the commands."""
+"""Panels of the help."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
-"""The errors of a device that takes no more."""
+"""Error numbers of a full or closed output device."""
 
 
 _HELP_OPTIONS = ("-h", "--help")
@@ -53,13 +53,13 @@ _METAVARS: Mapping[str, str] = {
     }.items()
     for option in options.split()
 }
-"""The name of an option's value where the option does not say it itself."""
+"""Names of option values for parameters whose type does not name them."""
 
 _PANELS = 80
-"""How many columns help in panels takes; where there are fewer, it would cut the names of options."""
+"""Minimum number of columns for help in panels. In fewer columns names of options would be cut."""
 
 _COMMANDS = "eai.commands"
-"""The group of entry points of commands. `data annotate` is the command `annotate` below the group `data`."""
+"""Entry point group of commands. `data annotate` is the command `annotate` in the group `data`."""
 
 _BY_PANEL = {
     MEASURE: ("demo", "run", "score", "serve"),
@@ -69,14 +69,14 @@ _BY_PANEL = {
 """Commands of the core by panel, in the order of the help; all others are in the last panel."""
 
 _BELOW = ("export tasks", "export pictures")
-"""Commands of the core below a group, in the order of the help."""
+"""Commands of the core in each command group, in the order of the help."""
 
 _NEED_OPTIONS = frozenset({"run", "check"})
 """Commands that print their help if called without arguments, although no argument is required."""
 
 
 class _Commands(TyperGroup):
-    """The commands, which are imported when they are asked for, and of which any may be interrupted."""
+    """The group of all commands. It imports a command only when it runs, and reports interrupts."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
@@ -87,11 +87,11 @@ class _Commands(TyperGroup):
         self.commands = _Loaded(self._shown)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """The names of the commands, for which none needs to be imported."""
+        """Return the names of the commands without importing them."""
         return list(self.commands)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command as the help of the group shows it, for which it is not imported."""
+        """Return a command as the help of the group shows it, without importing it."""
         command = self._shown.get(cmd_name)
         if command is not None and command.callback is None and command.help is None:
             command.help = _summary(_points()[cmd_name])
@@ -103,12 +103,12 @@ class _Commands(TyperGroup):
         super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that is named."""
+        """Return the command that the arguments name."""
         name, found, rest = super().resolve_command(ctx, args)
         return name, found and _imported(found), rest
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command that was chosen; an interrupt that it says nothing about is one line."""
+        """Run the chosen command. An interrupt without a message of its own prints one line."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
@@ -116,7 +116,7 @@ class _Commands(TyperGroup):
 
 
 class _Loaded(UserDict[str, Any]):
-    """Commands by name; whoever asks for one has it imported."""
+    """Commands by name. A command is imported when it is looked up."""
 
     def __getitem__(self, name: str) -> Any:
         return _imported(self.data[name])
@@ -133,7 +133,7 @@ def _panel_of(name: str) -> str:
 
 
 def _summary(point: EntryPoint) -> str:
-    """Return the first paragraph of the docstring of a command, or of a group's module; import neither."""
+    """Return the first paragraph of the docstring of a command or group module, without importing it."""
     spec = find_spec(point.module)
     if spec is None or spec.origin is None:
         raise InputError(f"{point.name} of {_COMMANDS}: there is no module {point.module}")
@@ -145,7 +145,7 @@ def _summary(point: EntryPoint) -> str:
 
 @cache
 def _imported(shown: Any) -> Any:
-    """Return the command that the help of the group shows."""
+    """Return a command without its options, for the help of the group."""
     if shown.callback is not None:
         return shown
     command = _load(shown.name, shown.rich_help_panel)
@@ -155,7 +155,7 @@ def _imported(shown: Any) -> Any:
 
 
 def _load(path: str, panel: str | None = None) -> Any:
-    """Import a command, or a group of commands with those that entry points add to it."""
+    """Import a command or group. A group also gets the commands that entry points add to it."""
     point, name = _points()[path], path.rpartition(" ")[2]
     target = point.load()
     app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
@@ -180,7 +180,7 @@ def _help_mode() -> MarkupMode:
 
 
 def _with_those_below(command: Any) -> Iterator[Any]:
-    """A command and, of a group, all commands below it."""
+    """Yield a command and, if it is a group, all its commands."""
     yield command
     if isinstance(command, TyperGroup):
         for each in command.commands.values():
@@ -188,11 +188,10 @@ def _with_those_below(command: Any) -> Iterator[Any]:
 
 
 def _label(command: Any) -> None:
-    """Have the help of a command name values by their metavars alone, and fill its paragraphs.
+    """Adapt the help of a command: show values by their metavars only, and fill paragraphs.
 
-    What each option means is told below ``Options:`` in the docstring. Typer would say of each value what
-    Python reads it as, and break lines where the docstring does. It would also take ``--no-paper`` beside
-    ``--paper``, which is off if it is not given.
+    The meaning of each option is below ``Options:`` in the docstring. Without this, Typer would add the
+    Python type of each value, break lines as the docstring does, and show ``--no-paper`` beside ``--paper``.
     """
     text, told = (command.help or "").partition("\n\nOptions:\n")[0], read_meanings(command.help, "Options")
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
@@ -241,23 +240,23 @@ def eai(
 
 
 def main() -> None:
-    """Run the command line; unusable input ends with one line on standard error and exit status 2.
+    """Run the command line. Unusable input ends with one line on standard error and exit status 2.
 
-    An interrupt ends with exit status 130, as of any program. A request to terminate is an interrupt, with
-    exit status 143: planners are ended, their folders removed, and what is done is kept.
+    An interrupt ends with exit status 130. A request to terminate is handled as an interrupt with exit status
+    143: planners are ended, their folders are removed, and finished work is saved.
     """
     interrupted_by = signal.SIGINT
 
     def interrupt(number: int, frame: object) -> None:
         nonlocal interrupted_by
         interrupted_by = signal.SIGTERM
-        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background of a script
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # background jobs ignore interrupts
             signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.raise_signal(signal.SIGINT)
 
     signal.signal(signal.SIGTERM, interrupt)
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # a lone surrogate, or what a locale lacks
+        sys.stdout.reconfigure(errors="backslashreplace")  # for a character that the locale lacks
     try:
         try:
             app(prog_name="eai")
@@ -271,8 +270,8 @@ def main() -> None:
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python would try it again at its end
-        if error.errno == errno.EPIPE:  # who reads it has had enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # otherwise Python writes again at exit
+        if error.errno == errno.EPIPE:  # the reader closed the pipe
             sys.exit(1)
         from eai.cli.console import note
 

@@ -1,4 +1,4 @@
-"""``eai analyze``: what records tell beyond their scores, a study at a time."""
+"""``eai analyze``: make tables and plots of a study from records."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from eai.studies.study import Analysis, Figures, Study, split_commas
 from eai.tasks.options import Options
 
 ALL, TABLE = "all", "table"
-"""The names that mean no study: several of them, and the tidy tables of which most are made."""
+"""Names that are no study: `all` runs several studies, `table` writes tidy tables."""
 
 
 class _Formats(Options):
-    """How tidy tables are written.
+    """Options of `eai analyze table`.
 
     Attributes:
-        formats: csv, or parquet, which needs the extra 'analysis'; both with a comma.
+        formats: csv or parquet, or both with a comma. parquet needs the extra 'analysis'.
     """
 
     formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(split_commas)] = ("csv",)
@@ -53,14 +53,14 @@ def analyze(
 ) -> None:
     """Make the tables and plots of a study of records; without a name, list the studies and their options.
 
-    all: those of the studies that take any records, which are read once. table: records as tidy tables, a
-    line an answer, with what its task is like; a step, goal, atom, clause.
+    all: every study that needs no special records. table: records as tidy tables, with one row for each
+    answer, step, goal, atom or clause.
 
     Example: eai analyze errors scores --out errors
 
     Options:
-        name: Its name; all; or table.
-        out: The folder for the results; the name if not given.
+        name: Name of a study, all, or table.
+        out: Folder for the results; default: the study's name.
         settings: An option of the study.
         plots: Draw plots (needs the extra 'plots').
     """
@@ -82,7 +82,7 @@ def analyze(
 
 
 def _listing() -> Iterator[str]:
-    """The studies and the options of their analyses, in Markdown."""
+    """Return a list of the studies and their options in Markdown."""
     yield "| study, option | if not given | meaning |"
     yield "|---|---|---|"
     for name in study_names():
@@ -102,7 +102,7 @@ def _refuse_unknown(name: str) -> None:
 
 
 def _studies(name: str) -> list[Study]:
-    """The study of a name, or those that are made together."""
+    """Return the named study, or all studies for `all`."""
     if name == ALL:
         return [each for each in map(find_study, study_names()) if each.included_in_all]
     return [] if name == TABLE else [find_study(name)]
@@ -111,9 +111,9 @@ def _studies(name: str) -> list[Study]:
 def _write_all(
     name: str, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
-    """Write the analyses of one study, or of those that are made together, and yield the JSON of each.
+    """Write the analyses of one or more studies, and yield the JSON of each.
 
-    Of several, one that finds too little in these records is left out with a remark.
+    If several studies run, a study without suitable records is skipped with a remark.
     """
     studies = _studies(name)
     if name != ALL:
@@ -133,10 +133,10 @@ def _write_all(
 def _write_study(
     study: Study, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
-    """Write the tables of a study's analyses, and the figures where they are wanted; yield the JSON of each.
+    """Write the tables of a study's analyses, and figures if wanted; yield the JSON of each analysis.
 
     Raises:
-        InputError: the study has no analysis, or the folder cannot be written.
+        InputError: The study has no analysis, or the folder cannot be written.
     """
     if study.analyze is None:
         raise InputError(f"{study.name}: is a study of runs, and has no analysis")
@@ -151,10 +151,10 @@ def _write_study(
 
 
 def _draw_figures(figures: Figures, folder: Path) -> int:
-    """Write figures in every format; returns how many. Without matplotlib there are none, and a remark.
+    """Write figures in every format and return their number; without matplotlib, print a remark and return 0.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: The folder cannot be written.
     """
     drawn = 0
     with convert_write_errors(folder):
@@ -170,7 +170,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
 
 
 def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
-    """Show the tables for the screen with all remarks, or say in a line what was written."""
+    """Print the tables for the screen with all remarks, or one line about the written files."""
     if not analysis.screen_tables:
         say(f"{counted(len(analysis.tables), 'table')}, {counted(drawn, 'plot')}; in {folder}")
         return
@@ -182,7 +182,7 @@ def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
 
 
 def _for_the_screen(table: Table) -> Table:
-    """A table whose title says what all of its rows have in common: the suite, mostly."""
+    """Return a table without the columns that are equal in all rows; its title contains their values."""
     rows = table.row_dicts()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title
@@ -190,7 +190,6 @@ def _for_the_screen(table: Table) -> Table:
 
 
 def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:
-    """Write the tidy tables."""
     made = records.all_tables()
     out, tables = records.folder, {name: getattr(made, name) for name in TABLES}
     for written in dict.fromkeys(chosen.formats):

@@ -1,4 +1,4 @@
-"""``eai compare``: two runs on the same tasks."""
+"""``eai compare``: compare two runs on the same tasks."""
 
 from __future__ import annotations
 
@@ -42,20 +42,20 @@ def compare(
 ) -> None:
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
-    Runs of the same domain, ability and protocol are compared; each side holds one of each. If there are
-    none, runs of the same tasks in other words, or with exact rules, are, and those on the same questions.
+    Runs of the same domain, ability and protocol are compared; each side has one of each. If no such runs
+    exist, runs of the same tasks in other words or with exact rules, or on the same questions, are compared.
 
     Episodes are compared only with episodes that were played by the same rules of the game.
 
-    Tasks of one name, and questions about one task, are near copies and count together; a second line treats
-    them as independent.
+    Tasks of one title, and questions about one task, are near copies and count as one cluster. A second line
+    treats them as independent.
 
     Example: eai compare scores/gpt-4o scores/o1-mini
 
     Options:
-        first: Records, or a folder of them.
-        second: Records, or a folder of them.
-        tasks: How many of the differing tasks to list.
+        first: Records of a run, or a folder of them.
+        second: Records of another run, or a folder.
+        tasks: Number of differing tasks to list.
     """
     before, after = _runs(first), _runs(second)
     if not before.keys() & after.keys():
@@ -85,7 +85,7 @@ def compare(
 
 
 def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
-    """The ``--json`` of two runs: percentages unrounded, all differing tasks."""
+    """Return the JSON of a comparison, with unrounded percentages and all differing tasks."""
     key = one.key
     return {
         "domain": key.domain,
@@ -115,7 +115,7 @@ def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
 
 
 def _note_planners(totals: Mapping[str, Totals]) -> None:
-    """Say on standard error if the operators of the two are judged by different planners."""
+    """Print a note on standard error if different planners judged the operators of the two runs."""
     found = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(found.values())) > 1:
         named = "; ".join(f"{side}: {names}" for side, names in found.items())
@@ -153,9 +153,9 @@ def _runs(path: Path) -> Mapping[_Place, Run]:
 
 
 def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
-    """The runs under the names of the benchmarks whose tasks they have, where one name has one run.
+    """Return the runs by the name of the benchmark with their tasks, for names with exactly one run.
 
-    An ability that is asked of files of its own has one run whatever the file is called.
+    Abilities that ask questions from files have one run, whatever the name of the file is.
     """
     places = {}
     for place, run in runs.items():
@@ -196,7 +196,7 @@ def _print(place: _Place, one: Run, other: Run, found: RunComparison, listed: in
 
 
 def _caption(found: RunComparison) -> str:
-    """The tests that the p values are of."""
+    """Return the caption with the tests that give the p values."""
     kinds = {difference.yes_no for difference in found.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"
@@ -204,7 +204,7 @@ def _caption(found: RunComparison) -> str:
 
 
 def _with_name(record: Record) -> str:
-    """A task's id, and the name that it shares with others where the id does not say it."""
+    """Return a task's id, followed by its title if the id does not contain it."""
     name = "" if record.task is None else record.task.name
     return f"{record.task_id} {name}" if name and not record.task_id.startswith(name) else record.task_id
 
@@ -216,7 +216,7 @@ def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
 
 
 def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
-    """The difference, and where there are near copies what it would be if they were independent."""
+    """Return rows with the difference; for near copies also the difference if tasks were independent."""
     certainty, points = difference.certainty, difference.points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (
@@ -234,7 +234,7 @@ def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...
 
 
 def _tasks(certainty: Certainty | None) -> str:
-    """How many independent tasks the tasks are worth."""
+    """Return the effective number of independent tasks."""
     effective = None if certainty is None else certainty.effective_tasks
     return "-" if effective is None else f"{effective:.0f}"
 

@@ -1,4 +1,4 @@
-"""Shared by all commands: consoles, and lines that many of them print."""
+"""Consoles, and lines that several commands print."""
 
 from __future__ import annotations
 
@@ -25,41 +25,41 @@ if TYPE_CHECKING:
     from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."
-"""The help of ``--domain``."""
+"""Help text of ``--domain``."""
 
 BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
     f"counts as not solved. For both: {install_command('planner')}"
 )
-"""The remark where the authority on operators is missing."""
+"""Remark if Fast Downward is missing and the built-in search judges operators."""
 
 
 class _SafeConsole(Console):
-    """A console on which no text that is printed controls the terminal; styles do."""
+    """A console whose output cannot control the terminal, apart from styles."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """The segments of what is printed; of those that are text, what can be shown."""
+        """Return the printed segments, with control characters of texts replaced."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else segment._replace(text=escape_unprintable(segment.text))
 
 
 def output() -> Console:
-    """Where results go."""
+    """Return the console of results, standard output."""
     return _SafeConsole(markup=False)
 
 
 def errors() -> Console:
-    """Where everything else goes."""
+    """Return the console of notes and errors, standard error."""
     return _SafeConsole(stderr=True, markup=False)
 
 
 def say(line: str) -> None:
-    """Print a line of a command's results, as it stands; on a terminal it is broken between words."""
+    """Print a line of results. A terminal breaks it between words; other output has it unbroken."""
     _print(output(), line)
 
 
 def print_markdown(text: str) -> None:
-    """Print Markdown as it stands; on a terminal it is set."""
+    """Print Markdown: formatted on a terminal, unchanged elsewhere."""
     console = output()
     if console.is_terminal:
         from rich.markdown import Markdown
@@ -70,12 +70,12 @@ def print_markdown(text: str) -> None:
 
 
 def note(line: str) -> None:
-    """Print a line about how a command found it, on standard error, likewise."""
+    """Print a note on standard error. A terminal breaks it between words."""
     _print(errors(), line)
 
 
 def _print(console: Console, line: str) -> None:
-    """A path that is longer than a line is left to the terminal, from which it can be copied whole."""
+    """Print a text. A path longer than a line is not broken, so that it can be copied."""
     if console.is_terminal:
         parts = (
             fill(part, console.width, break_long_words=False, break_on_hyphens=False)
@@ -86,12 +86,12 @@ def _print(console: Console, line: str) -> None:
 
 
 def print_json(value: Json) -> None:
-    """Print what a command found as JSON on standard output."""
+    """Print a result as JSON on standard output."""
     print(json.dumps(value, indent=2))
 
 
 def tell(*lines: str, value: Json, as_json: bool) -> None:
-    """Print what a command made: in lines, or as JSON."""
+    """Print a result as lines, or as JSON."""
     if as_json:
         print_json(value)
     else:
@@ -100,16 +100,16 @@ def tell(*lines: str, value: Json, as_json: bool) -> None:
 
 
 _SHOWN = 5
-"""How many findings of one file are listed before the rest is counted."""
+"""Maximum number of listed findings of one file; further findings are counted."""
 
 
 def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> None:
-    """Print what a check found, the first few of each place and how many more, and end with status 2.
+    """Print the findings of a check and end with status 2 if there are any.
 
     Args:
-        findings: what it found.
-        fine: what there is to say if that is nothing.
-        as_json: print all of it as JSON.
+        findings: The findings by file or section. Only the first ones of each are listed, the others counted.
+        fine: Text that is printed if there are no findings.
+        as_json: Whether all findings are printed as JSON.
     """
     if as_json:
         print_json([{"place": each.place, "problem": each.problem} for each in findings])
@@ -127,7 +127,7 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> N
 
 
 def asked_by_default(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
-    """The abilities that are asked of a benchmark where none is named; says why others are left out."""
+    """Return the abilities that a benchmark asks by default, and print a note about the others."""
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:
         if each in reasons:
@@ -136,7 +136,7 @@ def asked_by_default(benchmark: Benchmark, abilities: Iterable[Ability]) -> list
 
 
 def note_planner(suites: Sequence[Suite]) -> None:
-    """Say on standard error, once, if operators are judged without Fast Downward because it is not there."""
+    """Print a note, once, if operators are judged without Fast Downward because it is not installed."""
     from eai.pddl.planning import PlannerChoice
 
     asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}
@@ -148,14 +148,14 @@ def note_planner(suites: Sequence[Suite]) -> None:
 
 
 inspect_needed = partial(require_extra, "run", "model runs and their logs need")
-"""Within it, Inspect is needed; raises EaiError where it is not installed."""
+"""Context in which Inspect must be installed; raises EaiError if it is missing."""
 
 
 def need_inspect() -> None:
-    """Say at once that a command needs Inspect, before anything is fetched for it.
+    """Raise before anything is fetched if a command needs Inspect and it is missing.
 
     Raises:
-        EaiError: it is not installed.
+        EaiError: Inspect is not installed.
     """
     with inspect_needed():
         if find_spec("inspect_ai") is None:
@@ -163,10 +163,10 @@ def need_inspect() -> None:
 
 
 def counted(number: int, noun: str) -> str:
-    """A number of things: ``1 task``, ``1,000 tasks``."""
+    """Return a number with its noun: ``1 task``, ``1,000 tasks``."""
     return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
 
 
 def dollars(amount: float) -> str:
-    """An amount of money, to the cent from a dollar on and finer below."""
+    """Return an amount of money: to the cent from one dollar on, with more digits below."""
     return f"${amount:.2f}" if amount >= 1 else f"${amount:.4f}"

@@ -1,4 +1,4 @@
-"""The data set: fetch it, say where it is, check it, and count it."""
+"""``eai data``: fetch the data set, show where it is, check it, and count it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def fetch(
     Example: eai data fetch
 
     Options:
-        place: A downloaded archive, or a folder of them: works offline.
+        place: A downloaded archive, or a folder of archives; works offline.
         force: Fetch and convert again.
     """
     with data_progress() as report:
@@ -64,9 +64,9 @@ def info(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Say where the data set is and what it was made from; or check it, with exit status 2 if a check fails.
+    """Show where the data set is and what it was made from, or check it (exit status 2 if a check fails).
 
-    With --annotations: whether the data set's plans reach their goals, and operators solve their problems.
+    With --annotations: check whether the data set's plans reach their goals and its operators solve problems.
 
     Example: eai data info
 
@@ -76,7 +76,7 @@ def info(
 
     Options:
         check: Check each file against its digest, and tasks against published counts.
-        annotations: Carry out plans, test goals, solve planning problems instead.
+        annotations: Execute plans, test goals and solve planning problems instead.
     """
     if annotations:
         _check_annotations(domain or list_paper_benchmarks(), errata, data, as_json=as_json)
@@ -115,7 +115,7 @@ def info(
 
 
 def _state(problem: str | None, size: int) -> str:
-    """A word for the table; below it stand the problems in whole."""
+    """Return the status word of a file for the table; its problems are listed below."""
     return "ready" if problem is None else "damaged" if size else "missing"
 
 
@@ -128,14 +128,14 @@ def stats(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Print the paper's Table 2, counted from the data as published, beside what the paper prints.
+    """Print the paper's Table 2, counted from the published data, beside the printed numbers.
 
     Example: eai data stats --by-task --distributions
 
     Options:
-        by_task: Write what each task is like, a line a task.
+        by_task: Write a file with the features of each task.
         shapes: Write and draw distributions (needs the extra 'plots').
-        out: Where files go.
+        out: Folder of the files.
     """
     benchmarks = [find_benchmark(name) for name in domain or list_paper_benchmarks()]
     with opened_source(data, errata=ErrataChoice.NONE) as source:
@@ -165,7 +165,7 @@ def _number(name: str) -> Column:
 
 
 def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
-    """Write every value of every distribution with its count, and plots of them."""
+    """Write each distribution with the count of every value, and plot it."""
     found = distributions(benchmark, source)
     rows = [
         {"distribution": each.name, "value": value, "of": each.unit, "count": count}

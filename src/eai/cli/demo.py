@@ -1,4 +1,4 @@
-"""``eai demo``: other commands, run one after the other, that show in a minute what eai does."""
+"""``eai demo``: run other commands that show in a minute what eai does."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eai.cli.options import DataFolder, flag
 
 _TASKS = 40
 _EXPLAINED = "virtualhome/action_sequencing/eai_noisy 616_1"
-"""An answer that fails, below the folder of results."""
+"""Model, suite and task of a failed answer in the results."""
 
 _BEFORE = f"""\
 Two built-in models, of which one makes mistakes, do {_TASKS} tasks of each of 8 suites.
@@ -25,16 +25,16 @@ _AFTER = {
     "report {out} --out report": "tables, and the explorer as a page",
     "run --model openai/gpt-4o --limit 5": "a model of yours (needs its key)",
 }
-"""The commands to go on with, and what each shows."""
+"""Suggested next commands, each with its result."""
 
 
 def demo(out: Annotated[Path, flag(metavar="DIR")] = Path("runs/demo"), data: DataFolder = None) -> None:
-    """See in a minute what eai does: two built-in models, and an answer that failed, explained.
+    """See in a minute what eai does: score two built-in models, and explain a failed answer.
 
     Example: eai demo
 
     Options:
-        out: Where the results go.
+        out: Folder of the results.
     """
     say(_BEFORE)
     need_inspect()
@@ -52,7 +52,7 @@ def demo(out: Annotated[Path, flag(metavar="DIR")] = Path("runs/demo"), data: Da
 
 
 def _run(command: str) -> None:
-    """Run a command of ours, and show it."""
+    """Print a command of eai and run it."""
     from eai.cli import app
 
     say(f"\n$ eai {command}\n")

@@ -1,4 +1,4 @@
-"""``eai explain``: one answer step by step, or a list of answers."""
+"""``eai explain``: show an answer step by step, or list answers."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ from eai.world.fault import NOT_EXECUTED, FaultKind
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"
 NO_FAILURES = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.SUCCESS})
 SHOWN_WHOLE = 2
-"""How many answers to one task are shown step by step; more are listed."""
+"""Maximum number of answers to one task that are shown step by step; more answers are listed."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Background:
-    """The data set's words on the task of a record.
+    """The data set's information about the task of a record.
 
     Attributes:
-        instruction: the task in words.
-        gold: the steps of a plan that solves it, as texts.
-        source: whose plan that is.
-        rest: those of the answer's steps that were not tried any more.
-        outlook: of a failed answer, what a search says of it, in sentences: whether the goals of an episode
-            could still be reached, the fewest edits that make another one right.
+        instruction: Instruction of the task.
+        gold: Steps of a plan that solves the task, as texts.
+        source: Origin of that plan.
+        rest: Steps of the answer that were never tried.
+        outlook: Sentences about a failed answer from a search: whether an episode could still reach its
+            goals, or the fewest edits that repair a plan.
     """
 
     instruction: str = ""
@@ -94,24 +94,24 @@ def explain(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Show what became of an answer: each step, what it changed, the failing check and why; or list answers.
+    """Show an answer step by step, with state changes and the reason of a failure, or list answers.
 
-    Where the data set is at hand, the instruction, the rest of the answer's plan and the data set's own are
-    shown with it; nothing is fetched for that.
+    If the data set is installed, the instruction, the untried steps and the data set's own plan are shown
+    too. Nothing is fetched for this.
 
     Example: eai explain scores 27_2
 
     Example: eai explain runs --kind missing_step --model gpt-4o
 
     Options:
-        records: A records.jsonl, or a folder with some below.
-        task: A task: its id, how it begins, or words of its title.
-        failed: Only failures; without TASK they are listed.
+        records: A file records.jsonl, or a folder with such files.
+        task: A task: its id, the beginning of its id, or words of its title.
+        failed: Only failures; without TASK, list them.
         kind: Only answers with this outcome, such as missing_step.
         model: Only answers of this model.
-        limit: List so many; 0 for all.
-        film: Write the course of one answer as a GIF (extra 'physics'); into the folder films of a report, if
-            that is FILE, whose explorer links to it.
+        limit: Maximum number of listed answers; 0 for all.
+        film: Write the execution of one answer as a GIF (extra 'physics'). The explorer of a report links to
+            GIFs in its folder films.
     """
     chosen = _of_model([each for file in find_record_files([records]) for each in read_records(file)], model)
     if task:
@@ -140,7 +140,7 @@ def explain(
 
 
 def _background(record: Record, records: Path, store: Store) -> _Background:
-    """The data set's words on a record's task; none where it is not at hand, or another than was used."""
+    """Return the data set's information about a record's task; empty if the data is missing or differs."""
     own = find_benchmarks_of_runs([records]).get(record.domain)
     if own is not None or (record.domain in list_benchmarks() and is_at_hand(store, record.domain)):
         with suppress(EaiError):
@@ -153,17 +153,18 @@ def _background(record: Record, records: Path, store: Store) -> _Background:
 
 
 def _suite(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
-    """The suite that an answer was scored in."""
+    """Return the suite in which an answer was scored."""
     source = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
     return open_suite(benchmark, record.ability, record.protocol, source=source)
 
 
 def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
-    """Write the course of an answer as a moving picture.
+    """Write the execution of an answer as an animated picture.
 
     Raises:
-        InputError: there is not one answer, or its course is not known, or its scene cannot be built.
-        EaiError: what draws it is not installed.
+        InputError: Several answers or none are chosen, or the answer has no known execution, or its scene
+            cannot be built.
+        EaiError: A library for drawing is not installed.
     """
     if len(chosen) != 1:
         raise InputError(f"--film: expected one answer, found {len(chosen)}; give TASK and --model")
@@ -175,7 +176,7 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
 
 
 def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
-    """A plan that solves a task, as steps or as subgoals, and whose it is; none for other abilities."""
+    """Return a plan that solves a task as steps or subgoals, and its origin; empty for other abilities."""
     if suite.ability is Ability.SUBGOAL_DECOMPOSITION:
         book = open_answer_book(suite.benchmark, suite.ability, suite.source)
         return book[task.id].parts, "gold subgoals"
@@ -188,7 +189,7 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
 
 
 def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
-    """The findings of a search on a failed answer, of its record or else made now, in sentences."""
+    """Return sentences about a failed answer from its record, or else from a new search."""
     verdict = record.verdict
     if outcome_of(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
@@ -202,7 +203,7 @@ def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
 
 
 def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
-    """The steps of a plan that come after the one that ended it."""
+    """Return the steps of a plan after the failed step."""
     verdict, scorer = record.verdict, suite.scorer(record.task_id)
     if record.explanation is None or not isinstance(verdict, PlanVerdict) or verdict.executable:
         return ()
@@ -219,12 +220,12 @@ def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
 
 
 def print_record(console: Console, record: Record, background: _Background = _NOTHING_KNOWN) -> None:
-    """Print what a record says of its answer, step by step where it holds an explanation.
+    """Print a record: the task, the answer's parts, each step if the record has them, and the verdict.
 
     Args:
-        console: where to.
-        record: the record.
-        background: what the data set says of the task, where it is at hand.
+        console: Console to print on.
+        record: The record.
+        background: Information of the data set about the task; empty if the data set is missing.
     """
     title = f"  {record.task.name}" if record.task is not None else ""
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{title}", style="bold")
@@ -283,7 +284,7 @@ def _print_explanation(
 
 
 def _print_reading(console: Console, record: Record) -> None:
-    """Print the parts of the answer's text with what became of each, unless all of it was read as it is."""
+    """Print how each part of the answer's text was read, unless all was read without repairs."""
     spans = record.verdict.spans
     if not record.response or all(span.kind is SpanKind.READ for span in spans):
         return
@@ -302,7 +303,7 @@ def _conditions_text(record: Record) -> str:
 
 
 def _is_refused(record: Record, explanation: Explanation) -> bool:
-    """Whether no goal counts, be it met at the start, because the answer could not be carried out."""
+    """Whether no goal counts, even if it holds at the start, because the answer cannot be executed."""
     error = record.verdict.error
     unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED
     return unread and not any(goal.satisfied for goal in explanation.goals)
@@ -334,7 +335,7 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
 
 
 def _print_hanging(console: Console, before: str, text: Text) -> None:
-    """Print a text after something, below which none of its further lines begins."""
+    """Print a text after a label, with its further lines indented below it."""
     for line in text.wrap(console, max(console.width - len(before), 20)):
         line.rstrip()
         console.print(Text(before, style=text.style).append_text(line))
@@ -342,7 +343,7 @@ def _print_hanging(console: Console, before: str, text: Text) -> None:
 
 
 def _together(facts: Sequence[str]) -> list[str]:
-    """The facts, those that hold both ways between two objects as one."""
+    """Return the facts as texts. Two facts of a symmetric relation become one text."""
     merged: dict[str, str] = {}
     for fact in facts:
         name, _, objects = fact.removesuffix(")").partition("(")
@@ -363,7 +364,7 @@ def _print_part(console: Console, part: PartReport, never: str) -> None:
 
 
 def _print_list(console: Console, records: Sequence[Record], limit: int) -> None:
-    """A line an answer: what it is of, what it came to and why."""
+    """Print one line for each answer: task, model, outcome and reason."""
     runs = {(each.domain, each.ability, each.protocol, each.model, each.experiment) for each in records}
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=False)
     table.add_column(overflow="fold", max_width=max(12, console.width * 2 // 5))
@@ -385,7 +386,7 @@ def _print_list(console: Console, records: Sequence[Record], limit: int) -> None
 
 
 def _why(record: Record) -> str:
-    """Why an answer failed, as far as one line can say it."""
+    """Return a short reason why an answer failed."""
     error = record.verdict.error
     if record.unanswered is not None:
         return record.unanswered
@@ -412,10 +413,10 @@ def _verdict_text(record: Record) -> Text:
 
 
 def _of_model(records: Sequence[Record], model: str | None) -> list[Record]:
-    """The records of a model.
+    """Return the records of a model.
 
     Raises:
-        InputError: there is none.
+        InputError: The model has no record.
     """
     found = [record for record in records if model in (None, record.model)]
     if records and not found:
@@ -426,10 +427,10 @@ def _of_model(records: Sequence[Record], model: str | None) -> list[Record]:
 
 
 def _of_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
-    """The records of a task: of that id, or whose ids begin so, or whose titles have these words.
+    """Return the records of a task, given by its id, the beginning of its id, or words of its title.
 
     Raises:
-        InputError: there is none.
+        InputError: No record matches.
     """
     words = task.casefold()
     for found in (

@@ -1,4 +1,4 @@
-"""Write prompts, data sets for training and task files; extensions write more."""
+"""``eai export``: write prompts, training data and task files. Extensions add more formats."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ app = typer.Typer(no_args_is_help=True)
 
 
 _Format: TypeAlias = Literal["jsonl", "hf"]
-"""How a data set is written: one file of JSON Lines, or a folder that Hugging Face's datasets open."""
+"""Form of a data set: one file of JSON Lines, or a folder for the library `datasets` of Hugging Face."""
 
 _Out = Annotated[Path, flag(help="The file to write; of --format hf, the folder.", metavar="FILE")]
 _OfFormat = Annotated[
@@ -58,7 +58,7 @@ _LIST = "Of a list or a page"
 _OF_LISTS = "--prompts, --tasks, --sample, --goals"
 
 TRAIN = "train"
-"""The split of what is not split."""
+"""Name of the split of data without splits."""
 
 
 @app.command(no_args_is_help=True)
@@ -81,28 +81,28 @@ def prompts(
 ) -> None:
     """Write prompts: rows for training, a list as the data set has it, or a page for people.
 
-    FILE.json is a list of {"identifier", "llm_prompt"} about one suite. Official prompts are the data set's,
-    byte for byte, but for those that ask for something else than is scored (docs/errata.md; --errata none
-    leaves them as they are). A system message is in FILE with _system before its extension. With --goals
-    there are prompts for the tasks that the answers, one model's, are about.
+    FILE.json is a list of {"identifier", "llm_prompt"} about one suite. Official prompts equal the data
+    set's, byte for byte, except prompts that do not ask for what is scored (docs/errata.md; --errata none
+    keeps them). A system message is in FILE with _system before its extension. With --goals, FILE has prompts
+    for the tasks that one model's answers interpret.
 
-    FILE.html is a page on which a person answers the questions exactly as models get them; it sends nothing.
-    The person saves a response file, which eai score takes like a model's (with --allow-missing, because the
-    other tasks were not asked), and eai compare sets beside a model's records on the same tasks.
+    FILE.html is a page on which a person answers the questions of models; it sends nothing. The person saves
+    a response file. eai score scores it like a model's (with --allow-missing, because other tasks were not
+    asked), and eai compare compares it with a model's records on the same tasks.
 
-    Any other FILE has a row for each task in which something is to be earned, for TRL, verl, SkyRL and
-    OpenRLHF. Each file of a folder of task files is a split.
+    Any other FILE has a row for each task that can pay a reward, for TRL, verl, SkyRL and OpenRLHF. Each file
+    of a folder of task files is a split.
 
     Example: eai export prompts --domain virtualhome --ability action_sequencing --out prompts.json
 
     Example: eai export prompts --domain tasks/ --ability action_sequencing --out train.jsonl
 
     Options:
-        folder: A folder with prompts of your own.
+        folder: A folder with your own prompts.
         tasks: Only these tasks: ids separated by commas.
-        sample: So many tasks, drawn at random.
-        seed: Which ones --sample draws.
-        goals: Answers to goal interpretation, whose goals to state instead of the tasks' own.
+        sample: Number of tasks, drawn at random.
+        seed: Seed of --sample.
+        goals: Answers to goal interpretation. Prompts state their goals instead of the tasks' goals.
     """
     if is_list(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
@@ -141,14 +141,14 @@ def sft(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Write verified answers, each with its prompt: those that are right when they are scored again.
+    """Write answers that are right when they are scored again, each with its prompt.
 
     Example: eai export sft runs --out sft.jsonl
 
     Example: eai export sft scores --domain lamps:lamps --out sft.jsonl
 
     Options:
-        least: The least that an answer must be worth.
+        least: Minimum value of an answer.
     """
     left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
@@ -169,12 +169,12 @@ def preference(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Write pairs of answers to one prompt: of each task the best one, and every one that is worth less.
+    """Write pairs of answers to one prompt: the best answer with each answer of lower value.
 
     Example: eai export preference runs --out preference.jsonl
 
     Options:
-        margin: By more than how much the chosen one must be worth more.
+        margin: Minimum difference in value of a pair.
     """
     left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
@@ -191,7 +191,7 @@ def _answers(
     data: Path | None,
     left_out: Counter[str],
 ) -> Iterator[TrainingRow]:
-    """All answers in files of records with what they are worth, those to one suite together."""
+    """Yield all answers in files of records with their value, grouped by suite."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
@@ -211,7 +211,7 @@ def _answers(
 
 
 def _splits(domain: str) -> list[tuple[str, str]]:
-    """The splits of a domain, each with the domain that it is: the files of a folder of tasks, or all."""
+    """Return the splits of a domain: the files of a folder of task files, or one split for all tasks."""
     folder = Path(domain)
     if not folder.is_dir():
         return [(TRAIN, domain)]
@@ -219,7 +219,7 @@ def _splits(domain: str) -> list[tuple[str, str]]:
 
 
 def _write(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
-    """Write a data set of so many rows; nothing is there under its name before it is whole."""
+    """Write a data set. Nothing exists under its name before it is complete."""
     made = list(rows)
     if form == "jsonl":
         write_whole({out: _lines(made)})
@@ -240,9 +240,9 @@ def _lines(rows: Iterable[TrainingRow]) -> Iterator[str]:
 
 
 def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
-    """The file by which a data set is a benchmark on the Hugging Face Hub: each suite with its split.
+    """Return the file eval.yaml, which registers a data set as a benchmark on the Hugging Face Hub.
 
-    What is trained on is no part of it.
+    It lists each suite with its split, without splits for training.
     """
     held_out = [each for each in asked if each[1] != TRAIN] or list(asked)
     tasks = ""

@@ -1,6 +1,6 @@
-"""The flags of ``eai run``: short names of options of a run's specification, and one flag for all others.
+"""The flags of ``eai run``: short names of options of a run's specification, and ``--with`` for all options.
 
-Also the models that they name, and what is wrong with them.
+This module also checks the models that these flags name.
 """
 
 from __future__ import annotations
@@ -45,16 +45,16 @@ FLAGS = {
     "planner": "scoring.planner",
     "workers": "scoring.workers",
 }
-"""The parameters of the command that are options of a specification."""
+"""Parameters of the command that are options of a specification."""
 
 REPLAY = "eai/replay"
 
 HELP = "help"
-"""The value of ``--with`` that lists all options."""
+"""Value of ``--with`` that lists all options."""
 
 
 def run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
-    """The flag of a parameter."""
+    """Return the flag of a parameter."""
     section, _, option = FLAGS[parameter].partition(".")
     chosen = type(RunSpec.model_fields[section].default)
     default = chosen.format_default(option)
@@ -64,10 +64,10 @@ def run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
 def specification(
     command: typer.Context, file: Path | None, model_args: Sequence[str], settings: Sequence[str]
 ) -> RunSpec:
-    """The specification that a file, flags and settings make; later ones replace what earlier ones say.
+    """Return the specification of a run from a file, flags and settings. Later ones override earlier ones.
 
     Raises:
-        InputError: the file cannot be read, there is no such option, or it has no such value.
+        InputError: The file cannot be read, or an option or its value is unknown.
     """
     tables = {} if file is None else read_toml(file)
     for parameter, key in FLAGS.items():
@@ -99,7 +99,7 @@ def _put(table: dict[str, Any], places: Sequence[str], value: object) -> None:
 
 
 def _json_or_text(text: str) -> Json:
-    """The JSON value that a text is, or else the text."""
+    """Return the JSON value of a text, or the text if it is no JSON."""
     try:
         value: Json = json.loads(text)
     except json.JSONDecodeError:
@@ -108,7 +108,7 @@ def _json_or_text(text: str) -> Json:
 
 
 def listing() -> Iterator[str]:
-    """A table of all options, in Markdown."""
+    """Return a table of all options in Markdown."""
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
     titles = {study.key: study.title for study in list_run_studies()}
@@ -119,7 +119,7 @@ def listing() -> Iterator[str]:
 
 
 def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
-    """Raise if there is no such model, or two are one folder's name: one would overwrite the other."""
+    """Raise if a model does not exist, or if two models would write to the same folder."""
     named: dict[str, str] = {}
     for model in models:
         check_model(model)
@@ -136,10 +136,10 @@ def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
 
 
 def skipped(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
-    """Return a remark on each built-in model that skips abilities, as it has no answer to them.
+    """Return a remark on each built-in model that has no answers to some abilities.
 
     Raises:
-        InputError: no model answers any of them.
+        InputError: No model answers any of the abilities.
     """
     lacking = {
         model: dict.fromkeys(each.value for each in abilities if not can_answer(model, each))
@@ -152,7 +152,7 @@ def skipped(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
 
 
 def check_captioner(model: str) -> None:
-    """Raise if there is no such model, or it cannot see."""
+    """Raise if the captioning model does not exist or takes no pictures."""
     check_model(model)
     provider, _, name = model.partition("/")
     if provider == PROVIDER and name != CAPTIONER:
@@ -161,7 +161,7 @@ def check_captioner(model: str) -> None:
 
 
 def check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
-    """Raise if recorded answers are to be replayed, and a suite has none or another suite's."""
+    """Raise if recorded answers are missing for a suite, or belong to another suite."""
     for endpoint in endpoints:
         path = endpoint.arguments.get("path")
         if endpoint.model != REPLAY or path is None:

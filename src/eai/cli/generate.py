@@ -39,10 +39,10 @@ from eai.world.domain import Domain
 
 
 def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
-    """The verdict of VAL on a plan.
+    """Return the verdict of VAL on a plan.
 
     Raises:
-        DomainError: a goal is about more than the end, of which PDDL says nothing.
+        DomainError: A goal is about the course of the plan, which PDDL goals cannot express.
     """
     exported = export(domain, task.initial, [goal.formula for goal in task.goals])
     return run_val(val, exported.domain, exported.problem, [exported.step(action) for action in plan])
@@ -77,29 +77,29 @@ def generate_tasks(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Generate tasks that nobody has seen. Equal arguments give equal bytes.
+    """Generate new tasks, each with a plan that solves it. Equal arguments give equal bytes.
 
-    OUT/SPLIT.jsonl is a task file; OUT/generated.json says how it was made and what the tasks are like.
+    OUT/SPLIT.jsonl is a task file. OUT/generated.json has its arguments and statistics of the tasks.
 
     Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
 
     Options:
-        out: The folder to write to.
-        n: How many tasks.
-        split: Name of the file. train, validation and test have no goals in common; tasks is no split.
-        held_out: What splits share nothing of: goals, pairs of predicate and kind of thing, titles, scenes.
-        against: Task files elsewhere, say those of train: what is in them, or is solved by looking it up
-            there, is refused. Repeatable.
-        secret: A secret without which nobody can make the same tasks.
+        out: Output folder.
+        n: Number of tasks.
+        split: Name of the file. train, validation and test share no goals; tasks is no split.
+        held_out: What splits do not share: goals, pairs of predicate and object kind, titles, or scenes.
+        against: Other task files, such as training tasks. Tasks in them, and tasks that a lookup in them
+            solves, are refused. Repeatable.
+        secret: A secret that is needed to make the same tasks again.
         tier: Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set.
         forms: Shapes of goals: those of the data set, or all equally often.
-        actions: Also ask for actions to be taken, where the data set does.
-        kind: order: also ask for an order, or that something never be so. hazards: the shortest way is not
-            safe; untold-hazards: and nothing says so. pairs: N pairs, one of each without a plan. ambiguous:
-            N pairs, the words of one of each fit two things.
-        by_place: Instructions tell things by where they are, not by names.
-        objects: How many objects a scene has at most; VirtualHome needs 40 for --tier XL.
-        depth: Try all plans of so many actions, as a lower bound of plan lengths.
+        actions: Also generate action goals, if the data set has any.
+        kind: order: goals about an order, or about a state to avoid. hazards: the shortest plan is unsafe;
+            untold-hazards: and the instruction does not mention it. pairs: N pairs of tasks, one without a
+            plan. ambiguous: N pairs, one with words that fit two objects.
+        by_place: Instructions describe objects by their location, not by names.
+        objects: Maximum number of objects in a scene; VirtualHome needs 40 for --tier XL.
+        depth: Search all plans of this length, for a lower bound of plan lengths.
         difficulty: Expected difficulty in logits, as in 0:2; a rough guide.
         val: Also have VAL check every certificate; it must be installed.
         compress: Write FILE.jsonl.gz.
@@ -133,7 +133,7 @@ def generate_tasks(
         others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
     known = {sets.fingerprint_task(task) for tasks in others.values() for task in tasks}
     rivals = sets.make_leak_test(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
-    with convert_write_errors(out):  # generating takes long enough to know first that tasks can be written
+    with convert_write_errors(out):  # generating takes long, so check first that the folder can be written
         out.mkdir(parents=True, exist_ok=True)
     generator = Generator(benchmark, spec, source, rivals)
     outcomes, stopped = _collect(generate(generator, sets.make_seeds(split.value, seed, secret), n, known), n)
@@ -176,7 +176,7 @@ def generate_tasks(
 def _collect(
     found: Iterator[GenerationOutcome], number: int
 ) -> tuple[Sequence[GenerationOutcome], InputError | InterruptError | None]:
-    """The outcomes of seeds, up to the last of so many tasks, and why there are fewer, if there are."""
+    """Return outcomes of seeds until enough tasks are made, and the reason if there are fewer."""
     outcomes: list[GenerationOutcome] = []
     try:
         with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
@@ -192,10 +192,10 @@ def _collect(
 
 
 def _validate(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
-    """Have VAL check all certificates.
+    """Check all certificates with VAL.
 
     Raises:
-        EaiError: it does not accept one: the engine and it do not agree, and no task is to be trusted.
+        EaiError: VAL rejects a certificate that the engine accepts, so no task can be trusted.
     """
     with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
         for task in bar.track(tasks, description="validating"):
@@ -205,7 +205,7 @@ def _validate(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
 
 
 def _between(text: str) -> tuple[float, float]:
-    """Two numbers, of which the first is not the greater."""
+    """Parse a range of two numbers; the first must not exceed the second."""
     low, _, high = text.partition(":")
     try:
         numbers = float(low), float(high)
@@ -217,7 +217,7 @@ def _between(text: str) -> tuple[float, float]:
 
 
 def _at_least(text: str) -> tuple[Measure, int]:
-    """A measure, and its least number."""
+    """Parse a measure and its minimum value."""
     name, _, number = text.partition("=")
     names = [measure.value for measure in Measure]
     if name not in names or not number.isdecimal():
@@ -227,7 +227,7 @@ def _at_least(text: str) -> tuple[Measure, int]:
 
 
 def _print_shapes(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:
-    """Print the shapes of the data set and of the new tasks side by side."""
+    """Print the goal shapes of the data set and of the new tasks side by side."""
     table = Table("min, quartiles, max", "data set", "generated")
     for name in ("steps", "goals", "objects"):
         table.add_row(name, *(", ".join(map(str, shape[name])) for shape in (public, made)))

@@ -1,4 +1,4 @@
-"""``eai new``: a small domain that runs, to be changed into one's own."""
+"""``eai new``: write a small example domain to start one's own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eai.cli.console import tell
 from eai.cli.options import AsJson
 
 _FILES = {"{name}.py": "domain.txt", "README.md": "readme.txt"}
-"""The files of a new domain -> their templates."""
+"""Templates of a new domain, by file name."""
 
 
 def new(name: str, as_json: AsJson = False) -> None:
@@ -22,7 +22,7 @@ def new(name: str, as_json: AsJson = False) -> None:
     Example: eai new warehouse
 
     Options:
-        name: The domain's name, and its folder's: a name in Python.
+        name: Name of the domain and of its folder, a valid Python name.
     """
     if not name.isidentifier() or iskeyword(name):
         raise InputError(f"{name}: expected a name in Python: letters, digits and underscores")

@@ -1,4 +1,4 @@
-"""Options that several commands have, each with one name, one help text and one panel."""
+"""Options of several commands, each with one name, one help text and one panel."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     from eai.agents.setting import Setting
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
-"""The panels of the help of commands that score."""
+"""Panels in the help of commands that score."""
 
 ABILITIES = f"{', '.join(PAPER_ABILITIES)}, or another one by its name"
-"""The values of ``--ability``."""
+"""Values of ``--ability``."""
 
 RECORDS = "Files of records, or folders with records.jsonl somewhere below."
-"""The help of an argument that names records."""
+"""Help text of arguments that name records."""
 
 
 def flag(*names: str, panel: str | None = None, **more: Any) -> Any:
-    """An option of a command: its names if not its parameter's, and its panel in the help.
+    """Return an option of a command, with names if they differ from its parameter's, and its help panel.
 
-    What it means is said by ``help``, or by the docstring of the command (`Options`).
+    Its meaning is the argument ``help``, or an entry below ``Options:`` in the docstring of the command.
     """
     return typer.Option(*names, rich_help_panel=panel, **more)
 
@@ -48,7 +48,7 @@ Seed = Annotated[int, flag("--seed", help="Of all that is random.")]
 
 
 def flag_of(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
-    """The flag of an option of a run's specification, with its meaning and its limits."""
+    """Return the flag of an option of a run's specification, with its meaning and limits."""
     field = options.model_fields[option]
     for end, name in (("min", "ge"), ("max", "le")):
         more |= {end: getattr(each, name) for each in field.metadata if hasattr(each, name)}  # noqa: B035
@@ -56,7 +56,7 @@ def flag_of(options: type[Options], option: str, panel: str, *names: str, **more
 
 
 def scoring(option: str, *names: str, **more: Any) -> Any:
-    """The flag of an option of scoring."""
+    """Return the flag of a scoring option."""
     return flag_of(ScoringOptions, option, SCORING, *names, **more)
 
 
@@ -68,7 +68,7 @@ Wide = Annotated[bool, flag("--wide", help="All columns in one table, however wi
 
 
 def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
-    """The folder, which is the default for all that a command starts: built-in models, Inspect, workers."""
+    """Set the folder of the data set as default for all that a command starts: models, Inspect, workers."""
     if folder is not None:
         before = {name: os.environ[name] for name in (FOLDER_VARIABLE,) if name in os.environ}
 
@@ -92,7 +92,7 @@ DataFolder = Annotated[
 
 
 def store(folder: Path | None) -> Store:
-    """The store in a folder, or in the default one."""
+    """Return the data store in a folder, or the default store."""
     return Store() if folder is None else Store(folder)
 
 
@@ -103,38 +103,38 @@ def opened_source(
     errata: ErrataChoice = ErrataChoice.CURRENT,
     terms: PlannerTerms | None = None,
 ) -> Iterator[Source]:
-    """The data set in a folder, or in the default one; a progress bar says what is fetched of it."""
+    """Open the data set in a folder or in the default one, with a progress bar for downloads."""
     with data_progress() as report:
         yield Source(store(folder), report, planner, errata, terms or PlannerTerms())
 
 
 def planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerTerms:
-    """The terms of planners in a command, whose processes share what they find until it ends."""
+    """Open the planner settings of a command. Its processes share planner results until it ends."""
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
     return PlannerTerms(seconds, memory_mib, Path(folder))
 
 
 SETTING = "--with"
-"""The flag for options that have no flag of their own."""
+"""Flag for options without a flag of their own."""
 
 Chosen = TypeVar("Chosen", bound=Options)
 
 
 def with_settings(name: str, options: type[Chosen], settings: Sequence[str]) -> Chosen:
-    """The options of a section with settings, which may have the name of the section before theirs.
+    """Return the options of a section with settings of the form NAME=VALUE; NAME may begin with the section.
 
     Raises:
-        InputError: there is no such option or value.
+        InputError: An option or its value is unknown.
     """
     values = dict(map(setting, settings))
     return options.read(name, {key.removeprefix(f"{name}."): value for key, value in values.items()})
 
 
 def setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") -> tuple[str, str]:
-    """The name and the value that a flag gives in such a form.
+    """Split a flag NAME=VALUE.
 
     Raises:
-        InputError: it gives none.
+        InputError: The text has another form.
     """
     key, separator, value = text.partition("=")
     if not separator:
@@ -148,12 +148,12 @@ AgentSettings = Annotated[
 
 
 def setting_of_others(settings: Sequence[str]) -> Setting:
-    """The setting in which somebody acts who is no model that this program asks.
+    """Return the acting setting for a person or an agent outside this program.
 
     Raises:
-        InputError: an option is one of models alone.
+        InputError: An option is only for models.
     """
-    from eai.agents.setting import AGENT, Setting  # which commands that score do not need
+    from eai.agents.setting import AGENT, Setting  # imported late: commands that score do not need it
 
     chosen = with_settings(AGENT, Setting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
@@ -162,12 +162,12 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
 
 
 def option_rows(options: type[Options], before: str = "") -> Iterator[str]:
-    """The rows of options in a table in Markdown: name, value if not given, meaning."""
+    """Return rows of options for a table in Markdown: name, default, meaning."""
     for name in options.model_fields:
         default = options.format_default(name)
         yield f"| `{before}{name}` | {default and f'`{default}`'} | {options.describe_option(name)} |"
 
 
 def listed(text: str | None) -> list[str]:
-    """The names that an option gives, separated by commas."""
+    """Return the names in an option, separated by commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]

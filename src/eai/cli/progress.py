@@ -1,6 +1,6 @@
-"""The progress of fetching and of a run: a bar with the time left on a terminal, a few lines elsewhere.
+"""Show the progress of downloads and runs: a bar on a terminal, a few lines elsewhere.
 
-An interrupted one says how to resume it.
+An interrupt prints how to resume.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
     from eai.run.journal import ProgressWatch
 
 PATIENCE = 5
-"""How many seconds are between two lines of progress, at least, where there is no terminal."""
+"""Minimum seconds between two lines of progress without a terminal."""
 
 LONGEST_SILENCE = 60
-"""After how many seconds there is a line in any case, as soon as something is done."""
+"""Maximum seconds without a line of progress, once some work is done."""
 
 LINES = 10
-"""How many lines a run takes where there is no terminal."""
+"""Maximum number of progress lines of a run without a terminal, apart from slow runs."""
 
 BESIDE_THE_TITLE = 42
-"""The width of a line of progress besides its title: a bar, the count, the rate, the time left, failures."""
+"""Columns of a progress line next to its title: bar, count, rate, time left, failures."""
 
 P = ParamSpec("P")
 
 
 def resumable(command: Callable[P, None]) -> Callable[P, None]:
-    """The command that says, wherever it is interrupted, how to resume it."""
+    """Return a command that prints how to resume it if it is interrupted."""
 
     @wraps(command)
     def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
@@ -52,7 +52,7 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 
 @contextmanager
 def data_progress() -> Iterator[ReportProgress]:
-    """Shows how far each step of obtaining the data set is, one after the other; downloads in megabytes."""
+    """Show the progress of each step of obtaining the data set, with downloads in megabytes."""
     watches: dict[str, ProgressWatch] = {}
     with ExitStack() as shown:
 
@@ -68,13 +68,13 @@ def data_progress() -> Iterator[ReportProgress]:
 
 
 def run_progress(title: str, *, quiet: bool) -> AbstractContextManager[ProgressWatch | None]:
-    """Shows how far a run is on standard error, and takes the bar away at the end."""
+    """Show the progress of a run on standard error, and remove the bar at the end."""
     return nullcontext() if quiet else _watching(title)
 
 
 @contextmanager
 def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[ProgressCallback]:
-    """Shows how far scoring is, as `run_progress` does; without a terminal it begins after a few seconds."""
+    """Show the progress of scoring. Without a terminal, lines begin after a few seconds."""
     if quiet:
         yield lambda scored: None
         return
@@ -83,7 +83,7 @@ def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Progres
 
 
 def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[ProgressWatch]:
-    """A bar on a terminal, and lines elsewhere."""
+    """Show a bar on a terminal, or lines elsewhere."""
     console = errors()
     return _bar(title, console) if console.is_terminal else nullcontext(_lines(title, console, first, unit))
 
@@ -101,7 +101,9 @@ def _bar(title: str, console: Console) -> Iterator[ProgressWatch]:
         TextColumn("{task.fields[failed]}", style="red"),
     )
     room = console.width - BESIDE_THE_TITLE
-    title = title if len(title) <= room else f"…{title[1 - room :]}"  # or counts and times would be cut
+    title = (
+        title if len(title) <= room else f"…{title[1 - room :]}"
+    )  # otherwise counts and times would be cut
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None, rate="", failed="")
 
@@ -119,9 +121,9 @@ def _bar(title: str, console: Console) -> Iterator[ProgressWatch]:
 
 
 def _lines(title: str, console: Console, first: float, unit: str) -> ProgressWatch:
-    """A line for every tenth, and none but the last sooner than some seconds after the one before.
+    """Print a line for every tenth of the work, with a minimum time between lines.
 
-    A long task has a line a minute, with the time that is left at this rate.
+    Slow work has a line a minute, with the estimated time left.
     """
     began = time.monotonic()
     shown, due, overdue = -1, began + first, began + LONGEST_SILENCE

@@ -1,4 +1,4 @@
-"""The prompts of a suite as a file, and the tasks that commands name."""
+"""Write the prompts of a suite to a file, and choose tasks by the names that commands take."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Sample = Annotated[int | None, flag(help="So many of them, drawn at random.", mi
 SampleSeed = Annotated[int, flag(help="Which ones --sample draws.")]
 
 SHORT = "short"
-"""The name of the short test of a suite, in the place of task ids."""
+"""Value of ``--tasks`` for the short test of a suite."""
 
 PAGE = ".html"
-"""The ending of a file that is a page for people."""
+"""File extension of a page for people."""
 
 
 def is_list(out: Path) -> bool:
-    """Whether prompts go to such a file as a list, or as a page for people, and not as rows for training."""
+    """Whether a file with this extension holds a list of prompts or a page, not rows for training."""
     return out.suffix in (".json", PAGE)
 
 
@@ -50,16 +50,16 @@ def write_prompts(
     """Write the prompts of a suite as a list, or as a page on which people answer.
 
     Args:
-        library: where prompts are from.
-        benchmark: the benchmark.
-        ability: what is asked for.
-        out: the file.
-        chosen: makes of prompts and the name of their suite those that are wanted (`drawn`); all if None.
-        goals: answers to goal interpretation whose goals are stated, to the tasks that they are about.
-        as_json: print what was written as JSON.
+        library: Source of prompts.
+        benchmark: Benchmark of the tasks.
+        ability: Ability that the prompts ask for.
+        out: Output file.
+        chosen: Chooses prompts by task id and name of the suite (`drawn`); None for all.
+        goals: Answers to goal interpretation whose goals the prompts state; None for the tasks' goals.
+        as_json: Whether the summary is printed as JSON.
 
     Raises:
-        InputError: there is no such task, or people cannot answer on a page.
+        InputError: A task does not exist, or the ability cannot be answered on a page.
     """
     source, is_page = library.source, out.suffix == PAGE
     is_plain = library.prompts == "official" and library.folder is None and goals is None
@@ -84,7 +84,7 @@ def write_prompts(
 def _opened(
     library: Library, benchmark: Benchmark, ability: Ability, goals: Path | None
 ) -> Mapping[str, Prompt]:
-    """All prompts, or those with the goals of answers to goal interpretation."""
+    """Return all prompts, or prompts with the goals of answers to goal interpretation."""
     if goals is None:
         return library.open(benchmark, ability)
     from eai.studies.pipeline.stage_one import read_goal_beliefs
@@ -98,10 +98,10 @@ T = TypeVar("T")
 
 
 def drawn(asked: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str) -> dict[str, T]:
-    """The values of the tasks that are named, or of so many of them.
+    """Return the entries of the named tasks, or of a random sample.
 
     Raises:
-        InputError: there is no such task.
+        InputError: A task does not exist.
     """
     named = listed(tasks) or list(asked)
     for task_id in named:
@@ -115,10 +115,10 @@ def drawn(asked: Mapping[str, T], tasks: str, sample: int | None, seed: int, of:
 def playable(
     domain: str, tasks: str, sample: int | None, seed: int, data: Path | None
 ) -> tuple[Suite, list[str]]:
-    """The tasks of a benchmark as they are acted in, and the ids of those that are named, or of a sample.
+    """Return the acting suite of a benchmark, and the ids of named tasks or of a random sample.
 
     Raises:
-        InputError: there is no such benchmark or task.
+        InputError: The benchmark or a task does not exist.
     """
     with opened_source(data) as source:
         suite = open_suite(domain, ACTING, source=source)
@@ -127,10 +127,10 @@ def playable(
 
 
 def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:
-    """For each suite those of its tasks that ``--tasks`` names, so many at most; of all, if it names none.
+    """Return for each suite the tasks that ``--tasks`` names, or all tasks, up to a limit.
 
     Raises:
-        InputError: no suite has a task of this name, or one has no short test.
+        InputError: No suite has a task of this name, or a suite has no short test.
     """
     if tasks == SHORT:
         wanted = [_short(suite) for suite in suites]

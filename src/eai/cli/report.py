@@ -1,4 +1,4 @@
-"""``eai report``: from records to tables, plots and the explorer."""
+"""``eai report``: write tables, plots and the explorer from records."""
 
 from __future__ import annotations
 
@@ -63,27 +63,27 @@ def report(
     wide: Wide = False,
     data: DataFolder = None,
 ) -> None:
-    """Print the main results of runs, the best first; with --out, write tables, plots and the HTML explorer.
+    """Print the main results of runs; with --out, write tables, plots and the HTML explorer.
 
-    What is printed is one table a domain and protocol, the best model first; an ability that is none of the
-    paper's has a table of its own. Tables are written as Markdown, LaTeX, CSV and JSON.
+    The command prints one table for each domain and protocol, best model first. Abilities beyond the paper
+    have tables of their own. Tables are written as Markdown, LaTeX, CSV and JSON.
 
     Example: eai report scores --paper
 
     Example: eai report scores --out report --paper
 
     Options:
-        out: The folder of the report; without it the main results are printed.
+        out: Folder of the report; without it the main results are printed.
         paper: Show the paper's models beside the runs.
         plots: Draw plots (needs the extra 'plots').
-        summary: Draw each model on one page, too.
+        summary: Also draw one page for each model.
         prompts: Put prompts and the data set's operators into the explorer.
         pictures: Put a picture of each step's state into the explorer.
-        models: Only these, in LaTeX.
-        columns: Only these, in LaTeX.
-        intervals: 95 % intervals below the numbers, in LaTeX.
-        formats: Files of each plot.
-        prices: Prices of tokens for answers that have none: TOML with date, source and models.
+        models: Only these models in LaTeX tables.
+        columns: Only these columns in LaTeX tables.
+        intervals: 95 % intervals below the numbers in LaTeX tables.
+        formats: File formats of plots.
+        prices: Token prices for answers without a cost: TOML with date, source and models.
     """
     if out is None:
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
@@ -116,10 +116,10 @@ def report(
 
 
 def _formats(text: str) -> list[str]:
-    """The formats of plots that an option names.
+    """Return the formats of plots in an option.
 
     Raises:
-        InputError: one is not known.
+        InputError: A format is unknown.
     """
     named = listed(text)
     if not named or not set(named) <= set(FORMATS):
@@ -128,7 +128,7 @@ def _formats(text: str) -> list[str]:
 
 
 def _draw(out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], formats: Sequence[str]) -> int:
-    """Draw plots, which the report then shows, and count them; a remark where matplotlib is not installed."""
+    """Draw the plots of a report and return their number, or print a remark if matplotlib is missing."""
     try:
         return add_plots(out, runs, pages, formats, partial(scoring_progress, quiet=False))
     except EaiError as error:
@@ -139,20 +139,20 @@ def _draw(out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], forma
 def background(
     source: Store, own: Mapping[str, Benchmark], out: Path, domain: str, *, prompts: bool, pictures: bool
 ) -> ExplorerBackground:
-    """The words of the user's data set on the tasks of a domain, or of the user's own benchmark.
+    """Return the data set's information about the tasks of a domain, or of the user's own benchmark.
 
     Nothing is fetched for it.
 
     Args:
-        source: where the data set is, if it is at hand.
-        own: the user's own benchmarks, by name.
-        out: the folder of the report, which may have films.
-        domain: the domain.
-        prompts: whether words are wanted.
-        pictures: whether scenes are.
+        source: Location of the data set, if it is installed.
+        own: The user's own benchmarks by name.
+        out: Folder of the report, which may contain films.
+        domain: Name of the domain.
+        prompts: Whether prompts are wanted.
+        pictures: Whether pictures of scenes are wanted.
 
     Raises:
-        InputError: scenes are wanted, and the data set is not at hand.
+        InputError: Pictures are wanted, and the data set is not installed.
     """
     if pictures and not is_at_hand(source, domain):
         raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
@@ -170,13 +170,13 @@ def background(
 
 
 def _film(out: Path, record: Record) -> str:
-    """The address of an answer's film, where there is one (`eai explain --film OUT/films`)."""
+    """Return the link to an answer's film (`eai explain --film OUT/films`), or None if there is no film."""
     address = f"{_FILMS}/{film_name(record)}"
     return address if (out / address).is_file() else ""
 
 
 def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
-    """The words of a benchmark, as far as it has any; PDDL, for one, cannot say all that is declared."""
+    """Return the prompts and operators of a benchmark for the explorer, as far as they can be made."""
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
         with suppress(EaiError):
@@ -193,7 +193,7 @@ def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
 
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
-    """Print one table a domain and protocol."""
+    """Print one table for each domain and protocol."""
     summaries = [summary_of(count_goals_as_paper(run) if paper else run) for run in read_runs(records)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
@@ -215,7 +215,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
 
 
 def _shown(ranking: Ranking) -> Table:
-    """A table with its protocol in the title, and abilities over its columns."""
+    """Return a table with its protocol in the title and abilities above its columns."""
     table = ranking.table()
     first = len(table.columns) - len(ranking.columns)
     headings = map(_heading, ranking.columns)

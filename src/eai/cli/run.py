@@ -1,6 +1,6 @@
 """``eai run``: obtain a model's answers and score them.
 
-With ``--adaptive``, tasks are chosen as answers come, until the ability is known well enough.
+With ``--adaptive``, each task is chosen by the answers so far, until the ability estimate is precise.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ SHOWN_TASKS = 5
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A run of all suites.
+    """A run of several suites.
 
     Attributes:
-        spec: the specification of the run.
-        library: the source of prompts.
-        out: the folder of the results.
-        quiet: whether results are not printed.
+        spec: Specification of the run.
+        library: Source of prompts.
+        out: Folder of the results.
+        quiet: Whether results are not printed.
     """
 
     spec: RunSpec
@@ -110,20 +110,20 @@ def run(
 ) -> None:
     """Obtain answers through Inspect and score them. The same command resumes where it was interrupted.
 
-    The options of a run are written to run.toml beside its results, and read from such a file.
+    The options of a run are written to run.toml beside its results. FILE can be such a file.
 
     Exit status 1 if some tasks were not answered; until they are, they count as failed. A built-in model
     skips abilities that it has no answer to.
 
-    With --limit, --tasks or --adaptive the numbers are of these tasks alone, and the run is not ranked.
+    With --limit, --tasks or --adaptive the results cover only these tasks, and the run is not ranked.
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
 
     Options:
         file: Options from a file; flags replace them.
         model_arg: An argument of the model.
-        out: Where answers, logs, records, summaries go.
-        quiet: Print nothing but what went wrong.
+        out: Folder of answers, logs, records and summaries.
+        quiet: Print only errors.
     """
     if settings == [flags.HELP]:
         console.print_markdown("\n".join(flags.listing()))
@@ -192,7 +192,7 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
 
 
 def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> FirstStage | None:
-    """The stage before the questions, if there is one: goals are interpreted, or scenes are seen."""
+    """Return the stage before the questions, which interprets goals or perceives scenes, or None."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
@@ -203,7 +203,7 @@ def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Promp
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
-    """Say how many of the data set's questions were not asked as they are published."""
+    """Print how many questions of the data set were corrected."""
     corrected = library.corrected(suite.benchmark, suite.ability, prompts)
     if corrected:
         rest = "asked as corrected by errata; --errata none asks as published."
@@ -220,11 +220,11 @@ def _obtain_and_score(
     *,
     studied: bool = False,
 ) -> SuiteResult:
-    """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
+    """Obtain one model's answers to one suite through Inspect, and score them.
 
-    In a pipeline, and where a scene is perceived, they are answers to other prompts about the same tasks; a
-    task without a first stage has no second one. There are as many answers to each task as the order asks
-    for, or ``epochs``. Answers of an earlier stage are not ``studied``: they have no choices of studies.
+    Inspect is imported only here. In a pipeline, or with a perceived scene, the first stage changes the
+    prompts. A task without an answer in the first stage is not asked. Each task gets as many answers as the
+    order asks for, or ``epochs``. Records of an earlier stage contain no options of studies.
     """
     from eai.run.tasks import combine_experiments, make_trials, obtain_answers, write_scores
 
@@ -277,7 +277,7 @@ def _obtain_and_score(
 
 
 def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
-    """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
+    """Print errors, usage and the location of results. End with status 1 if answers are missing."""
     if as_json:
         known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
         console.print_json([{**found, "model": each.model, **each.effort()} for each, found in known])
@@ -302,7 +302,7 @@ def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> N
 
 
 def _effort(outcome: SuiteResult) -> str:
-    """One line on what an outcome took and where it is."""
+    """Return one line with usage and location of a run."""
     usage = outcome.usage
     parts = [console.counted(outcome.totals.coverage.answered, "answer")]
     if usage.input_tokens is not None and usage.output_tokens is not None:
@@ -320,7 +320,7 @@ def _effort(outcome: SuiteResult) -> str:
 def _obtain_adaptively(
     order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, obtain: Any
 ) -> SuiteResult:
-    """Ask tasks in rounds until the ability is known well enough, and say how well it is known."""
+    """Ask tasks in rounds until the ability estimate is precise, and print its standard error."""
     ask = partial(_obtain_and_score, order, endpoint, suite=suite)
     result: SuiteResult
     result, remark = obtain(ask, prompts, suite, order.spec.tasks.adaptive)

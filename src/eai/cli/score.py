@@ -1,4 +1,4 @@
-"""``eai score``: from response files to records and summaries."""
+"""``eai score``: write records and summaries from response files."""
 
 from __future__ import annotations
 
@@ -45,17 +45,17 @@ from eai.tasks.source import ErrataChoice, Source
 _AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
 
 LOG_SUFFIX = ".eval"
-"""How the names of Inspect's logs end."""
+"""File extension of Inspect's logs."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Share:
-    """The answers of one model to one suite, and where its results go.
+    """The answers of one model to one suite, and the folder of their results.
 
     Attributes:
-        rules: the rules of the game by which the answers were made; None for the standard rules.
-        elsewhere: the tasks that the model answered by other rules.
-        logged: adds to a record the experiment that a log says.
+        rules: Game rules of the answers; None for the standard rules.
+        elsewhere: Ids of tasks that the model answered by other rules.
+        logged: Adds the experiment from a log to a record.
     """
 
     suite: Suite
@@ -70,7 +70,7 @@ class _Share:
 
     @property
     def name(self) -> str:
-        """The model, and the rules of the game."""
+        """The name of the model, followed by its game rules if they are not standard."""
         return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).rules_text)))
 
 
@@ -100,12 +100,13 @@ def score(
     wide: options.Wide = False,
     data: options.DataFolder = None,
 ) -> None:
-    """Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, the main table to the screen.
+    """Score answers: write verdicts to OUT/records.jsonl and rates to OUT/summary.json, print the main table.
 
-    A task without an answer counts as failed. With several files each model gets a folder of its own in OUT.
+    A task without an answer counts as failed. With several files, each model has its own folder in OUT.
 
-    Without --domain or --ability all suites are scored that files name by their places, as in
-    <domain>/<ability>/<model>_outputs.json or <domain>_<ability>_outputs.json; each gets a folder of OUT.
+    Without --domain or --ability, suites are taken from the paths of files, as in
+    <domain>/<ability>/<model>_outputs.json or <domain>_<ability>_outputs.json. Each suite has a folder in
+    OUT.
 
     Example: eai score gpt-4o_outputs.json --domain virtualhome --ability action_sequencing --out scores
 
@@ -114,19 +115,19 @@ def score(
     Example: eai score answers --shard $SLURM_ARRAY_TASK_ID/8 --out scores; eai score scores --merge
 
     Options:
-        paths: Response files (JSON, JSONL, Parquet), folders or zips of them, or logs of Inspect's.
-        ray: Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.
-        goals: Of a pipeline: the answers to goal interpretation whose goals the questions stated.
-        prompt_name: What their prompts were called.
-        shard: Score the I-th of N parts, as a job of its own; --merge puts them together.
-        merge: Put the shards in the folders PATH together, as one process writes them.
-        out: Where records and summaries go.
+        paths: Response files (JSON, JSONL, Parquet), folders or zips of such files, or Inspect logs.
+        ray: Score with --workers on a Ray cluster: auto, HOST:PORT, or local.
+        goals: For pipelines: the answers to goal interpretation whose goals the questions stated.
+        prompt_name: Name of the prompts.
+        shard: Score the I-th of N parts as a separate job; --merge merges the parts.
+        merge: Merge the shards in the folders PATH into the results of one process.
+        out: Folder of records and summaries.
     """
     if merge:
         _merge(paths, wide=wide, as_json=as_json)
         return
     for path in paths:
-        find_response_files(path)  # what is not there is said before the data set is fetched
+        find_response_files(path)  # report missing files before the data set is fetched
     settings = ScoringOptions(
         workers=workers, explanations=explanations, allow_missing=allow_missing, look_back=look_back
     )
@@ -165,7 +166,7 @@ def score(
 
 
 def _by_rules(share: _Share) -> list[_Share]:
-    """Return the answers by the rules of the game, in a folder for each of several rules."""
+    """Split answers by their game rules, with one folder for each of several rules."""
     parts = split_by_rules(share.suite.ability, share.answers)
     shares = []
     for rules, answers in parts.items():
@@ -181,7 +182,7 @@ def _by_rules(share: _Share) -> list[_Share]:
 
 
 def _note_elsewhere(shares: Sequence[_Share]) -> None:
-    """Say on standard error how many rows are about tasks that the data set does not have, if any are."""
+    """Print a note on standard error with the number of answers to tasks outside the data set, if any."""
     for share in shares:
         if share.answers.skipped_rows:
             title = f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}"
@@ -190,7 +191,7 @@ def _note_elsewhere(shares: Sequence[_Share]) -> None:
 
 
 def _opened(workers: int, ray: str | None) -> Scoring:
-    """The workers that score: processes of this machine, or a cluster of Ray's."""
+    """Open the workers that score: processes of this machine, or a Ray cluster."""
     if ray is None:
         return Scoring(workers)
     with require_extra("ray", "--ray needs"):
@@ -205,7 +206,7 @@ def _score_all(
     as_json: bool,
     wide: bool,
 ) -> list[Json]:
-    """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
+    """Score all answers, write the results, and print a table for each suite or everything as JSON."""
     printed: list[Json] = []
     try:
         for _, group in groupby(shares, key=lambda share: share.suite):
@@ -222,7 +223,7 @@ def _score_all(
 
 
 def _scored(share: _Share, parts: Iterable[RecordBatch]) -> Totals:
-    """The totals of a model in a suite, all of whose records are written, if they are, part by part."""
+    """Score a model's answers to a suite, write its records, and return its totals."""
     if share.out is not None:
         _note_replaced(share.out / records.RECORDS, share)
         return records.write_record_batches(share.out, parts)
@@ -233,7 +234,7 @@ def _scored(share: _Share, parts: Iterable[RecordBatch]) -> Totals:
 
 
 def _interrupted(shares: Sequence[_Share], done: int) -> str:
-    """The message to whom interrupts scoring."""
+    """Return the message after an interrupt of scoring."""
     if not done or shares[0].out is None:
         return "interrupted; nothing is written"
     left = shares[done]
@@ -244,11 +245,11 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
 def _parts(
     share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterable[RecordBatch]:
-    """The records of all answers, part by part; where there are several epochs, with their means."""
+    """Yield the records of all answers in batches, and the means of several epochs."""
     averaged = declaration_of(share.suite.ability).combine_epochs
     if averaged is None or not share.answers.further_epochs:
         return _parts_of(share, settings, workplace, quiet=quiet)
-    from eai.results.epochs import average_records  # which answers of one epoch do not need
+    from eai.results.epochs import average_records  # imported late: answers of one epoch do not need it
 
     suite = share.suite
     of_epochs = [
@@ -279,7 +280,7 @@ def _parts_of(
 
 
 def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
-    """Return what marks a record with its experiment, the goals of its question, and its prompts' name."""
+    """Return a function that adds experiment, stated goals and prompt name to a record."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
     from eai.results.epochs import finish_record
@@ -300,7 +301,7 @@ def _in_turn(first: Callable[[Record], Record], second: Callable[[Record], Recor
 
 
 def _note_authority(name: str, totals: Totals) -> None:
-    """Say on standard error how many problems the built-in search left to Fast Downward."""
+    """Print a note on standard error with the number of problems that Fast Downward had to decide."""
     left = totals.left.total()
     if not left:
         return
@@ -310,7 +311,7 @@ def _note_authority(name: str, totals: Totals) -> None:
 
 
 def _note_replaced(file: Path, share: _Share) -> None:
-    """Say on standard error that a file of records is replaced, if it is of another run."""
+    """Print a note on standard error if a file of records of another run is replaced."""
     if not file.is_file():
         return
     try:
@@ -324,7 +325,7 @@ def _note_replaced(file: Path, share: _Share) -> None:
 
 
 def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:
-    """The answers to one suite; with several files each model has a folder of its own."""
+    """Yield the answers to one suite. With several files, each model has its own folder."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
     found = [_read(file, suite) for file in files]
     _refuse_twins([answers.model for answers, _ in found])
@@ -343,10 +344,10 @@ def _shares_by_place(
     source: Source,
     out: Path | None,
 ) -> list[_Share]:
-    """The answers in files that name their suites, of one benchmark or ability where one is named.
+    """Yield the answers in files whose paths name their suites, of one benchmark or ability if given.
 
     Raises:
-        InputError: there is none, or two are of one model and one suite.
+        InputError: No file names a suite, or two files have the same model and suite.
     """
     own = find_benchmarks_of_runs(places)
     named = None
@@ -370,9 +371,9 @@ def _shares_by_place(
 
 
 def _read(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
-    """The answers in a response file or a log, and what marks records with the experiment of a log.
+    """Return the answers in a response file or log, and a function that adds a log's experiment to records.
 
-    Inspect, which reads logs, is imported only for one.
+    Inspect is imported only for logs.
     """
     if file.suffix != LOG_SUFFIX:
         return read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True), None
@@ -382,14 +383,14 @@ def _read(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Re
 
 
 def _refuse_twins(names: Sequence[str]) -> None:
-    """Raise if two files are of one model, because their results would overwrite each other."""
+    """Raise if two files belong to one model, because their results would overwrite each other."""
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{name}: two files are of this model; score them one at a time")
 
 
 def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
-    """Put shards together: records and summaries as one process writes them."""
+    """Merge shards into records and summaries equal to those of one process."""
     printed: list[Json] = []
     for folder, files in [found for path in paths for found in records.find_shards(path).items()]:
         totals = records.merge_shards(folder, files)

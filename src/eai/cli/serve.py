@@ -1,4 +1,4 @@
-"""Let agents outside of this program act."""
+"""``eai serve``: let agents outside this program act."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ app = typer.Typer(no_args_is_help=True)
 
 _HTTP = "Over HTTP"
 _LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
-"""The addresses of this machine alone, as requests write them."""
+"""Host names of this machine in requests."""
 
 
 @app.command(no_args_is_help=True)
@@ -42,23 +42,23 @@ def mcp(
 ) -> None:
     """Offer tasks over the Model Context Protocol, by the tools act, look and done.
 
-    Over standard input the process is the world of one task. With --port each task has a ticket, in
-    OUT/tickets.json, which the agent sends as a bearer token; it is one episode, which never begins anew.
+    Over standard input the process serves one task. With --port each task has a ticket in OUT/tickets.json.
+    The agent sends the ticket as a bearer token. A ticket is for one episode, which cannot be restarted.
 
-    OUT/NAME_outputs.jsonl has the episodes for eai score: each as it ends, and all that have begun once the
-    server has stopped or begins again. What has not ended goes on when the same command runs again. The agent
-    must not be able to read or write OUT.
+    OUT/NAME_outputs.jsonl collects the episodes for eai score: each when it ends, and all that have begun
+    when the server stops. The same command continues unfinished episodes. The agent must not be able to read
+    or write OUT.
 
     Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
 
     Options:
-        out: Where journals and answers go.
-        agent: Who acts, as tables name it.
+        out: Folder of journals and answers.
+        agent: Name of the agent in tables.
         port: Serve over HTTP at /mcp.
-        host: Where to listen.
-        allow_host: What requests may call this host.
-        tickets: Episodes of each task.
-        trust_network: No tickets: one task, for whoever reaches the port.
+        host: Address to listen on.
+        allow_host: Further host name that requests may use.
+        tickets: Number of episodes for each task.
+        trust_network: Serve one task without a ticket to everybody who reaches the port.
     """
     setting = setting_of_others(settings or ())
     with require_extra("mcp", "eai serve mcp needs"):
@@ -86,7 +86,7 @@ def mcp(
 
 
 def _write_tickets(out: Path, tickets: Mapping[str, AnswerKey]) -> Path:
-    """Write the tickets for who hands them out, whom alone they are for."""
+    """Write the file of tickets, readable only by its owner."""
     rows = [
         {"identifier": task_id, "epoch": epoch, "ticket": ticket}
         for ticket, (task_id, epoch) in tickets.items()

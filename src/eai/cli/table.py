@@ -1,4 +1,4 @@
-"""Rates on a terminal, and what ``--json`` prints of them."""
+"""Print rates on a terminal, and make their JSON for ``--json``."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from eai.results.totals import Totals
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
 _GROUPED = re.compile(r"\.(?=\D)")
-"""The point between a group and a measure, which is none in a number such as 1.5."""
+"""Point between the group and the name of a metric, unlike the point in a number such as 1.5."""
 
 PERCENT = Column("percent", digits=1, is_number=True)
-"""A column of rates in percent."""
+"""Style of a column of rates in percent."""
 
 
 def _named(model: str, totals: Totals) -> str:
-    """Return a model with its harness, its effort and the rules of the game."""
+    """Return a model's name with its harness, effort and game rules."""
     return ", ".join([model, *(part for part in totals.agent if not model.endswith(f", {part}"))])
 
 
 def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool) -> None:
-    """Print the rates of models in a suite, and what is remarkable of coverage and errata, alike ones once.
+    """Print the rates of models in a suite, with remarks on coverage and errata, each printed once.
 
     Args:
-        results: model -> what it comes to.
-        below: a line below the name of the suite; the label of the first run's studies if empty.
-        wide: all columns side by side, however wide.
+        results: Results by model.
+        below: Line below the name of the suite; if empty, the label of the first run's studies.
+        wide: Whether all columns stand side by side, however wide the table is.
     """
     first = next(iter(results.values())).first
     declared = declaration_of(first.ability)
@@ -54,18 +54,18 @@ def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool)
 
 
 def print_remark(name: str, coverage: Coverage) -> None:
-    """Say on standard error what is remarkable about how much of a suite is answered."""
+    """Print a remark on standard error if a suite is not answered completely."""
     if coverage.remark is not None:
         note(f"{name}: {coverage.remark}")
 
 
 def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals]) -> Table:
-    """The rates in percent with one decimal: of one model a row a metric, of several a row a model.
+    """Return a table of percentages: a row for each metric of one model, or for each of several models.
 
     Args:
-        title: what the rates are of.
-        metrics: which.
-        results: model -> what it comes to.
+        title: Title of the table.
+        metrics: Names of the metrics.
+        results: Results by model.
     """
     found = {model: totals.rates for model, totals in results.items()}
     shown = [metric for metric in metrics if any(rates[metric].denominator for rates in found.values())]
@@ -90,7 +90,7 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals
 
 
 def result_json(totals: Totals, folder: Path | None) -> dict[str, Json]:
-    """The ``--json`` of one model in one suite, and where its records were written to; None if nowhere."""
+    """Return the JSON of one model in one suite, with the path of its records, or None if not written."""
     first, planners, errata = totals.first, totals.planners, totals.errata
     return {
         "model": first.model,
@@ -111,7 +111,7 @@ def result_json(totals: Totals, folder: Path | None) -> dict[str, Json]:
 
 
 def heading(metric: str) -> str:
-    """A metric's name in short lines."""
+    """Return a metric's name, broken into short lines."""
     *groups, measure = _GROUPED.split(metric)
     words = [word for group in groups for word in group.split("_")]
     last = [_SHORT[measure]] if measure in _SHORT else measure.split("_")

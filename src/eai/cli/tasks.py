@@ -1,4 +1,4 @@
-"""``eai check`` and ``eai export tasks``: benchmarks checked, task files checked and written."""
+"""``eai check`` and ``eai export tasks``: check benchmarks and task files, and write task files."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ def check(
 ) -> None:
     """Check a benchmark: its declaration, its tasks, and each line of task files.
 
-    The declaration is tried by random walks; a goal that holds at the start or names what there is not, a
-    plan that does not solve its task, and a task that no plan solves are named. The exit status is 2 if there
-    is one.
+    Random walks test the declaration. The command reports goals that hold at the start or name unknown
+    objects, plans that do not solve their task, and tasks without a plan. The exit status is 2 if it finds
+    any.
 
-    With --against, count the tasks that another benchmark gives away: the same, of the same goals, solved by
-    its plans (eai/lookup). With --split, check that the set was made with the secret whose digest is known.
+    With --against, count tasks that another benchmark gives away: equal tasks, tasks with equal goals, and
+    tasks that its plans solve (eai/lookup). With --split, check that the set was made with a secret.
 
     Example: eai check tasks/
 
     Options:
-        against: Count what this benchmark gives away, say what was trained on.
-        split: The set of a folder by eai generate to be proven by its --secret.
-        secret: What the set was made with.
+        against: Count tasks that this benchmark gives away, such as training tasks.
+        split: Name of a set by eai generate that --secret must prove.
+        secret: The secret of the set.
         schema: Print the JSON Schema of a line of a task file instead.
     """
     if schema:
@@ -103,16 +103,16 @@ def tasks(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Write all tasks of a benchmark as a task file, to be changed, or as an example.
+    """Write all tasks of a benchmark as a task file, for changes or as an example.
 
-    The plans are the data set's own. With problems in BDDL, or in PDDL of the exported domain, those are
-    written as tasks of the benchmark.
+    The plans are the data set's own. With --problems, problems in BDDL or in PDDL of the exported domain are
+    written as tasks instead.
 
     Example: eai export tasks --domain pddl:domain.pddl,problems --out problems.jsonl
 
     Options:
         out: FILE.jsonl or FILE.jsonl.gz.
-        problems: Problems, *.bddl or *.pddl, or folders of them, in place of its own tasks.
+        problems: Problems (*.bddl, *.pddl) or folders of problems, instead of its own tasks.
     """
     if problems and domain.startswith(f"{PDDL}:"):
         raise InputError(
