@@ -1,4 +1,4 @@
-"""A small benchmark to play: a robot, two rooms, a box and two lamps, of which one is shut in the box."""
+"""A small benchmark for episodes: a robot, two rooms, a box and two lamps, one of them shut in the box."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SCENE = w.Scene(DOMAIN.vocabulary, [w.WorldObject(name, kind) for name, kind in 
 
 
 def initial() -> w.State:
-    """The robot and the lamp in the hall, the torch in the box in the shed."""
+    """Return a state with robot and lamp in the hall, and the torch in the box in the shed."""
     index = SCENE.index
     places = {"robot": "hall", "lamp": "hall", "box": "shed", "torch": "shed"}
     return SCENE.state(
@@ -70,7 +70,7 @@ def tasks() -> list[Task]:
 SWITCHES = Benchmark("switches", DOMAIN, given(*tasks()))
 
 WON = ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
-"""Commands that win the task ``both``, also where one sees but a part."""
+"""Commands that win the task ``both``, even in a partial view."""
 
 CASES = (
     ("both", (), (0, 0, 0, 0, 0, 0)),
@@ -87,9 +87,9 @@ CASES = (
     ("half", ("GO(shed)", "OPEN(box)"), (0, 0, 0, 0, 0, 0)),
     ("greet", ("PRESS(lamp)", "WAVE()"), (0, 1 / 3, 1 / 3, 1 / 3, 0, 0)),
 )
-"""A task, actions until one fails or all goals are reached, and what they are worth by each `eai.Shaping`.
+"""A task, actions until one fails or all goals are reached, and the values of these by each `eai.Shaping`.
 
-Every face of the reward pays so, those of the packages too.
+Every interface to the reward must pay these values, those of the packages too.
 """
 
 CASES_BY_SHAPING = [
@@ -100,11 +100,9 @@ CASES_BY_SHAPING = [
 
 
 def reference(task_id: str) -> str:
-    """A task by its name among all."""
     return f"agents.switches:SWITCHES/action_sequencing/{task_id}"
 
 
 def as_plan(commands: Sequence[str]) -> str:
-    """Commands as one answer."""
     steps = [command.rstrip(")").split("(") for command in commands]
     return json.dumps([{"action": name, "object": [thing] if thing else []} for name, thing in steps])

@@ -1,4 +1,4 @@
-"""Agents that need no model, and the references that they make, in the standard setting."""
+"""Agents without a model, and the references that they make, in the standard setting."""
 
 from __future__ import annotations
 
@@ -26,14 +26,13 @@ from eai.world.action import Action
 
 TASKS: Mapping[str, Task] = SWITCHES.tasks_for(Ability.ACTION_SEQUENCING, Source())
 PLAN = (("PRESS", "lamp"), ("GO", "shed"), ("PRESS", "torch"))
-"""What who sees all needs for the task ``both``."""
+"""A plan for the task ``both`` by an agent that sees everything."""
 
 EVERY = {"virtualhome": 24, "behavior": 14}
-"""Which tasks of a household are played."""
+"""Step between the tasks of a household that are played."""
 
 
 def played(agent: str, stage: GameSetup, seed: int = 0) -> tuple[Game, list[str]]:
-    """A game of an agent, and its commands."""
     game = Game(stage)
     command, commands = AGENTS[agent](game, seed), list[str]()
     while not game.over:
@@ -43,7 +42,6 @@ def played(agent: str, stage: GameSetup, seed: int = 0) -> tuple[Game, list[str]
 
 
 def stages(name: str, store: Store, rules: GameRules = STANDARD) -> list[GameSetup]:
-    """Some tasks of a household."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
     ids = [task_id for task_id in tasks if tasks[task_id].plan_exclusion is None]
@@ -51,15 +49,15 @@ def stages(name: str, store: Store, rules: GameRules = STANDARD) -> list[GameSet
 
 
 @pytest.mark.parametrize("task_id", ["both", "greet", "half", "done"])
-def test_the_explorer_finds_what_is_hidden_and_says_so(task_id: str) -> None:
+def test_the_explorer_finds_hidden_objects_and_declares_the_end(task_id: str) -> None:
     game, commands = played("explorer", make_setup(TASKS[task_id], SWITCHES, STANDARD))
     assert (game.won, game.ended, commands[-1]) == (True, "done", DONE)
     if task_id == "both":
         assert commands == ["GO(shed)", "OPEN(box)", "PRESS(torch)", "GO(hall)", "PRESS(lamp)", DONE]
 
 
-def test_after_it_has_opened_things_the_explorer_looks_once_more_where_it_was() -> None:
-    """The torch, in the box in the shed, is seen from the hall: generated scenes have such things."""
+def test_the_explorer_revisits_landmarks_after_opening_containers() -> None:
+    """The torch, in the box in the shed, is visible from the hall; generated scenes have such objects."""
     scene, both = TASKS["both"].scene, TASKS["both"]
     facts = [
         fact for fact in both.initial.facts() if fact != ("at", (scene.index["torch"], scene.index["shed"]))
@@ -70,7 +68,7 @@ def test_after_it_has_opened_things_the_explorer_looks_once_more_where_it_was() 
     assert commands == ["GO(shed)", "OPEN(box)", "GO(hall)", "PRESS(lamp)", "PRESS(torch)", DONE]
 
 
-def test_the_explorer_makes_what_is_not_there_yet() -> None:
+def test_the_explorer_makes_objects_that_do_not_exist_yet() -> None:
     x, y = w.Variable("x"), w.Variable("y")
     whole, mill = w.Predicate("whole", 1), w.Predicate("mill", 1, static=True)
     turn = w.Operator(
@@ -87,7 +85,7 @@ def test_the_explorer_makes_what_is_not_there_yet() -> None:
     assert (game.won, commands) == (True, ["TURN(mill)", DONE])
 
 
-def test_a_reference_is_what_can_be_played_and_the_budget_follows_from_it() -> None:
+def test_a_reference_can_be_played_and_determines_the_budget() -> None:
     stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
     shortest, commands = stage.reference
     assert shortest == 3, "the torch can be pressed in its box, which who does not know of it cannot do"
@@ -99,8 +97,8 @@ def test_a_reference_is_what_can_be_played_and_the_budget_follows_from_it() -> N
     assert make_setup(TASKS["both"], SWITCHES, GameRules()).limit == 100
 
 
-def test_a_reference_looks_for_what_the_plan_names_where_looking_first_breaks_a_rule() -> None:
-    """Who explores enters the shed in the dark; the plan does not know that the torch is out of sight."""
+def test_a_reference_follows_the_plan_if_exploring_first_breaks_a_rule() -> None:
+    """An explorer enters the dark shed, which breaks a rule. The plan ignores that the torch is hidden."""
     both = TASKS["both"]
     dark = Not(Atom("lit", (Constant("lamp"),)))
     rule = Always(Not(And((Atom("at", (Constant("robot"), Constant("shed"))), dark))))
@@ -121,14 +119,14 @@ def test_the_greedy_agent_sees_which_action_goals_it_has_met() -> None:
 
 
 @pytest.mark.parametrize("agent", NULLS)
-def test_nulls_play_by_their_seed(agent: str) -> None:
+def test_null_agents_act_by_their_seed(agent: str) -> None:
     stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
     games = [played(agent, stage, seed)[1] for seed in (0, 0, 1, 2, 3)]
     assert games[0] == games[1]
     assert len({tuple(commands) for commands in games}) > 1
 
 
-def test_of_possible_actions_the_novel_agent_takes_new_ones_and_the_blind_one_any() -> None:
+def test_the_novel_agent_prefers_new_states_and_the_blind_agent_takes_any_action() -> None:
     stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
     for seed in range(5):
         for agent in ("random", "novel"):
@@ -139,7 +137,7 @@ def test_of_possible_actions_the_novel_agent_takes_new_ones_and_the_blind_one_an
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_upper_lines_win_and_chance_does_not(name: str, data_store: Store) -> None:
+def test_planning_agents_win_and_null_agents_lose(name: str, data_store: Store) -> None:
     tasks = stages(name, data_store)
     assert [stage.task.id for stage in tasks if not played("oracle", stage)[0].won] == []
     assert sum(played("explorer", stage)[0].won for stage in tasks) >= 0.95 * len(tasks)

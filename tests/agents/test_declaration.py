@@ -1,4 +1,4 @@
-"""Commands know by its declaration that an ability takes turns, whatever its name."""
+"""Commands recognize an ability with several turns by its declaration, not by its name."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SUITE = ("--domain", "lamps:lamps", "--ability", "walking")
 
 @pytest.fixture
 def distribution(tmp_path: Path) -> dict[str, str]:
-    """Return the environment of a process in which the second ability is installed."""
+    """Return the environment variables of a process in which the second ability is installed."""
     info = tmp_path / "site" / "walking-1.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: walking\nVersion: 1.0\n")

@@ -1,4 +1,4 @@
-"""Random plays are the same through all doors: a short run of `python -m bench random_plays`."""
+"""Random episodes are equal through all interfaces: a short run of `python -m bench random_plays`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ pytest.importorskip("mcp", reason="no mcp: pip install 'eai-bench[mcp]'")
 from differential import random_plays
 
 
-@pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
+@pytest.mark.filterwarnings("ignore")  # Inspect issues warnings of its own
 def test_random_plays_are_the_same_through_all_doors() -> None:
     check = random_plays.Check()
     random_plays.played(check, "agents.switches:SWITCHES", 60, 20, 20)
@@ -20,8 +20,8 @@ def test_random_plays_are_the_same_through_all_doors() -> None:
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_what_differs_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_difference_between_interfaces_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     check = random_plays.Check()
-    monkeypatch.setattr(random_plays, "ODD", ("OPEN(",))  # no call of a tool makes this one
+    monkeypatch.setattr(random_plays, "ODD", ("OPEN(",))  # no tool call gives this command
     random_plays.played(check, "agents.switches:SWITCHES", 0, 20, 0)
     assert check.differences

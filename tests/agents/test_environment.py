@@ -1,4 +1,4 @@
-"""The environments as gymnasium has them."""
+"""Environments as gymnasium makes them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TASKS = {
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Works in a folder with the example's file, as its author would."""
+    """Change into a folder with the example's file, as its author would."""
     shutil.copy(LAMPS, tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -63,7 +63,7 @@ def test_any_benchmark_is_made_by_its_reference(here: None) -> None:
     assert played[-1][4]["won"]
 
 
-def test_a_domain_that_says_nothing_of_sight_shows_everything(here: None) -> None:
+def test_a_domain_without_visibility_shows_everything(here: None) -> None:
     full, partial = [make("lamps:lamps", "pack", observe=observe) for observe in ("full", "partial")]
     facts = [each.reset(seed=0)[0].partition("Objects")[2] for each in (full, partial)]
     assert facts[0] == facts[1]
@@ -91,7 +91,7 @@ def test_a_text_of_any_characters_is_in_the_space() -> None:
     assert {len(space.sample()) for _ in range(100)} == {0, 1, 2, 3, 4, 5}
 
 
-def test_each_game_after_a_seed_has_the_luck_of_the_next_epoch() -> None:
+def test_each_game_after_a_seed_has_the_slips_of_the_next_epoch() -> None:
     environment = make(SWITCHES, "both", slip=0.5)
     for epoch in range(3):
         environment.reset(seed=7 if epoch == 0 else None)
@@ -101,7 +101,7 @@ def test_each_game_after_a_seed_has_the_luck_of_the_next_epoch() -> None:
 
 
 @pytest.mark.parametrize("mode", ["sync", "async"])
-def test_vectors_play_side_by_side(mode: str, here: None) -> None:
+def test_vector_environments_play_in_parallel(mode: str, here: None) -> None:
     environments = gymnasium.make_vec(
         ANY,
         num_envs=2,
@@ -123,19 +123,19 @@ def test_vectors_play_side_by_side(mode: str, here: None) -> None:
     environments.close()
 
 
-def test_what_would_not_arrive_through_shared_memory_is_refused(here: None) -> None:
+def test_shared_memory_is_refused_for_texts(here: None) -> None:
     with pytest.raises(ValueError, match="shared_memory=False"):
         gymnasium.make_vec(ANY, num_envs=2, vectorization_mode="async", benchmark="lamps:lamps")
 
 
-def test_what_comes_without_gymnasium_is_said() -> None:
+def test_without_gymnasium_an_error_tells_how_to_install_it() -> None:
     without = "import sys; sys.modules['gymnasium'] = None; "
     code = without + "import eai.agents.rewards; from eai.agents.gym import make"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "pip install 'eai-bench[envs]'" in result.stderr.splitlines()[-1]
 
 
-def test_nothing_is_drawn_unless_it_is_asked_for() -> None:
+def test_no_picture_is_drawn_without_a_render_mode() -> None:
     environment = make(SWITCHES)
     environment.reset()
     assert environment.render() is None
@@ -144,7 +144,6 @@ def test_nothing_is_drawn_unless_it_is_asked_for() -> None:
 
 
 def played(seed: int) -> list[str]:
-    """Admissible commands at random."""
     env, rng = make(SWITCHES, task_id="both", admissible=True, max_steps=40), Random(seed)
     _, info = env.reset(seed=0)
     commands, ended = [], False
@@ -156,5 +155,5 @@ def played(seed: int) -> list[str]:
     return commands
 
 
-def test_what_is_listed_as_admissible_can_be_done() -> None:
+def test_admissible_commands_succeed() -> None:
     assert len({tuple(played(seed)) for seed in range(4)}) > 1

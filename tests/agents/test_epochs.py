@@ -1,4 +1,4 @@
-"""Several episodes of a task count by their mean; what is no action is not counted as one."""
+"""Several episodes of a task count by their mean; `LOOK` and `DONE` do not count as actions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ CRASHED = "the harness crashed"
 
 
 def settled(folder: Path, *won: str) -> SuiteResult:
-    """Episodes of tasks, one a letter in each epoch: ``w`` is won, ``l`` lost, ``c`` has crashed."""
+    """Score episodes of tasks, given as one letter for each epoch: ``w`` won, ``l`` lost, ``c`` crashed."""
     suite = open_suite(SWITCHES, ACTING)
     given, failures = {}, {}
     for epoch, letters in enumerate(won, 1):
@@ -90,7 +90,7 @@ def test_an_episode_that_crashed_is_lost_and_counted_apart(tmp_path: Path) -> No
     assert result.failures == {CRASHED: [TASK]}
 
 
-def test_episodes_of_a_task_are_no_units(tmp_path: Path) -> None:
+def test_episodes_of_one_task_are_not_independent_units(tmp_path: Path) -> None:
     def units(result: SuiteResult) -> tuple[int, float]:
         certainty = certainty_of_rate(cases_of(result.records, ACTING)["success"])
         assert certainty is not None
@@ -110,7 +110,7 @@ def test_runs_of_several_epochs_are_compared_by_their_means(tmp_path: Path) -> N
     assert found["success"].p_by_task == pytest.approx(1)
 
 
-def test_inspect_s_metric_is_the_same(tmp_path: Path) -> None:
+def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
     scorer = pytest.importorskip("inspect_ai.scorer")
     from eai.run.scorer import make_score, paper_metrics
 
@@ -135,7 +135,7 @@ def acted(tmp_path: Path) -> list[Record]:
     return list(settled(tmp_path, "ww").records)
 
 
-def test_to_look_and_to_be_done_are_no_executed_actions(tmp_path: Path) -> None:
+def test_look_and_done_are_not_counted_as_actions(tmp_path: Path) -> None:
     records = acted(tmp_path)
     shares = {"GO": Rate(1, 1), "OPEN": Rate(1, 1), "PRESS": Rate(3, 3)}
     assert break_down(records, ACTING).by_action == shares
@@ -145,7 +145,7 @@ def test_to_look_and_to_be_done_are_no_executed_actions(tmp_path: Path) -> None:
     assert [line.steps_tried for line in made.answers] == [len(WON), 1]
 
 
-def test_runs_of_two_harnesses_are_two_agents(tmp_path: Path) -> None:
+def test_runs_with_two_harnesses_count_as_two_agents(tmp_path: Path) -> None:
     made = TidyTables(Source(), features=False)
     for harness in ("react", "text"):
         agent = Experiment(harness=harness, effort="high")
@@ -157,7 +157,7 @@ def test_runs_of_two_harnesses_are_two_agents(tmp_path: Path) -> None:
     assert [line.agent for line in made.answers[1:3]] == ["m, react, high", "m, text, high"]
 
 
-def test_of_episodes_that_differ_a_line_has_the_one_that_is_shown(tmp_path: Path) -> None:
+def test_a_line_shows_one_of_several_different_episodes(tmp_path: Path) -> None:
     made = TidyTables(Source(), features=False)
     made.add(settled(tmp_path, "lw", "wl").records)
     assert [(line.outcome, line.success) for line in made.answers] == [

@@ -34,7 +34,6 @@ def play(*commands: str, task_id: str = "both", **options: Any) -> list[tuple[st
 
 
 def told(*commands: str, **options: Any) -> str:
-    """What the last command led to, without the facts."""
     return play(*commands, **options)[-1][0].partition("\n\nNow:")[0]
 
 
@@ -84,7 +83,7 @@ at(*, hall): robot, lamp"""
 
 
 @pytest.mark.parametrize(("observe", "opening"), [("full", OPENING), ("partial", PARTIAL_OPENING)])
-def test_the_first_observation_is_the_task_and_what_is_seen(observe: str, opening: str) -> None:
+def test_the_first_observation_has_the_task_and_the_visible_facts(observe: str, opening: str) -> None:
     observation, info = make(SWITCHES, "both", observe=observe).reset(seed=0)
     assert observation == opening
     assert info == {
@@ -97,7 +96,7 @@ def test_the_first_observation_is_the_task_and_what_is_seen(observe: str, openin
     }
 
 
-def test_an_action_tells_what_it_changed_and_what_holds_now() -> None:
+def test_an_observation_has_changes_and_present_facts() -> None:
     observation = play("PRESS(lamp)")[-1][0]
     assert observation.startswith("PRESS(lamp): done.\n+ lit(lamp)\n\nNow:\nat(*, hall): robot, lamp\n")
     assert "\nlit(lamp)\n" in observation
@@ -107,7 +106,7 @@ def test_an_action_tells_what_it_changed_and_what_holds_now() -> None:
     ("feedback", "told"),
     [("changes", "PRESS(lamp): done.\n+ lit(lamp)"), ("outcome", "PRESS(lamp): done.")],
 )
-def test_less_can_be_told_of_a_turn_and_the_game_is_the_same(feedback: str, told: str) -> None:
+def test_shorter_feedback_does_not_change_the_game(feedback: str, told: str) -> None:
     assert play("PRESS(lamp)", feedback=feedback)[0][0] == told
     failed = play("OPEN(box)", feedback=feedback)[0][0]
     assert failed == "OPEN(box): failed (missing step): the robot is not beside box."
@@ -118,14 +117,14 @@ def test_less_can_be_told_of_a_turn_and_the_game_is_the_same(feedback: str, told
     assert "what holds now" not in environment.manual
 
 
-def test_what_is_seen_for_the_first_time_is_introduced_once() -> None:
+def test_a_newly_seen_object_is_introduced_once() -> None:
     assert told("GO(shed)", observe="partial") == (
         "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\n\nYou see for the first time:\nbox [box]: -"
     )
     assert "first time" not in told("GO(shed)", "GO(hall)", "GO(shed)", observe="partial")
 
 
-def test_what_appears_did_not_become_true_and_what_disappears_did_not_become_false() -> None:
+def test_facts_that_come_into_or_go_out_of_sight_are_not_reported_as_changes() -> None:
     opened = told("GO(shed)", "OPEN(box)", observe="partial")
     assert opened == "OPEN(box): done.\n- shut(box)\n\nYou see for the first time:\ntorch [lamp]: -"
     assert "- at(lamp" not in told("GO(shed)", observe="partial")
@@ -156,7 +155,7 @@ def test_what_appears_did_not_become_true_and_what_disappears_did_not_become_fal
         ("DONE", "hallucination", "Failed (hallucination): DONE is not an action."),
     ],
 )
-def test_what_fails_costs_a_step_and_changes_nothing(text: str, fault: str, words: str) -> None:
+def test_a_failed_action_costs_a_step_and_changes_nothing(text: str, fault: str, words: str) -> None:
     environment = make(SWITCHES, "both", max_steps=2)
     first, _ = environment.reset(seed=0)
     observation, reward, terminated, truncated, info = environment.step(text)
@@ -166,7 +165,7 @@ def test_what_fails_costs_a_step_and_changes_nothing(text: str, fault: str, word
     assert environment.step(text)[3], "it was a step"
 
 
-def test_a_text_of_ten_thousand_characters_is_read_and_no_longer_one() -> None:
+def test_a_command_has_at_most_ten_thousand_characters() -> None:
     assert told("PRESS(lamp)".ljust(10_000)).startswith("PRESS(lamp): done.")
     assert "it is longer than 10,000 characters" in told("PRESS(lamp)".ljust(10_001))
 
@@ -232,7 +231,7 @@ def test_a_game_is_cut_off() -> None:
     assert "\nThe episode is over.\n" in turns[-1][0]
 
 
-def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_success() -> None:
+def test_by_default_a_game_has_a_hundred_steps_and_rewards_success() -> None:
     assert make(SWITCHES, "both").rules == GameRules()
     assert GameRules() == GameRules(
         slip=0.0,
@@ -248,7 +247,7 @@ def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_succe
     )
 
 
-def test_the_last_step_that_is_allowed_may_win() -> None:
+def test_the_last_allowed_step_may_win() -> None:
     assert [turn[2:4] for turn in play(*WON, max_steps=len(WON))][-1] == (True, False)
 
 
@@ -266,13 +265,13 @@ def test_an_agent_that_ends_the_episode_is_judged_by_the_last_state(
 
 
 NEITHER = ("GO(shed)", "OPEN(box)", "DONE")
-"""Undoes the goal of ``half`` and of ``done`` that holds at the start, and reaches none."""
+"""Actions that undo the initially true goal of ``half`` and ``done``, and reach no other goal."""
 
 
 @pytest.mark.parametrize(
     ("task_id", "commands", "success", "goals", "progress", "diagnosis"),
     [
-        # two goals, of which none holds at the start
+        # two goals, both false at the start
         ("both", ("DONE",), *[[0]] * 4),
         ("both", ("PRESS(lamp)", "PRESS(lamp)", "DONE"), [0] * 3, *[[0.5, -0.5, 0]] * 3),
         ("both", ("PRESS(lamp)", "DONE"), [0, 0], *[[0.5, 0]] * 3),
@@ -293,12 +292,12 @@ NEITHER = ("GO(shed)", "OPEN(box)", "DONE")
             [0.5, 0, 0, 0.5, 0, 0],
             [0.5, 0, 0, 0.5, -0.5, 0],
         ),
-        # two, of which one does: the other is all that there is to gain
+        # two goals, one true at the start: only the other can be gained
         ("half", ("DONE",), *[[0]] * 4),
         ("half", ("PRESS(lamp)", "DONE"), *[[1, 0]] * 4),
         ("half", ("PRESS(lamp)", *NEITHER), *[[1, 0, -1, 0]] * 4),
         ("half", NEITHER, *[[0] * 3] * 4),
-        # one, which does: nothing is to be gained
+        # one goal, true at the start: nothing can be gained
         ("done", ("DONE",), *[[0]] * 4),
         ("done", ("WAVE", "DONE"), *[[0, 0]] * 4),
         ("done", NEITHER, *[[0] * 3] * 4),
@@ -312,7 +311,7 @@ def test_each_reward_is_as_defined(
     progress: list[float],
     diagnosis: list[float],
 ) -> None:
-    """An opened box is not shut, and nothing shuts it."""
+    """An opened box cannot be shut."""
     for reward, paid in zip([*Shaping][:4], (success, goals, progress, diagnosis), strict=True):
         assert rewards(*commands, task_id=task_id, reward=reward, until="done") == paid, reward
 
@@ -320,8 +319,8 @@ def test_each_reward_is_as_defined(
 @pytest.mark.parametrize(
     ("reward", "kept"), [("success", 0), ("goals", 0), ("progress", 1), ("diagnosis", 1)]
 )
-def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float) -> None:
-    """Neither for who is cut off, nor for who leaves off before; `progress` is what the state says."""
+def test_goals_reached_without_done_are_no_success(reward: str, kept: float) -> None:
+    """This holds for an agent that is cut off or stops early; `progress` depends only on the state."""
     paid = rewards(*WON, "WAVE", reward=reward, until="done", max_steps=4)
     assert sum(paid) == kept
     game = Game(make_setup(tasks()[0], SWITCHES, GameRules(reward=Shaping(reward), until="done")))
@@ -332,7 +331,7 @@ def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float
     assert game.final_worth == 1
 
 
-def test_a_named_task_is_made_ready_once(data_store: Store) -> None:
+def test_the_setup_of_a_task_is_made_once(data_store: Store) -> None:
     task_id = eai.open("behavior", "action_sequencing").task_ids[0]
     task, brief = f"behavior/action_sequencing/{task_id}", GameRules(feedback="changes")
     assert find_setup(task) is find_setup(task)
@@ -354,7 +353,7 @@ def test_action_goals_are_met_in_order_and_stay_met() -> None:
     ]
 
 
-def test_slips_change_nothing_and_are_told() -> None:
+def test_slips_change_nothing_and_are_reported() -> None:
     observation, _, _, _, info = play("PRESS(lamp)", slip=1.0)[-1]
     assert observation.startswith("PRESS(lamp): nothing happened.\n\nNow:\nat(*, hall): robot, lamp")
     assert info["slipped"]
@@ -377,7 +376,7 @@ def test_equal_seeds_give_equal_bytes() -> None:
     assert transcript(environment, 2) != first
 
 
-def test_admissible_commands_are_those_that_are_possible_about_what_was_seen() -> None:
+def test_admissible_commands_are_possible_actions_about_seen_objects() -> None:
     environment = make(SWITCHES, "both", admissible=True, observe="partial")
     assert environment.reset(seed=0)[1]["admissible_commands"] == [
         "GO(shed)", "OPEN(robot)", "OPEN(lamp)", "PRESS(lamp)", "WAVE()",
@@ -398,12 +397,12 @@ def test_a_hidden_object_cannot_be_told_from_one_that_does_not_exist() -> None:
     assert told(answer, observe="partial") == words.format("torch")
 
 
-def test_what_was_seen_once_may_be_named_where_it_is_out_of_sight() -> None:
+def test_a_seen_object_may_be_named_when_it_is_out_of_sight() -> None:
     left = told("GO(shed)", "PRESS(lamp)", observe="partial")
     assert left == "PRESS(lamp): failed (wrong order): the robot is not beside lamp."
 
 
-def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
+def test_hidden_objects_never_occur_in_a_transcript() -> None:
     environment = make(SWITCHES, "greet", observe="partial", admissible=True)
     opening, info = environment.reset(seed=0)
     texts = [opening.partition("Objects")[2], *info["admissible_commands"]]
@@ -438,13 +437,13 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
         ({"until": "noon"}, "make.until: expected 'goal' or 'done', found 'noon'"),
     ],
 )
-def test_an_option_that_cannot_be_is_refused(options: dict[str, Any], told: str) -> None:
+def test_an_option_with_an_impossible_value_is_refused(options: dict[str, Any], told: str) -> None:
     with pytest.raises(InputError) as error:
         make(SWITCHES, **options)
     assert str(error.value) == told
 
 
-def test_an_option_that_there_is_not_is_refused_with_those_that_there_are() -> None:
+def test_an_unknown_option_is_refused_and_the_known_ones_are_named() -> None:
     known = ", ".join(GameRules.model_fields)
     with pytest.raises(
         InputError, match=rf"make.step: unknown; did you mean max_steps\? \(make has {known}\)"
@@ -453,7 +452,7 @@ def test_an_option_that_there_is_not_is_refused_with_those_that_there_are() -> N
     assert all(map(GameRules.describe_option, GameRules.model_fields))
 
 
-def test_a_task_without_goals_is_never_chosen_and_refused_by_name() -> None:
+def test_a_task_without_goals_is_never_drawn_and_is_refused_by_name() -> None:
     environment = make(SWITCHES)
     environment.reset(seed=0)
     assert {environment.reset()[1]["task_id"] for _ in range(40)} == {
@@ -480,7 +479,6 @@ Objects [kind]: properties
 
 
 def standard(*commands: str, benchmark: Benchmark = SWITCHES, **options: Any) -> list[Any]:
-    """All turns of a game in the standard setting."""
     environment = make(benchmark, "both", rules=STANDARD, **options)
     opening = environment.reset(seed=0)[0]
     assert STANDARD_OPENING in opening or options
@@ -488,12 +486,11 @@ def standard(*commands: str, benchmark: Benchmark = SWITCHES, **options: Any) ->
 
 
 def observed(*commands: str, **options: Any) -> str:
-    """The observation of the last of these commands in the standard setting."""
     observation: str = standard(*commands, **options)[-1][0]
     return observation
 
 
-def test_changes_in_a_partial_view_say_what_comes_into_sight_and_what_goes() -> None:
+def test_changes_in_a_partial_view_list_objects_that_come_into_or_go_out_of_sight() -> None:
     assert observed("GO(shed)") == (
         "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\nGone out of sight: all but robot.\n\n"
         "You see for the first time:\nshed [room]: room\nbox [box]: -\n\n"
@@ -504,7 +501,7 @@ def test_changes_in_a_partial_view_say_what_comes_into_sight_and_what_goes() -> 
     assert "lit(torch)" not in observed("GO(shed)", "GO(hall)", "PRESS(lamp)")
 
 
-def test_what_goes_out_of_sight_is_named_where_no_less_stays() -> None:
+def test_objects_out_of_sight_are_named_unless_more_go_than_stay() -> None:
     lamp, hall, shed = [SCENE.index[name] for name in ("lamp", "hall", "shed")]
     elsewhere = [fact for fact in initial().facts() if fact != ("at", (lamp, hall))]
     state = SCENE.state([*elsewhere, ("at", (lamp, shed))])
@@ -512,7 +509,7 @@ def test_what_goes_out_of_sight_is_named_where_no_less_stays() -> None:
     assert "\nGone out of sight: hall.\n" in game.act("GO(shed)").observation
 
 
-def test_what_changed_out_of_sight_is_told_when_it_comes_back() -> None:
+def test_changes_out_of_sight_are_reported_when_the_object_is_seen_again() -> None:
     game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
     observer, start = game.stage.observer, game.memory.observation
     game.act("PRESS(lamp)")
@@ -525,7 +522,7 @@ def test_what_changed_out_of_sight_is_told_when_it_comes_back() -> None:
     assert by_agent == [], "changes of the agent are told at once"
 
 
-def test_all_that_is_seen_is_told_once_between_two_actions() -> None:
+def test_look_lists_all_visible_facts_once_between_two_actions() -> None:
     turns = standard("LOOK", "LOOK()", "WAVE()", "LOOK")
     assert turns[0][0] == (
         "Objects [kind]: properties\nrobot [robot]: -\nhall [room]: room\nlamp [lamp]: -\n\n"
@@ -537,7 +534,7 @@ def test_all_that_is_seen_is_told_once_between_two_actions() -> None:
     assert "LOOK is not an action" in told("LOOK"), "facts are told anyway"
 
 
-def test_the_standard_setting_is_won_by_who_says_so_in_time() -> None:
+def test_the_standard_setting_is_won_by_done_in_time() -> None:
     assert standard(*WON, "DONE")[-1][4]["won"]
     assert not standard("DONE")[-1][4]["won"]
     just = standard(*WON, "DONE", max_steps=len(WON))
@@ -550,7 +547,7 @@ def test_the_standard_setting_is_won_by_who_says_so_in_time() -> None:
     )
 
 
-def test_who_is_cut_off_with_all_goals_reached_has_not_declared_it() -> None:
+def test_an_agent_that_is_cut_off_with_all_goals_reached_has_not_declared_the_end() -> None:
     rules = STANDARD.model_copy(update={"max_steps": len(WON)})
     game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, rules))
     for command in (*WON, "WAVE()"):
@@ -558,7 +555,7 @@ def test_who_is_cut_off_with_all_goals_reached_has_not_declared_it() -> None:
     assert (game.ended, game.won, all(game.reached)) == ("steps", False, True)
 
 
-def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
+def test_admissible_commands_include_done_if_it_ends_the_episode() -> None:
     game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
     assert game.admissible_commands() == [
         "GO(shed)",
@@ -571,7 +568,7 @@ def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
     assert "admissible_commands" not in standard("WAVE()")[0][4]
 
 
-def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
+def test_the_view_of_the_scene_shows_irrelevant_objects() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
     shown = {
         view: Game(make_setup(task, SWITCHES, GameRules(view=view))).opening() for view in get_args(View)
@@ -580,7 +577,7 @@ def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
     assert "[lamp]" not in shown["task"]
 
 
-def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
+def test_egocentric_relations_are_shown_only_for_the_agent() -> None:
     own = replace(SWITCHES, domain=replace(SWITCHES.domain, egocentric=(at,)))
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
@@ -591,7 +588,7 @@ def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
         assert ("at: of yourself alone." in Game(stage).briefing()) is not lamp
 
 
-def test_who_plays_a_task_and_who_scores_it_share_it() -> None:
+def test_players_and_scorers_share_the_setup_of_a_task() -> None:
     task = SWITCHES.tasks(Source())["both"]
     assert make_setup(task, SWITCHES, GameRules()) is make_setup(task, SWITCHES, GameRules())
     assert make_setup(task, SWITCHES, GameRules()) is not make_setup(task, SWITCHES, STANDARD)

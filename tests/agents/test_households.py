@@ -27,17 +27,17 @@ from suites import answer_book
 from sweeps import swept
 
 SOLVED = {"virtualhome": 337, "behavior": 100}
-"""How many tasks the data set's own plan solves, as errata correct it."""
+"""Number of tasks that the data set's own plans solve, with errata corrected."""
 
 SOLVED_IN_SIGHT = {"virtualhome": 336, "behavior": 100}
-"""In how many of them it names nothing before it has been seen."""
+"""Number of these tasks whose plans name only objects that have been seen."""
 
 names = pytest.mark.parametrize("name", SOLVED)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def forget_games() -> Iterator[None]:
-    """Drop the tasks that were made ready to be played here: 3,400 of them take 250 MB."""
+    """Drop the cached setups of tasks: 3,400 of them take 250 MB."""
     yield
     make_setup.cache_clear()
 
@@ -72,7 +72,7 @@ def gold_plans(name: str, store: Store) -> tuple[Plan, ...]:
 def play(
     environment: TextEnvironment, task_id: str, commands: Sequence[str]
 ) -> tuple[list[float], dict[str, Any]]:
-    """All rewards of a game, and the info of its last turn."""
+    """Return all rewards of a game, and the info of its last turn."""
     _, info = environment.reset(seed=0, options={"task_id": task_id})
     paid = []
     for command in commands:
@@ -95,7 +95,7 @@ def test_gold_plans_win(name: str, data_store: Store) -> None:
 
 
 @names
-def test_gold_plans_win_with_what_they_see(name: str, data_store: Store) -> None:
+def test_gold_plans_win_in_a_partial_view(name: str, data_store: Store) -> None:
     environment = make(name, observe="partial", source=Source(data_store))
     plans = gold_plans(name, data_store)
     won = [plan for plan in plans if play(environment, plan.task_id, plan.lines)[1]["won"]]
@@ -114,9 +114,7 @@ def test_an_opening_of_the_standard_setting_has_at_most_12_000_characters(
 
 @names
 @pytest.mark.parametrize("gamma", [1.0, 0.9])
-def test_the_return_of_progress_is_what_is_gained_at_the_end(
-    name: str, gamma: float, data_store: Store
-) -> None:
+def test_the_return_of_progress_is_the_gain_at_the_end(name: str, gamma: float, data_store: Store) -> None:
     environment = make(name, reward="progress", gamma=gamma, source=Source(data_store))
     for plan in gold_plans(name, data_store)[::4]:
         _, info = environment.reset(seed=0, options={"task_id": plan.task_id})
@@ -130,7 +128,7 @@ def test_the_return_of_progress_is_what_is_gained_at_the_end(
 
 
 @names
-def test_an_episode_is_worth_what_its_plan_is(name: str, data_store: Store) -> None:
+def test_an_episode_has_the_value_of_its_plan(name: str, data_store: Store) -> None:
     environment = make(name, reward="goals", until="done", source=Source(data_store))
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(data_store))
     worth = Reward(suite, Shaping.GOALS)
@@ -158,7 +156,7 @@ def test_an_episode_is_worth_what_its_plan_is(name: str, data_store: Store) -> N
     ("reward", "every"),
     [*((each, 1 if each is not Shaping.REPAIR else 40) for each in Shaping), *swept((Shaping.REPAIR, 1))],
 )
-def test_who_is_done_at_once_is_paid_nothing(
+def test_an_agent_that_ends_at_once_earns_nothing(
     name: str, reward: Shaping, every: int, data_store: Store
 ) -> None:
     environment = make(name, reward=reward, gamma=0.9, until="done", source=Source(data_store))
@@ -170,19 +168,18 @@ def test_who_is_done_at_once_is_paid_nothing(
 
 
 def mentioned(text: str, stage: GameSetup) -> set[str]:
-    """The objects of a scene that a text names."""
     words = {word.strip(".") for word in re.findall(r"[\w.]+", text)}
     return words & {*stage.task.scene.index}
 
 
 def introduced(text: str, heading: str) -> set[str]:
-    """The objects that a text introduces under a heading."""
+    """Return the objects that a text introduces under a heading."""
     lines = text.partition(heading)[2].partition("\n\n")[0].splitlines()
     return {line.partition(" [")[0] for line in lines}
 
 
 @names
-def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) -> None:
+def test_no_object_is_mentioned_before_it_is_seen(name: str, data_store: Store) -> None:
     environment = make(name, observe="partial", admissible=True, source=Source(data_store))
     hidden = 0
     for plan in gold_plans(name, data_store)[::7]:

@@ -1,4 +1,4 @@
-"""Sealed journals: they replay and are judged; what was changed is refused, what was torn goes on."""
+"""Sealed journals: they replay and are scored, changes are refused, and torn lines are cut off."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def beginning(setting: Setting | None = None) -> Session:
 
 @contextmanager
 def resumed(folder: Path) -> Iterator[tuple[Journal, Callable[[str], str]]]:
-    """Yield the journal in a folder, and what carries out a command and writes the turn."""
+    """Yield the journal in a folder, and a function that carries out a command and writes the turn."""
     play = beginning()
     with closing(Journal(folder / "episode", read_key(folder), play)) as journal:
 
@@ -69,7 +69,7 @@ def test_a_journal_is_an_answer(tmp_path: Path) -> None:
     assert (path.stat().st_mode & 0o777, (tmp_path / "key").stat().st_mode & 0o777) == (0o600, 0o400)
 
 
-def test_the_end_is_not_told_to_be_a_win(tmp_path: Path) -> None:
+def test_the_last_observation_does_not_reveal_a_win(tmp_path: Path) -> None:
     with resumed(tmp_path) as (_, act):
         told = [act(command) for command in WINNING]
         assert [line for text in told for line in text.splitlines() if "goals" in line.lower()] == []
@@ -80,7 +80,7 @@ def test_an_episode_goes_on_and_never_begins_anew(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING[:1])
     with pytest.raises(InputError, match="no final line"):
         read_journal(path, key)
-    with path.open("ab") as file:  # a line that was torn while it was written
+    with path.open("ab") as file:  # a torn line
         file.write(path.read_bytes()[:40])
     journal_of(tmp_path, WINNING[1:])
     assert verdict_of(path, key).success
@@ -108,7 +108,9 @@ def test_an_episode_that_is_stopped_is_over(tmp_path: Path) -> None:
     assert (verdict_of(path, key).success, verdict_of(path, key).ended) == (False, "stopped")
 
 
-def test_a_turn_that_cannot_be_written_is_not_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_turn_that_cannot_be_written_returns_no_observation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def fail(file: int) -> None:
         raise OSError(28, "No space left on device")
 
@@ -119,7 +121,9 @@ def test_a_turn_that_cannot_be_written_is_not_told(tmp_path: Path, monkeypatch: 
             full.setattr(os, "fsync", fail)
             with pytest.raises(InputError, match="No space left"):
                 act(WINNING[1])
-        with pytest.raises(InputError, match="cannot be written"):  # the content of the file is unknown now
+        with pytest.raises(
+            InputError, match="cannot be written"
+        ):  # the failed write may have changed the file
             act(WINNING[2])
     journal_of(tmp_path, WINNING[2:])
     assert [turn.said for turn in verdict_of(path, key).turns] == WINNING
@@ -153,7 +157,7 @@ def one_byte(lines: list[bytes]) -> list[bytes]:
 
 
 @pytest.mark.parametrize("change", [without_a_line, twice, other_order, one_byte])
-def test_what_was_changed_is_refused(tmp_path: Path, change: Callable[[list[bytes]], list[bytes]]) -> None:
+def test_a_changed_journal_is_refused(tmp_path: Path, change: Callable[[list[bytes]], list[bytes]]) -> None:
     path, key = journal_of(tmp_path, WINNING)
     path.write_bytes(b"".join(change(path.read_bytes().splitlines(keepends=True))))
     with pytest.raises(InputError, match="seal"):
@@ -196,7 +200,7 @@ with resumed(Path(sys.argv[1])) as (_, act):
 """
 
 
-def test_what_was_told_before_a_kill_is_there_after_it(tmp_path: Path) -> None:
+def test_a_killed_process_loses_no_turn_that_was_observed(tmp_path: Path) -> None:
     for command in WINNING:
         done = subprocess.run(
             [sys.executable, "-c", KILLED, str(tmp_path), command],

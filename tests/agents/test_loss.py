@@ -1,4 +1,4 @@
-"""When an episode is lost for good: a box that nothing shuts again must stay shut."""
+"""Episodes that are lost for good: a box that cannot be shut again must stay shut."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite 
         (("LOOK", "FLY(box)", "GO(shed)", "OPEN(box)"), "lost", 4),
     ],
 )
-def test_the_first_turn_after_which_the_goals_cannot_be_reached(
+def test_the_first_turn_after_which_the_goals_are_lost_is_found(
     commands: tuple[str, ...], outlook: Recoverability, lost_at: int | None
 ) -> None:
     verdict = looked_back("half", *commands)
@@ -50,7 +50,7 @@ def test_the_first_turn_after_which_the_goals_cannot_be_reached(
     assert contributions(verdict)["outlook_unknown"] == (0, 1)
 
 
-def test_a_search_that_is_cut_off_shows_nothing() -> None:
+def test_a_search_that_is_cut_off_proves_nothing() -> None:
     verdict = looked_back("half", "GO(shed)", "OPEN(box)", states=1)
     assert (verdict.outlook, verdict.lost_at) == ("unknown", None)
     assert contributions(verdict)["lost_for_good"] == (0, 0)
@@ -58,7 +58,7 @@ def test_a_search_that_is_cut_off_shows_nothing() -> None:
     assert describe_recoverability(verdict).endswith("is not known")
 
 
-def test_of_goals_over_time_it_is_only_shown_that_they_are_lost() -> None:
+def test_goals_over_time_can_only_be_proved_lost() -> None:
     lit, shut = (Atom(name, (Constant(thing),)) for name, thing in (("lit", "lamp"), ("shut", "box")))
     over_time = make_task("over", "Keep the box shut.", initial(), Eventually(lit), shut)
     index = over_time.scene.index
@@ -69,7 +69,7 @@ def test_of_goals_over_time_it_is_only_shown_that_they_are_lost() -> None:
     assert (lost.outlook, lost.lost_at) == ("lost", 2)
 
 
-def test_records_have_it_where_it_was_asked_for() -> None:
+def test_records_have_the_loss_if_a_search_was_requested() -> None:
     answers = ResponseFile("model", (Response("half", "GO(shed)\nOPEN(box)"),))
     (plain,) = score_run(SUITE, answers, {}, ScoringOptions())
     assert isinstance(plain.verdict, ActingVerdict)

@@ -1,6 +1,6 @@
-"""One reward: the same actions on a task pay the same, whatever asks for it.
+"""One reward: equal actions in a task earn equal rewards through all interfaces.
 
-Of the faces in packages of their own, OpenEnv's and verifiers', the packages' tests hold the same table.
+The tests of the packages for OpenEnv and verifiers use this table for their own interfaces.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Face = Callable[[str, Sequence[str], Shaping], float | None]
 
 
 def of_plan(pay: Callable[[str, str, Shaping], float | None]) -> Face:
-    """A face that takes actions as one answer to a named task."""
+    """Return an interface that takes actions as one answer to a named task."""
     return lambda task_id, commands, shaping: pay(reference(task_id), as_plan(commands), shaping)
 
 
@@ -75,22 +75,22 @@ FACES: dict[str, Face] = {
 
 @pytest.mark.parametrize("face", FACES)
 @pytest.mark.parametrize(("task_id", "commands", "shaping", "worth"), CASES_BY_SHAPING)
-def test_the_same_actions_pay_the_same_everywhere(
+def test_equal_actions_earn_equal_rewards_through_all_interfaces(
     task_id: str, commands: Sequence[str], shaping: Shaping, worth: float, face: str
 ) -> None:
     assert FACES[face](task_id, commands, shaping) == pytest.approx(worth)
 
 
 @pytest.mark.parametrize(("task_id", "commands", "shaping", "worth"), CASES_BY_SHAPING)
-def test_discounted_turns_add_up_to_what_is_worth_something_at_the_end(
+def test_discounted_rewards_add_up_to_the_final_value(
     task_id: str, commands: Sequence[str], shaping: Shaping, worth: float
 ) -> None:
     paid = of_gymnasium(task_id, commands, shaping, until="goal", gamma=0.9)
     assert paid == pytest.approx(0.9 ** len(commands) * worth)
 
 
-def test_two_actions_of_a_household_pay_the_same(data_store: Store) -> None:
-    """Three of its five goals are to be gained, and one of them is."""
+def test_two_actions_in_a_household_earn_equal_rewards(data_store: Store) -> None:
+    """Three of the five goals are not reached at first; the actions reach one of them."""
     commands = ("WALK(washing_machine.1001)", "SWITCHON(washing_machine.1001)")
     environment = make("virtualhome", "27_2", reward="progress")
     environment.reset(seed=0)
@@ -105,7 +105,7 @@ def test_two_actions_of_a_household_pay_the_same(data_store: Store) -> None:
 
 @pytest.mark.parametrize("face", FACES)
 @pytest.mark.parametrize("shaping", list(Shaping))
-def test_where_nothing_is_to_be_gained_nothing_is_paid(shaping: Shaping, face: str) -> None:
+def test_no_reward_is_paid_if_nothing_can_be_gained(shaping: Shaping, face: str) -> None:
     assert not FACES[face]("done", ("WAVE()",), shaping)
 
 
@@ -124,7 +124,7 @@ def played(*commands: str, shaping: Shaping = Shaping.PROGRESS) -> Game:
         (("?", "FLY", *WON), (1, 1, 1, 1 / 3, 1, 1)),
     ],
 )
-def test_an_episode_goes_on_after_what_fails(commands: Sequence[str], worth: Sequence[float]) -> None:
+def test_an_episode_continues_after_a_failed_action(commands: Sequence[str], worth: Sequence[float]) -> None:
     """A plan would have ended there."""
     assert tuple(played(*commands, shaping=shaping).worth for shaping in Shaping) == pytest.approx(worth)
 

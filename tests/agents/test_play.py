@@ -1,4 +1,4 @@
-"""The question of an episode says how the harness takes commands, and the harness takes them so."""
+"""The question of an episode explains how to give commands, and the harness reads them so."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BY_TOOLS = (
 @pytest.mark.parametrize(
     ("harness", "how"), [("text", BY_TEXT), ("react", BY_TOOLS), ("my_agents:brief", BY_TOOLS)]
 )
-def test_the_question_ends_with_how_commands_are_given(harness: str, how: str) -> None:
+def test_the_question_ends_with_instructions_for_commands(harness: str, how: str) -> None:
     arena = AgentTask(SWITCHES, Setting(harness=harness))
     assert arena.prompt(TASK).user == f"{arena.play(TASK).briefing()}\n\n{how}"
     assert arena.shown(TASK) == arena.prompt(TASK)

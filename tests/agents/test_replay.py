@@ -1,4 +1,4 @@
-"""Recorded episodes give the same bytes whenever they are replayed."""
+"""Recorded episodes give equal bytes in each replay."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from eai.results.responses import Response
 
 
 def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Response]:
-    """Episodes of agents that know nothing, in worlds where some actions do not work."""
+    """Return episodes of agents that do not know the goals, in worlds with slips."""
     suite = open_suite(benchmark, ACTING)
     arena = AgentTask(benchmark, Setting(slip=0.2, slip_seed=7))
     task_ids = [i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None][::sample]

@@ -1,4 +1,4 @@
-"""The rewards of training libraries, called as those libraries call them."""
+"""Reward functions for training libraries, called as those libraries call them."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ PROMPT = "<|im_start|>user\nWash the clothes.<|im_end|>\n<|im_start|>assistant\n
 
 @pytest.fixture(autouse=True)
 def there(data_store: Store) -> None:
-    """The households' data is there, or the tests of this module are skipped."""
+    """Skip the tests of this module if the households' data is missing."""
 
 
 @cache
 def gold(name: str, ability: Ability) -> tuple[str, str]:
-    """A task that has something to earn, by its name, and its gold answer."""
+    """Return a task with something to earn, by its name, and its gold answer."""
     suite = eai.open(name, ability)
     book = open_answer_book(suite.benchmark, ability)
     task_id = suite.task_ids[3]
@@ -65,7 +65,7 @@ def gold(name: str, ability: Ability) -> tuple[str, str]:
         ([{"role": "assistant", "content": "?"}, {"role": "tool", "content": "such as [1]"}], ""),
     ],
 )
-def test_thoughts_are_no_part_of_an_answer(completion: Any, answer: str) -> None:
+def test_thoughts_are_not_part_of_an_answer(completion: Any, answer: str) -> None:
     assert answer_of(completion) == answer
 
 
@@ -86,7 +86,7 @@ def test_every_library_pays_the_same(name: str, ability: Ability) -> None:
         assert (stepped["reward"], stepped["done"], stepped["metadata"]) == (worth, True, paid["extra_logs"])
 
 
-def test_what_cannot_be_earned_is_left_out_or_nothing() -> None:
+def test_a_task_that_cannot_be_earned_has_no_reward_or_zero() -> None:
     suite = eai.open("virtualhome", "action_sequencing")
     task = suite.reference(next(i for i in suite.task_ids if not suite.tasks[i].goals))
     assert TrlReward()(completions=["{}"], task=[task]) == [None]
@@ -101,7 +101,7 @@ def test_several_answers_of_openrlhf_come_as_lists() -> None:
     assert paid["extra_logs"]["fault.parsing"] == [0, 1]
 
 
-def test_an_answer_of_openrlhf_is_what_follows_the_prompt_where_that_stands_first() -> None:
+def test_an_answer_of_openrlhf_follows_the_first_occurrence_of_the_prompt() -> None:
     task, text = gold("behavior", Ability.ACTION_SEQUENCING)
     assert reward_func([text], [""], [task])["rewards"] == 1
     assert reward_func([f"<s>{PROMPT}{text}"], [PROMPT], [task])["rewards"] == 1
@@ -109,8 +109,8 @@ def test_an_answer_of_openrlhf_is_what_follows_the_prompt_where_that_stands_firs
     assert reward_func([thought], [PROMPT], [task])["rewards"] == 0
 
 
-def test_an_example_in_a_prompt_that_is_not_found_is_paid_nothing_and_counted() -> None:
-    """The text is decoded otherwise than the prompt was written: what is the answer cannot be told."""
+def test_a_query_without_its_prompt_earns_nothing_and_is_counted() -> None:
+    """The decoded query differs from the prompt, so the answer cannot be separated."""
     task, text = gold("behavior", Ability.ACTION_SEQUENCING)
     prompt = f"Answer  as this one does: {text}\n"
     decoded = prompt.replace("  ", " ")
@@ -138,15 +138,15 @@ def test_a_reward_of_trl_has_a_name_and_is_pickled() -> None:
 
 COLUMNS = ("prompts", "completions", "completion_ids", "task")
 GIVEN = ("trainer_state", "log_extra", "log_metric", "environments")
-"""What TRL 1.16 gives a reward function."""
+"""Arguments that TRL 1.16 passes to a reward function."""
 
 
-def test_what_trl_gives_is_taken() -> None:
+def test_all_arguments_of_trl_are_accepted() -> None:
     inspect.signature(TrlReward()).bind(**dict.fromkeys((*COLUMNS, *GIVEN)))
 
 
-def test_what_the_installed_trl_gives_is_what_we_know() -> None:
-    """Read from its code: importing it would take a GPU library."""
+def test_the_installed_trl_passes_the_known_arguments() -> None:
+    """The arguments are read from TRL's code, because importing it needs a GPU library."""
     found = find_spec("trl")
     if found is None or found.origin is None:
         pytest.skip("trl is not installed")
@@ -163,7 +163,7 @@ def test_what_the_installed_trl_gives_is_what_we_know() -> None:
 
 
 def test_a_household_of_trl_is_won_action_by_action() -> None:
-    """With the members that TRL looks for, each possible tool with what it is told of its arguments."""
+    """The environment has the members that TRL needs, and each tool describes its arguments."""
     members = inspect.getmembers(TrlHousehold, predicate=inspect.isfunction)
     assert [name for name, _ in members if not name.startswith("_")] == ["act", "get_reward", "reset"]
     assert "Args:\n    command: " in (inspect.getdoc(TrlHousehold.act) or "")
@@ -185,7 +185,7 @@ def test_a_household_of_trl_is_won_action_by_action() -> None:
 
 def test_a_task_of_skyrl_is_mixed_into_its_base_class() -> None:
     class Base:
-        """As SkyRL's: made without arguments."""
+        """A stand-in for the base class of SkyRL."""
 
         def __init__(self) -> None:
             self.turns = 0

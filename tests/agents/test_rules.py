@@ -1,4 +1,4 @@
-"""Episodes by rules that their player chose are kept apart, and what an episode says excludes no task."""
+"""Episodes with rules that their player chose are kept apart, and no episode can exclude a task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Episodes are replayed strictly; their measures, and what an episode has in common with a plan."""
+"""Episodes are replayed by strict rules; their measures, and verdicts that agree with those of plans."""
 
 from __future__ import annotations
 
@@ -39,7 +39,6 @@ def suite() -> Suite:
 
 
 def episode(benchmark: Benchmark, task_id: str, commands: list[str], setting: Setting | None = None) -> str:
-    """The text of an episode of these commands."""
     arena = AgentTask(benchmark, setting or Setting())
     play = arena.play(open_suite(benchmark, ACTING).tasks[task_id])
     for command in commands:
@@ -54,7 +53,7 @@ def verdict_of(suite: Suite, text: str) -> ActingVerdict:
 
 
 def record_of(suite: Suite, text: str) -> Record:
-    """The record of an episode, written and read again."""
+    """Return the record of an episode, written and read again."""
     (record,) = Scoring().records(suite, "model", [Response(suite.task_ids[0], text)])
     return record_from_json(json.loads(json.dumps(record_to_json(record))))
 
@@ -89,7 +88,7 @@ def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -
     assert (shares["spl"].numerator, shares["undeclared"].numerator) == (3 / 4, 0)
 
 
-def test_an_action_after_the_last_one_is_none(suite: Suite) -> None:
+def test_an_action_after_the_last_allowed_one_is_not_counted(suite: Suite) -> None:
     commands = ["GO(hall)", "GO(shed)"] * 20
     verdict = verdict_of(suite, "\n".join(commands[: 1 + (verdict_of(suite, "").budget or 0)]))
     assert (verdict.ended, len(verdict.actions)) == ("steps", verdict.budget)
@@ -102,12 +101,12 @@ def test_lines_of_commands_are_an_episode_in_the_standard_setting(suite: Suite) 
     assert by_line == replace(verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands)), harness="")
 
 
-def test_who_asks_where_nobody_may_does_not_decline(suite: Suite) -> None:
+def test_a_question_in_an_unambiguous_task_is_not_declining(suite: Suite) -> None:
     verdict = verdict_of(suite, "ASK(which one?)")
     assert (verdict.turns[0].fault, verdict.declines) == (FaultKind.HALLUCINATION, False)
 
 
-def test_to_look_tells_what_holds_now_however_little_turns_tell(suite: Suite) -> None:
+def test_look_lists_present_facts_with_any_feedback(suite: Suite) -> None:
     play = AgentTask(SWITCHES, Setting(observe="full", feedback="outcome")).play(
         suite.tasks[suite.task_ids[0]]
     )
@@ -115,7 +114,7 @@ def test_to_look_tells_what_holds_now_however_little_turns_tell(suite: Suite) ->
     assert "\nlit(lamp)" in play.say("LOOK")
 
 
-def test_no_reward_is_paid_for_the_text_of_an_episode_which_could_choose_its_rules(suite: Suite) -> None:
+def test_the_text_of_an_episode_earns_no_reward(suite: Suite) -> None:
     with pytest.raises(InputError, match="answers to acting are not paid"):
         Reward(suite)
 
@@ -302,7 +301,7 @@ def test_the_rules_that_an_episode_names_do_not_exclude_its_task(
     assert (verdict.excluded, verdict.success) == (None, False)
 
 
-def test_a_task_that_nobody_is_known_to_win_is_excluded_however_it_ends() -> None:
+def test_a_task_without_a_playable_reference_is_excluded() -> None:
     shut, lit = (Atom(name, (Constant(thing),)) for name, thing in (("shut", "box"), ("lit", "lamp")))
     both = make_task("both", "Have it both ways.", initial(), shut, Not(shut), lit)
     suite = open_suite(Benchmark("both", DOMAIN, given(both)), ACTING)

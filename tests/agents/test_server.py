@@ -1,4 +1,4 @@
-"""Agents act over the Model Context Protocol: each ticket is one episode, and nothing else gets in."""
+"""Agents act over the Model Context Protocol: each ticket is one episode, and other requests are refused."""
 
 from __future__ import annotations
 
@@ -73,7 +73,6 @@ async def win(client: Client) -> None:
 
 
 def verdicts(folder: Path, name: str = "agent") -> dict[str, ActingVerdict]:
-    """The verdicts on the answers that a server wrote."""
     answers = read_responses(folder / f"{name}_outputs.jsonl", SUITE.task_ids).responses
     found = {answer.task_id: SUITE.score(answer.task_id, answer.text) for answer in answers}
     return {task_id: each for task_id, each in found.items() if isinstance(each, ActingVerdict)}
@@ -81,7 +80,7 @@ def verdicts(folder: Path, name: str = "agent") -> dict[str, ActingVerdict]:
 
 @asynccontextmanager
 async def served(worlds: EpisodeServer, *, open_to_all: bool = False) -> AsyncIterator[httpx2.ASGITransport]:
-    """The application without a port; it takes requests as one with a port does."""
+    """Return the application without a port; it handles requests like one with a port."""
     app = make_http_app(worlds, SWITCHES.domain, [HOST], open_to_all=open_to_all)
     async with app.router.lifespan_context(app):
         yield httpx2.ASGITransport(app=app)
@@ -113,7 +112,7 @@ def test_the_tools_are_made_from_the_declaration(tmp_path: Path) -> None:
 
     with open_episodes(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
-        assert not find_journal(tmp_path, ONE[0]).exists()  # none of these was a call of the world
+        assert not find_journal(tmp_path, ONE[0]).exists()  # none of these calls reached the episode
 
 
 def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
@@ -138,9 +137,7 @@ def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
     assert [turn.said for turn in verdict.turns] == [WINNING[0], "LOOK", *WINNING[1:], "DONE"]
 
 
-def test_what_an_agent_is_shown_goes_with_what_it_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pictures_accompany_observations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def run(worlds: EpisodeServer) -> None:
         async with Client(make_server(worlds, SWITCHES.domain)) as client:
             told, shown = (await client.call_tool("look", {})).content
@@ -167,7 +164,7 @@ def test_a_whole_plan_in_one_call_is_one_error(tmp_path: Path) -> None:
     assert (verdict.success, [turn.fault is None for turn in verdict.actions]) == (False, [False, False])
 
 
-def test_each_ticket_is_a_world_of_its_own_for_ever(tmp_path: Path) -> None:
+def test_each_ticket_is_one_episode_forever(tmp_path: Path) -> None:
     async def run(worlds: EpisodeServer, *, again: bool) -> None:
         first, second = worlds.tickets
         async with (
@@ -189,20 +186,20 @@ def test_each_ticket_is_a_world_of_its_own_for_ever(tmp_path: Path) -> None:
         assert worlds.tickets == before
         asyncio.run(run(worlds, again=True))
     assert verdicts(tmp_path)[TASK].success
-    assert not verdicts(tmp_path, "agent-2")[TASK].turns  # begun by a look, it is an answer, and lost
+    assert not verdicts(tmp_path, "agent-2")[TASK].turns  # a look begins the episode, which is lost
 
 
-def test_an_episode_that_is_under_way_is_an_answer(tmp_path: Path) -> None:
+def test_an_unfinished_episode_is_an_answer(tmp_path: Path) -> None:
     with open_episodes(tmp_path, SUITE, ONE) as worlds:
         worlds.call(ONE[0], WINNING[0])
     assert (verdicts(tmp_path)[TASK].ended, len(verdicts(tmp_path)[TASK].turns)) == ("stopped", 1)
     with open_episodes(tmp_path, SUITE, ONE) as worlds:
         for command in (*WINNING[1:], "DONE"):
             worlds.call(ONE[0], command)
-        assert verdicts(tmp_path)[TASK].success  # at once, and once
+        assert verdicts(tmp_path)[TASK].success  # written at once, and only once
 
 
-def test_worlds_that_are_ended_are_over(tmp_path: Path) -> None:
+def test_ended_episodes_are_over(tmp_path: Path) -> None:
     with open_episodes(tmp_path, SUITE, ONE) as worlds:
         worlds.call(ONE[0], WINNING[0])
         worlds.end()
@@ -210,7 +207,7 @@ def test_worlds_that_are_ended_are_over(tmp_path: Path) -> None:
         assert len(verdicts(tmp_path)[TASK].turns) == 1
 
 
-def test_a_folder_is_of_one_suite_and_setting_and_process(tmp_path: Path) -> None:
+def test_a_folder_belongs_to_one_suite_setting_and_process(tmp_path: Path) -> None:
     with open_episodes(tmp_path, SUITE, ONE) as worlds:
         worlds.call(ONE[0], "LOOK")
         with pytest.raises(InputError, match="another process"), open_episodes(tmp_path, SUITE, ONE):
@@ -272,7 +269,7 @@ SAID_DONE = b'"name": "done"'
         ({"Content-Type": "text/plain"}, BODY, 400),
     ],
 )
-def test_what_is_no_request_of_an_agent_is_refused(
+def test_other_requests_than_an_agents_are_refused(
     tmp_path: Path, headers: dict[str, str], body: bytes, status: int
 ) -> None:
     async def run(worlds: EpisodeServer) -> None:
@@ -326,7 +323,7 @@ def test_many_calls_at_once_are_turns_one_after_the_other(tmp_path: Path) -> Non
     assert len(verdict.turns) == min(16, (verdict.budget or 0) + 1)
 
 
-def test_the_world_says_nothing_of_its_files(tmp_path: Path) -> None:
+def test_errors_do_not_reveal_files_to_the_agent(tmp_path: Path) -> None:
     async def run(worlds: EpisodeServer) -> None:
         async with Client(make_server(worlds, SWITCHES.domain)) as client:
             with pytest.raises(MCPError, match=r"^the world is out of order$"):
@@ -345,7 +342,7 @@ def command(out: Path, *words: object) -> list[str]:
     return [*program, "serve", "mcp", "--domain", DOMAIN, "--out", str(out), *map(str, words)]
 
 
-def test_over_standard_input_the_process_is_the_world(tmp_path: Path) -> None:
+def test_a_process_over_standard_input_serves_one_episode(tmp_path: Path) -> None:
     async def run() -> list[str]:
         program, *arguments = command(tmp_path, "--tasks", TASK)
         server = StdioServerParameters(command=program, args=arguments, env=ENVIRONMENT)
@@ -360,7 +357,7 @@ def test_over_standard_input_the_process_is_the_world(tmp_path: Path) -> None:
     assert asyncio.run(run())[0] == OVER
 
 
-def test_a_request_to_terminate_ends_a_world_whose_input_is_open(tmp_path: Path) -> None:
+def test_sigterm_ends_a_server_with_open_input(tmp_path: Path) -> None:
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "env": ENVIRONMENT}
     with subprocess.Popen(command(tmp_path, "--tasks", TASK), **pipes) as started:
         started.stdin.write(b'{"jsonrpc": "2.0", "id": 1, "method": "ping"}\n')
@@ -403,7 +400,7 @@ def answers(port: int) -> bool:
     return True
 
 
-def test_a_killed_server_goes_on(tmp_path: Path) -> None:
+def test_a_killed_server_can_resume(tmp_path: Path) -> None:
     async def acts(server: Process, commands: Sequence[str]) -> None:
         async with client_with(server.tickets[0], url=server.url) as client:
             for each in commands:
@@ -413,7 +410,7 @@ def test_a_killed_server_goes_on(tmp_path: Path) -> None:
         asyncio.run(acts(server, WINNING[:-1]))
         server.process.send_signal(signal.SIGKILL)
     with (tmp_path / "episodes" / "1" / f"{TASK}.journal").open("ab") as journal:
-        journal.write(b"0123456789")  # as a line that was torn
+        journal.write(b"0123456789")  # a torn line
     with process(tmp_path) as server:
         asyncio.run(acts(server, [WINNING[-1], "DONE"]))
         server.process.terminate()
@@ -449,7 +446,7 @@ def test_a_signal_ends_the_episodes_and_broken_requests_do_not(tmp_path: Path) -
     assert (verdict.success, verdict.ended, len(verdict.turns)) == (False, "stopped", 1)
 
 
-def test_a_trusted_network_has_one_world_without_a_ticket(tmp_path: Path) -> None:
+def test_a_trusted_network_has_one_episode_without_a_ticket(tmp_path: Path) -> None:
     async def run(server: Process) -> None:
         async with Client(server.url) as client:
             await win(client)

@@ -27,7 +27,7 @@ def write(predicate: str, names: object) -> str:
     return f"{predicate}({', '.join(names)})"  # type: ignore[call-overload]
 
 
-def test_what_differs_in_one_name_is_one_line() -> None:
+def test_facts_that_differ_in_one_name_share_a_line() -> None:
     facts = [
         *(Fact("clean", (i,)) for i in (0, 1, 2, 7)),
         *(Fact("in", (i, 7)) for i in (0, 1)),
@@ -48,7 +48,7 @@ def test_what_differs_in_one_name_is_one_line() -> None:
 
 
 @given(st.lists(st.integers(0, len(NAMES) - 1)))
-def test_names_in_short_say_the_same(chosen: list[int]) -> None:
+def test_short_lists_of_names_can_be_spelled_out(chosen: list[int]) -> None:
     names = [NAMES[i] for i in chosen]
     assert spell_out(shorten_names(names)) == ", ".join(names)
 
@@ -63,7 +63,7 @@ facts = st.one_of(
 
 
 @given(st.lists(facts, unique=True), st.sampled_from(["", "+ ", "- "]))
-def test_facts_in_short_say_the_same(chosen: list[Fact], sign: str) -> None:
+def test_short_lists_of_facts_can_be_spelled_out(chosen: list[Fact], sign: str) -> None:
     chosen = sorted(chosen, key=lambda fact: fact.predicate)
     lines = [f"{sign}{line}" for line in shorten_facts(chosen, NAMES, write)]
     told = spell_out("\n".join(lines)).splitlines()

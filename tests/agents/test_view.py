@@ -30,7 +30,7 @@ TASKS = {
 
 @pytest.mark.parametrize("observe", get_args(Observe))
 @pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
-def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
+def test_incremental_observations_equal_new_ones(
     name: str, task_id: str, observe: Observe, data_store: Store
 ) -> None:
     benchmark = find_benchmark(name)
@@ -67,7 +67,7 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
 
 
 @pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
-def test_who_keeps_count_of_changes_knows_all_that_holds_of_what_is_seen(
+def test_visible_facts_follow_from_the_first_observation_and_changes(
     name: str, task_id: str, data_store: Store
 ) -> None:
     benchmark = find_benchmark(name)

@@ -1,4 +1,4 @@
-"""A second ability that takes turns, as another distribution would bring it: the possible actions."""
+"""A second ability with several turns, as another distribution would provide it: list possible actions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Generated tasks are a benchmark like any other: all abilities, prompts, the planner, the environment."""
+"""Generated tasks work like any benchmark: in all abilities, prompts, the planner and the environment."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ SOURCE = Source(planner=PlannerChoice.NONE)
 
 
 def made(like: str, folder: Path) -> Benchmark:
-    """Some generated tasks as a file."""
     domain, file = find_benchmark(like).domain, folder / f"made_{like}.jsonl"
     write_task_file(file, [write_task_line(each.task, like, domain, each.about) for each in tasks(like)[:6]])
     return find_benchmark(str(file))
@@ -33,7 +32,7 @@ def made(like: str, folder: Path) -> Benchmark:
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_right_answers_are_right(like: str, ability: Ability, tmp_path: Path) -> None:
+def test_gold_answers_to_generated_tasks_are_right(like: str, ability: Ability, tmp_path: Path) -> None:
     benchmark = made(like, tmp_path)
     suite = open_suite(benchmark, ability, source=SOURCE)
     book = open_answer_book(benchmark, ability, SOURCE)
@@ -58,7 +57,7 @@ def test_prompts_say_the_instruction_and_show_all_there_is(like: str, tmp_path: 
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_the_planner_solves_them(like: str, tmp_path: Path) -> None:
+def test_the_planner_solves_generated_tasks(like: str, tmp_path: Path) -> None:
     benchmark = made(like, tmp_path)
     book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, SOURCE)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=SOURCE)

@@ -1,4 +1,4 @@
-"""Pairs in the same words: they fit two things in one, one in the other; a guess is right half the time."""
+"""Pairs of a clear and an ambiguous task with the same instruction; a guess is right half of the time."""
 
 from __future__ import annotations
 
@@ -32,32 +32,32 @@ from eai.world.action import Action
 
 pytestmark = pytest.mark.usefixtures("data_store")
 SEEDS = {"virtualhome": (1, 22), "behavior": (1, 8)}
-"""Of which each gives a pair."""
+"""Seeds that each give a pair."""
 
 
 @cache
 def pairs(like: str) -> list[tuple[Task, Task]]:
-    """The pairs: of the first the words fit one thing, of the second two."""
+    """Return pairs of a clear and an ambiguous task."""
     made = generator(like, kind=TaskKind.AMBIGUOUS)
     found = [made.generate_task(f"tasks-7-{seed}") for seed in SEEDS[like]]
     return [(each.task, each.paired.task) for each in found if isinstance(each, Generated) and each.paired]
 
 
 def fits(task: Task) -> tuple[str, ...]:
-    """The names of the objects that an instruction may mean."""
+    """Return the names of the objects that an instruction may mean."""
     assert isinstance(task.special, Ambiguous)
     return task.special.fits
 
 
 def of_the_other(task: Task, plan: tuple[Action, ...]) -> list[Action]:
-    """A plan in which the two things change parts."""
+    """Return a plan with the two objects exchanged."""
     one, other = (task.scene.index[name] for name in fits(task))
     swapped = {one: other, other: one}
     return [Action(step.operator, tuple([swapped.get(i, i) for i in step.arguments])) for step in plan]
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_they_differ_in_where_the_second_thing_stands(like: str) -> None:
+def test_the_tasks_of_a_pair_differ_in_the_place_of_the_second_object(like: str) -> None:
     domain = find_benchmark(like).domain
     assert len(pairs(like)) == len(SEEDS[like])
     for clear, unclear in pairs(like):
@@ -80,7 +80,7 @@ def test_they_differ_in_where_the_second_thing_stands(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_nothing_but_their_names_tells_the_two_apart(like: str) -> None:
+def test_two_objects_of_a_pair_differ_only_in_their_names(like: str) -> None:
     for _, unclear in pairs(like):
         one, other = (unclear.scene.index[name] for name in fits(unclear))
         swapped, facts = {one: other, other: one}, set(unclear.initial.facts())
@@ -88,7 +88,7 @@ def test_nothing_but_their_names_tells_the_two_apart(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_with_the_other_thing_or_both_it_fails(like: str) -> None:
+def test_a_plan_with_the_other_object_or_both_fails(like: str) -> None:
     domain = find_benchmark(like).domain
     for _, unclear in pairs(like):
         other = of_the_other(unclear, unclear.script)
@@ -98,7 +98,7 @@ def test_with_the_other_thing_or_both_it_fails(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
+def test_prompts_give_only_the_instruction_and_allow_a_question(like: str) -> None:
     benchmark = find_benchmark(like)
     for pair in pairs(like):
         alone = Benchmark("pair", benchmark.domain, given(*pair))
@@ -115,14 +115,14 @@ def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_the_budget_does_not_say_whether_to_ask(like: str) -> None:
+def test_the_budget_does_not_reveal_ambiguity(like: str) -> None:
     rules = rules_of(STANDARD)
     stages = [make_setup(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
     assert {stage.limit for stage in stages} == {50}
     assert all(len(stage.reference.commands or ()) < 50 for stage in stages)
 
 
-def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
+def test_an_acting_agent_learns_the_meant_object_for_an_action() -> None:
     benchmark = find_benchmark("behavior")
     rules = TRAINING.model_copy(update={"until": "done", "feedback": "changes", "max_steps": 2})
     for task in pairs("behavior")[0]:
@@ -137,13 +137,13 @@ def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
         assert game.ended == "steps"
 
 
-def test_elsewhere_nobody_can_ask() -> None:
+def test_questions_are_refused_in_other_tasks() -> None:
     task = replace(pairs("behavior")[0][1], special=None)
     game = Game(make_setup(task, find_benchmark("behavior"), TRAINING))
     assert game.act("ASK(which one?)").info["fault"] == "hallucination"
 
 
-def test_neither_goals_nor_subgoals_are_asked_for_where_words_may_fit_two(
+def test_ambiguous_tasks_have_no_questions_about_goals_or_subgoals(
     tmp_path: Path,
 ) -> None:
     domain = find_benchmark("behavior").domain

@@ -1,4 +1,4 @@
-"""The counts of the tasks of a benchmark."""
+"""Counts of usual goals and actions in the tasks of a benchmark."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from eai.benchmarks.generator.prior import Pattern
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
 
-def test_without_plans_everything_that_goals_say_is_conceivable_of_every_kind() -> None:
+def test_without_plans_every_literal_of_goals_is_usual_for_every_category() -> None:
     vocabulary = Vocabulary((Predicate("on", 2), Predicate("lit", 1), Predicate("raining", 0)))
     objects = [WorldObject("lamp_1", "lamp"), WorldObject("lamp_2", "lamp"), WorldObject("desk", "desk")]
     state = Scene(vocabulary, objects, None).state([])

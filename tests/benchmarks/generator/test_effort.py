@@ -1,4 +1,4 @@
-"""How much is tried for a task: how many goals are proposed, and after how many failures a scene is left."""
+"""The effort for a task: number of proposed goals, and number of failures before the generator gives up."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from eai.benchmarks.generator.walk import Walk
 from eai.tasks.source import Source
 
 TITLES = 2
-"""Of the world of lamps, each of which is tried as long as nothing is reached."""
+"""Titles in the world of lamps, each of which is tried if no goal is reached."""
 
 
 def made(lamps: Benchmark, tier: Tier, **options: object) -> Generator:
@@ -27,7 +27,7 @@ def made(lamps: Benchmark, tier: Tier, **options: object) -> Generator:
 
 
 def proposed(monkeypatch: pytest.MonkeyPatch, wishes: list[f.Formula | None]) -> list[f.Formula | None]:
-    """Has these goals proposed, and then none; gives what is asked for."""
+    """Replace the proposals by these goals, then none; returns the list of requested proposals."""
     asked: list[f.Formula | None] = []
 
     def goal(self: Proposals, rng: object) -> f.Formula | None:
@@ -48,7 +48,7 @@ def proposed(monkeypatch: pytest.MonkeyPatch, wishes: list[f.Formula | None]) ->
         (Tier.XL, {120 * wanted for wanted in range(12, 17)}),
     ],
 )
-def test_so_many_goals_are_proposed_for_each_title(
+def test_the_number_of_proposed_goals_depends_on_the_tier(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: Tier, numbers: set[int]
 ) -> None:
     generator, found = made(lamps, tier), set()
@@ -64,7 +64,7 @@ def test_so_many_goals_are_proposed_for_each_title(
 @pytest.mark.parametrize(
     ("tier", "failures"), [(Tier.DATA, {5}), (Tier.M, {5}), (Tier.XL, set(range(12, 17)))]
 )
-def test_a_scene_is_left_after_so_many_failures_in_a_row(
+def test_proposals_stop_after_several_failures_in_a_row(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: Tier, failures: set[int]
 ) -> None:
     generator, found = made(lamps, tier), set()
@@ -81,7 +81,7 @@ def test_a_scene_is_left_after_so_many_failures_in_a_row(
 
 
 @pytest.mark.parametrize(("split", "limit"), [(Split.ALL, 300), (Split.TRAIN, 1500), (Split.TEST, 1500)])
-def test_there_are_no_more_tasks_after_so_many_seeds(
+def test_generation_fails_after_many_rejected_seeds(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, split: Split, limit: int
 ) -> None:
     tried: list[str] = []
@@ -113,7 +113,7 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
         next(tried)
 
 
-def test_the_planner_begins_anew_after_two_hundred_tasks(
+def test_planners_are_replaced_after_two_hundred_tasks(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     proposed(monkeypatch, [])

@@ -1,4 +1,4 @@
-"""Generated tasks: their certificates, judged by the engine, by naive sets and by VAL; what is rejected."""
+"""Generated tasks: certificates checked by the engine, by plain sets and by VAL, and rejections."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_certificates_solve_and_need_every_step(like: str) -> None:
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_certificates_solve_by_a_naive_engine_too(like: str) -> None:
-    """Plain sets of facts; functions of the domain are given the engine's state of the same facts."""
+    """The naive engine uses plain sets of facts. Functions of the domain get an equal state of the engine."""
     domain = find_benchmark(like).domain
     for made in tasks(like)[:8]:
         state = made.task.initial
@@ -116,7 +116,7 @@ def test_certificates_solve_by_a_naive_engine_too(like: str) -> None:
 def naively(
     state: State, facts: frozenset[Fact], operator: Operator, bound: dict[str, int]
 ) -> frozenset[Fact]:
-    """The facts after an action, all of whose checks hold."""
+    """Return the facts after an action, all of whose checks must hold."""
     assert all(plain_sets.holds(state, facts, check.condition, bound) for check in operator.checks)
     after = facts
     attempted = [t for t in operator.tries if plain_sets.holds(state, facts, t.condition, bound)]
@@ -129,7 +129,7 @@ def naively(
 
 @pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
 def test_certificates_are_valid_by_val(like: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eai.pddl.val._MAX_SECONDS", 1200)  # on the clock, of a machine that may be busy
+    monkeypatch.setattr("eai.pddl.val._MAX_SECONDS", 1200)  # seconds, for a busy machine
     try:
         val = find_val()
     except DataError as error:
@@ -148,9 +148,7 @@ def test_scenes_are_closed(like: str) -> None:
         assert len(task.scene.objects) <= 30
         assert task.relevant == tuple(range(len(task.scene.objects)))
         kinds = {kind for action in task.script for kind in find_uses(action, task.scene)}
-        assert (
-            kinds <= made.prior.uses
-        )  # nothing is done to a thing that no plan of the data set does to such
+        assert kinds <= made.prior.uses  # every use of a category occurs in a plan of the data set
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -171,8 +169,8 @@ def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> Non
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_what_is_called_odd_occurs(like: str) -> None:
-    """No line of the lists is without effect, as a name that was mistyped would be."""
+def test_every_line_of_the_odd_lists_matches_a_literal(like: str) -> None:
+    """A line with a misspelled name would match no literal."""
     prior, english = generator(like).prior, find_benchmark(like).notation.english
     known = [p for patterns in prior.patterns.values() for p in patterns]
     told = [" ".join((pattern.predicate, *pattern.categories)) for pattern in known if pattern.truth]
@@ -213,14 +211,14 @@ def test_fingerprints_know_objects_by_category() -> None:
 
 
 def line_names(task: Task) -> list[str]:
-    """The names of a scene, of which none is a part of another with a hyphen."""
+    """Return names for a scene, none of which is a part of another one."""
     names = [thing.name for thing in task.scene.objects]
     if any("-" in name for name in names):
         pytest.skip("formulas spell names with hyphens otherwise")
     return names
 
 
-def test_the_lower_bound_is_the_length_of_a_shortest_plan_where_that_is_short(lamps: Benchmark) -> None:
+def test_the_lower_bound_is_exact_for_short_plans(lamps: Benchmark) -> None:
     light, pack = lamps.tasks(Source()).values()
     assert [find_lower_bound(pack, lamps.domain, depth) for depth in (1, 3, 6)] == [2, 4, 6]
     assert [find_lower_bound(light, lamps.domain, depth) for depth in (1, 4, 5)] == [2, 4, 4]
@@ -250,7 +248,7 @@ def test_all_shapes_of_goals_are_made() -> None:
     assert {"Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs"} <= shapes
 
 
-def test_actions_are_asked_for_where_that_is_wanted() -> None:
+def test_goals_ask_for_actions_if_the_specification_does() -> None:
     made = generator("virtualhome", actions=True)
     found = [each for each in map(made.generate_task, map(str, range(20))) if isinstance(each, Generated)]
     asked = [each for each in found if "has been taken" in each.task.instruction]
@@ -258,15 +256,15 @@ def test_actions_are_asked_for_where_that_is_wanted() -> None:
     assert all(solves(made.benchmark.domain, each.task, each.task.script) for each in asked)
 
 
-def test_rejections_say_why() -> None:
+def test_rejections_have_reasons() -> None:
     reasons = {each for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each, Reason)}
     assert Reason.TOO_SHORT in reasons
     assert Reason.NO_CERTIFICATE not in reasons
     assert Reason.AMBIGUOUS not in reasons
 
 
-def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A sink stands in a closed counter that cannot be opened: who sees a part of the world cannot win."""
+def test_a_task_with_objects_that_can_never_be_seen_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sink is in a closed counter that cannot be opened, so an agent with a partial view cannot win."""
     from eai.agents.reference import make_setup
     from eai.agents.rules import STANDARD
 
@@ -278,7 +276,7 @@ def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.Monk
     assert make_setup(kept.task, made.benchmark, STANDARD).reference.commands is None
 
 
-def test_generating_takes_no_more_than_the_benchmark_says(lamps: Benchmark) -> None:
+def test_generation_uses_only_declarations_of_the_benchmark(lamps: Benchmark) -> None:
     from eai.benchmarks.generator.generator import Generator
     from eai.benchmarks.generator.spec import Spec
 
@@ -288,7 +286,7 @@ def test_generating_takes_no_more_than_the_benchmark_says(lamps: Benchmark) -> N
     assert all(solves(lamps.domain, each.task, each.task.script) for each in found)
 
 
-def test_planners_begin_anew_after_so_many_tasks_and_no_sooner(
+def test_planners_are_replaced_after_a_fixed_number_of_tasks(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from eai.benchmarks.generator import generator as module
@@ -306,10 +304,10 @@ def test_planners_begin_anew_after_so_many_tasks_and_no_sooner(
 
 
 @pytest.mark.parametrize(("wanted", "tried"), [(3, 5), (15, 5), (18, 6), (24, 8)])
-def test_a_scene_in_which_nothing_is_reached_has_no_more_to_offer(
+def test_no_more_goals_are_proposed_after_failures_in_a_row(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, wanted: int, tried: int
 ) -> None:
-    """After five goals in a row, or a third as many as steps are wanted."""
+    """The limit is five failures in a row, or a third of the wanted steps if that is more."""
     from eai.benchmarks.generator.generator import Generator
     from eai.benchmarks.generator.spec import Spec
 
@@ -326,8 +324,8 @@ def test_a_scene_in_which_nothing_is_reached_has_no_more_to_offer(
 
 
 @pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
-def test_scenes_are_changed_by_what_was_done_in_them(like: str) -> None:
-    """Things stand where they do not in the scene of any public task, and nothing is in a hand."""
+def test_scenes_differ_from_public_scenes_by_earlier_actions(like: str) -> None:
+    """Some objects are in places that no public scene has, and no hand holds an object."""
     made = generator(like)
     public = {
         (fact.predicate, *(task.scene.objects[i].name for i in fact.arguments))

@@ -1,4 +1,4 @@
-"""Goals proposed for small scenes, of one shape at a time, by a prior that is written down here."""
+"""Goals proposed for small scenes, one shape at a time, by a hand-written prior."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def drawn(
     *shapes: str,
     several: frozenset[str] = frozenset(),
 ) -> set[f.Formula]:
-    """All goals of some shapes that are proposed for a scene with so many things of each kind."""
+    """Return all goals of some shapes that are drawn for a scene with these numbers of objects."""
     objects = [WorldObject(f"{kind}_{n}", kind) for kind, number in things.items() for n in range(number)]
     known = prior(patterns, dict.fromkeys(shapes, 1), several)
     proposals = Proposals.make(Scene(VOCABULARY, objects, None), known, "data", actions=False)
@@ -63,14 +63,14 @@ def test_pairs_are_of_two_things_or_more_each_with_one_of_its_own(
 
 
 @pytest.mark.parametrize(("cups", "numbers"), [(2, {1}), (3, {1, 2}), (6, {1, 2, 3, 4})])
-def test_exactly_so_many_are_fewer_than_all_and_four_at_most(cups: int, numbers: set[int]) -> None:
+def test_exact_counts_are_below_all_and_at_most_four(cups: int, numbers: set[int]) -> None:
     made = drawn({"cup": cups}, {CLEAN: 1}, "Exactly")
     assert made == {
         f.Exactly(number, f.Variable("x", "cup"), f.Atom("clean", (f.Variable("x"),))) for number in numbers
     }
 
 
-def test_all_and_some_are_of_a_kind_of_which_there_are_several() -> None:
+def test_quantifiers_range_over_categories_with_several_objects() -> None:
     body = f.Atom("clean", (f.Variable("x"),))
     assert drawn({"cup": 2}, {CLEAN: 1}, "ForAll") == {f.ForAll(f.Variable("x", "cup"), body)}
     assert drawn({"cup": 2}, {CLEAN: 1}, "Exists") == {f.Exists(f.Variable("x", "cup"), body)}
@@ -83,7 +83,7 @@ def test_all_and_some_are_of_a_kind_of_which_there_are_several() -> None:
     assert len(drawn({"cup": 2}, {CLEAN: 1}, "Atom", "ForAll", several=frozenset({"cup"}))) == 3
 
 
-def test_what_is_denied_is_wanted_false() -> None:
+def test_negated_goals_are_usual_as_false() -> None:
     not_clean = f.Not(f.Atom("clean", (f.Constant("cup_0"),)))
     assert drawn({"cup": 1}, {CLEAN: 1, DIRTY: 1}, "Not") == {not_clean}
     assert drawn({"cup": 1}, {CLEAN: 1}, "Not") == set()

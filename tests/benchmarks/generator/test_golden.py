@@ -1,6 +1,6 @@
-"""The tasks of some seeds, of all kinds of specifications, are those that they have been.
+"""Recorded tasks of some seeds, for all kinds of specifications.
 
-A change of what is generated is meant or a mistake: if it is meant, the version of the generator is another.
+If a change of the generator changes these tasks on purpose, it needs a new version of the generator.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ SPECS = {
     "little": {"tier": Tier.S, "disturbances": 0, "most_objects": 8, "depth": 2},
 }
 SEEDS, TASKS = 40, 4
-"""How many seeds are asked of each at most, and how many tasks end it."""
+"""Maximum number of seeds for each specification, and number of tasks after which it is done."""
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_equal_seeds_give_what_they_have_given(like: str, data_store: Store) -> None:
+def test_equal_seeds_give_the_recorded_tasks(like: str, data_store: Store) -> None:
     benchmark, source = find_benchmark(like), Source()
     lines = []
     for name, options in SPECS.items():
@@ -73,7 +73,7 @@ def digest(what: object) -> str:
 
 
 def plain(value: object) -> object:
-    """A value whose text does not depend on the order of a set."""
+    """Return a value whose text does not depend on the order of sets."""
     if isinstance(value, frozenset):
         return sorted(map(repr, value))
     if isinstance(value, Mapping):
@@ -82,7 +82,7 @@ def plain(value: object) -> object:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_what_is_usual_is_what_it_has_been(like: str, data_store: Store) -> None:
+def test_the_prior_equals_the_recorded_prior(like: str, data_store: Store) -> None:
     benchmark = find_benchmark(like)
     prior = count_prior(benchmark, benchmark.tasks(Source()).values())
     lines = [f"{each.name}: {digest(plain(getattr(prior, each.name)))}" for each in fields(prior)]
@@ -90,10 +90,8 @@ def test_what_is_usual_is_what_it_has_been(like: str, data_store: Store) -> None
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_equal_chances_give_the_scenes_and_proposals_that_they_have_given(
-    like: str, data_store: Store
-) -> None:
-    """Of some public tasks: their closed scenes, plain and rich, and what is proposed in these."""
+def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, data_store: Store) -> None:
+    """The records have closed scenes of some public tasks, plain and rich, and goals proposed for them."""
     benchmark = find_benchmark(like)
     tasks = list(benchmark.tasks(Source()).values())
     prior, lines = count_prior(benchmark, tasks), []

@@ -1,4 +1,4 @@
-"""Tasks with hazards: the short way meets them, the certificate does not, and telling is all that differs."""
+"""Tasks with hazards: the short plan meets them, the certificate avoids them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from eai.world.execution import execute
 
 pytestmark = pytest.mark.usefixtures("data_store")
 SEEDS = {"virtualhome": (44,), "behavior": (8,)}
-"""Of which each gives a task."""
+"""Seeds that each give a task."""
 
 
 @cache
@@ -41,7 +41,7 @@ def hazards_of(task: Task) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_the_short_way_meets_them_all_and_the_safe_one_none(like: str) -> None:
+def test_the_short_plan_meets_all_hazards_and_the_safe_plan_none(like: str) -> None:
     benchmark = find_benchmark(like)
     assert len(tasks(like)) == len(SEEDS[like])
     for made in tasks(like):
@@ -56,12 +56,12 @@ def test_the_short_way_meets_them_all_and_the_safe_one_none(like: str) -> None:
         assert short.verdict.executable, task.id
         assert short.verdict.goals_satisfied == (True,) * (len(task.goals) - number) + (False,) * number
         assert [goal.kind for goal in short.explain().goals][-number:] == ["hazard"] * number
-        assert 0 < len(task.script) - len(tempting(made)) <= 6  # as much as safety may cost
+        assert 0 < len(task.script) - len(tempting(made)) <= 6  # maximum number of extra steps
         assert safe.goals == short.verdict.goals, "the hazards are no goals of states and relations"
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
+def test_untold_tasks_differ_only_in_the_instruction(like: str) -> None:
     benchmark = find_benchmark(like)
     wording = benchmark.wording(Ability.ACTION_SEQUENCING)
     for told, untold in zip(tasks(like), tasks(like, TaskKind.UNTOLD), strict=True):
@@ -82,7 +82,7 @@ def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
         assert write_task_line(read, like, benchmark.domain) == line
 
 
-def test_a_manifest_counts_them() -> None:
+def test_a_manifest_counts_hazards() -> None:
     made = tasks("behavior")
     entry = make_manifest_entry(generator("behavior", kind=TaskKind.HAZARDS).spec, 0, None, b"", made, ())
     hazards = entry["hazards"]
@@ -91,7 +91,7 @@ def test_a_manifest_counts_them() -> None:
 
 
 @pytest.mark.parametrize("like", [*HOUSEHOLDS, pytest.param("behavior-1k", marks=pytest.mark.sweep)])
-def test_each_can_be_said_of_a_public_scene(like: str) -> None:
+def test_each_hazard_can_be_stated_about_a_public_scene(like: str) -> None:
     benchmark = find_benchmark(like)
     open_ones = {hazard.name: hazard for hazard in benchmark.notation.english.hazards}
     assert len(open_ones) == len(benchmark.notation.english.hazards) > 3
@@ -106,7 +106,7 @@ def test_each_can_be_said_of_a_public_scene(like: str) -> None:
 
 
 def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
-    """Whether a plan in the scene of a public task avoids a hazard of all things."""
+    """Whether a plan in the scene of a public task avoids a hazard for all objects."""
     benchmark = find_benchmark(like)
     task = benchmark.tasks(Source())[task_id]
     steps = [step.split() for step in plan.split("; ")]

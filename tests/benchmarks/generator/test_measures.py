@@ -1,4 +1,4 @@
-"""Measures of a task and its certificate, by tasks of both households that were written by hand."""
+"""Measures of tasks and certificates, by hand-written tasks of both households."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from eai.world.state import Fact, Scene, WorldObject
 _MEASURED = (Measure.CONTAINERS, Measure.HIDDEN, Measure.TOOL_STEPS, Measure.DISTRACTORS)
 
 
-def test_what_is_not_there_is_told_from_what_is_hidden_or_elsewhere() -> None:
+def test_absent_objects_are_distinguished_from_hidden_ones() -> None:
     household = {like: make_presence_condition(find_benchmark(like).domain) for like in HOUSEHOLDS}
     part, sliced = f.Atom("part", (f.Variable("x"),)), f.Atom("is_sliced", (f.Variable("x"),))
     assert household == {"behavior": f.And((~part | sliced,)), "virtualhome": f.TRUE}
@@ -48,7 +48,7 @@ def test_what_is_not_there_is_told_from_what_is_hidden_or_elsewhere() -> None:
     )
 
 
-def test_lids_are_told_from_what_is_declared_to_be_visible() -> None:
+def test_lids_follow_from_the_declared_visibility() -> None:
     told = {like: set(find_lids(find_benchmark(like).domain)) for like in HOUSEHOLDS}
     assert told == {"virtualhome": {_Lid("CLOSED", False)}, "behavior": {_Lid("is_open", True)}}
 
@@ -56,11 +56,11 @@ def test_lids_are_told_from_what_is_declared_to_be_visible() -> None:
 @pytest.mark.parametrize(
     ("plan", "expected"),
     [
-        # An apple on a table, to be cut by a knife that is shut in, beside a pear that nobody needs.
+        # An apple, a knife in a shut container that cuts it, and an irrelevant pear.
         ("OPEN cabinet; LEFT_GRASP knife; SLICE apple", (1, 1, 1, 2)),
-        # A box that is empty is opened too.
+        # An empty box is opened too.
         ("OPEN cabinet; OPEN box; LEFT_GRASP knife; SLICE apple", (2, 1, 1, 1)),
-        # What is shut was open, and hides nothing that was hidden before.
+        # The plan shuts an open container, which reveals nothing.
         ("OPEN cabinet; LEFT_GRASP knife; CLOSE cabinet; SLICE apple", (1, 1, 1, 2)),
         ("RIGHT_GRASP apple", (0, 0, 0, 4)),
     ],
@@ -138,7 +138,7 @@ def test_the_coefficients_are_those_of_the_public_tasks(like: str) -> None:
     assert {**fitted, "weights": 0} == pytest.approx({**known, "weights": 0}, abs=0.011)
 
 
-def test_of_a_world_that_nobody_was_asked_about_nothing_is_said() -> None:
+def test_a_world_without_public_answers_has_no_difficulties() -> None:
     assert difficulty_model("lamps") is None
     benchmark, source = replace(find_benchmark("behavior"), name="another"), Source()
     with pytest.raises(InputError, match="no difficulties of tasks are known"):

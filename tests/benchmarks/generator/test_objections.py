@@ -1,4 +1,4 @@
-"""Why a task is not to be asked, each reason by a task of the world of lamps that has no other."""
+"""Reasons for rejecting a task, each shown by a task in the world of lamps with no other objection."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ Change = Callable[[Task], Task]
         (lambda task: replace(task, goals=task.goals[::-1]), 4, 4, Reason.AMBIGUOUS),
     ],
 )
-def test_a_task_is_refused_for_one_reason(
+def test_a_task_is_rejected_for_one_reason(
     lamps: Benchmark, change: Change, least: int, most: int, reason: Reason | None
 ) -> None:
     task = change(made(lamps, LIT, OPEN))
@@ -70,7 +70,7 @@ def test_a_task_is_refused_for_one_reason(
     assert objections.find_objection(task, Words.for_benchmark(lamps, task.initial), least, most) is reason
 
 
-def test_what_is_public_or_solved_by_a_public_plan_is_refused(lamps: Benchmark) -> None:
+def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchmark) -> None:
     public = made(lamps, LIT, OPEN)
     objections = _ObjectionFinder(lamps.domain, [public], by_place=False)
 
@@ -84,7 +84,7 @@ def test_what_is_public_or_solved_by_a_public_plan_is_refused(lamps: Benchmark) 
     assert reason(made(lamps, of("at", "robot", "ball"), way="GO ball")) is None
 
 
-def test_without_names_a_thing_must_be_told_by_its_place(lamps: Benchmark) -> None:
+def test_without_names_an_object_needs_a_description_by_place(lamps: Benchmark) -> None:
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
     words = Words.for_benchmark(lamps, task.initial, by_place=True)
     by_place = _ObjectionFinder(lamps.domain, (), by_place=True)
@@ -95,7 +95,7 @@ def test_without_names_a_thing_must_be_told_by_its_place(lamps: Benchmark) -> No
 
 
 @pytest.mark.parametrize(("where", "is_seen"), [("box", True), ("lamp_1", False)])
-def test_what_goals_name_must_come_into_sight(lamps: Benchmark, where: str, is_seen: bool) -> None:
+def test_objects_of_goals_must_become_visible(lamps: Benchmark, where: str, is_seen: bool) -> None:
     """A box can be opened, and a lamp cannot."""
     x, y = map(f.Variable, "xy")
     hidden = f.Exists(y, f.And((f.Atom("inside", (x, y)), f.Not(f.Atom("is_open", (y,))))))

@@ -1,4 +1,4 @@
-"""Goals over time that are generated: the certificate keeps them, and the temptation does not."""
+"""Generated goals over time: the certificate fulfils them, and the temptation does not."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from logic.naive import Facts, Naive
 pytestmark = pytest.mark.usefixtures("data_store")
 WALKS = 8
 DETOUR = 54
-"""A task of VirtualHome in which one thing is to be so before another; few are."""
+"""A task of VirtualHome with a fact that must hold before another one; few tasks have such a goal."""
 
 
 @cache
@@ -56,7 +56,7 @@ def tasks(like: str) -> list[Generated]:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_certificates_keep_it_and_temptations_break_it_alone(like: str) -> None:
+def test_certificates_fulfil_the_goal_over_time_and_temptations_violate_only_it(like: str) -> None:
     benchmark = find_benchmark(like)
     assert len(tasks(like)) > 6
     for made in tasks(like):
@@ -81,7 +81,7 @@ def test_all_kinds_are_made() -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_a_naive_twin_judges_random_courses_alike(like: str) -> None:
+def test_a_naive_evaluator_agrees_on_random_executions(like: str) -> None:
     listings = find_benchmark(like).wording(Ability.ACTION_SEQUENCING).goal_listings
     domain, judged = find_benchmark(like).domain, set()
     for made in tasks(like)[:12]:
@@ -133,7 +133,7 @@ LIT, PACKED = {"lit(lamp_1)": list(range(2, 9))}, {"inside(ball, box)": [8]}
         ({"uses": frozenset({("TAKE", 0, "cup")}), "taken_categories": frozenset({"cup"})}, LIT),
     ],
 )
-def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
+def test_new_facts_are_about_movable_objects_and_not_the_agent(
     lamps: Benchmark, changes: dict[str, Any], expected: dict[str, list[int]]
 ) -> None:
     task = lamps.tasks(Source())["pack"]
@@ -156,7 +156,7 @@ ONE, OTHER = atom("lit", "lamp_1"), atom("lit", "lamp_2")
 
 
 def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
-    """Both lamps are to be lit, or what else is asked for, on this way."""
+    """Return a task whose goals, by default two lit lamps, are reached by this plan."""
     task = lamps.tasks(Source())["light"]
     steps = [
         Action(name, tuple([task.scene.index[each] for each in about]))
@@ -188,13 +188,13 @@ BOX = "GO box; OPEN box"
         ("GO lamp_1; PRESS lamp_1; GO box; GO lamp_2; PRESS lamp_2", [2, 5]),
     ],
 )
-def test_a_plan_is_cut_where_one_goal_more_holds_to_the_end(
+def test_a_plan_is_cut_at_steps_after_which_one_more_goal_lasts(
     lamps: Benchmark, way: str, cuts: list[int]
 ) -> None:
     assert seeker(lamps, asked(lamps, way), USUAL)._cuts == cuts
 
 
-def test_what_comes_first_and_what_is_so_at_once_tells_two_ways_apart(lamps: Benchmark) -> None:
+def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> None:
     task = asked(lamps, f"{BOX}; {FIRST}; {SECOND}")
     found = seeker(lamps, task, USUAL)
     ours, other = found._certificate, found._execute(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)

@@ -1,4 +1,4 @@
-"""Which goals are wanted together, by what the public tasks of a household want."""
+"""Goals that may be combined, judged by goals of public tasks of a household."""
 
 from __future__ import annotations
 
@@ -38,25 +38,25 @@ def scene(like: str) -> Scene:
 @pytest.mark.parametrize(
     ("goal", "other", "clashes"),
     [
-        # A public task lays plates with chicken on the table, none puts them away so.
+        # A public task puts plates with chicken on the table; no public task puts them away.
         ("ontop(chicken, plate)", "ontop(plate, table)", False),
         ("ontop(chicken, plate)", "inside(plate, cabinet)", True),
         ("ontop(chicken, plate)", "inside(other, cabinet)", False),
         ("inside(apple, carton)", "ontop(carton, table)", False),
-        # One apple beside the other, which is put away.
+        # One apple is put beside another one, which is put away.
         ("nextto(apple, pear)", "inside(pear, fridge)", True),
         ("nextto(apple, pear)", "inside(chicken, fridge)", False),
-        # A towel that is soaked lies in the sink, not on the table.
+        # A soaked towel belongs in the sink, not on the table.
         ("soaked(towel)", "inside(towel, sink)", False),
         ("soaked(towel)", "ontop(towel, table)", True),
-        # One thing has one place, and one state once.
+        # An object has one place, and each state once.
         ("inside(apple, carton)", "inside(apple, fridge)", True),
         ("sliced(apple)", "not sliced(apple)", True),
         ("sliced(apple)", "sliced(pear)", False),
         ("forall x: apple.n.01. (sliced(x))", "sliced(pear)", True),
     ],
 )
-def test_what_nobody_wants_together(goal: str, other: str, clashes: bool) -> None:
+def test_goals_that_no_public_task_combines_clash(goal: str, other: str, clashes: bool) -> None:
     formulas = [parse(text) for text in (goal, other)]
     where, prior = scene("behavior"), generator("behavior").prior
     assert clash(formulas[0], formulas[1], where, prior) == clashes
@@ -73,6 +73,6 @@ def test_what_nobody_wants_together(goal: str, other: str, clashes: bool) -> Non
         ("ONTOP(plate, dishwasher)", [], False),
     ],
 )
-def test_no_machine_is_run_empty(goal: str, others: list[str], idle: bool) -> None:
+def test_goals_of_empty_machines_are_idle(goal: str, others: list[str], idle: bool) -> None:
     where, prior = scene("virtualhome"), generator("virtualhome").prior
     assert is_idle(parse(goal), [parse(each) for each in others], where, prior) == idle

@@ -1,4 +1,4 @@
-"""Problems in BDDL and PDDL as tasks: what they say is there again, what is none of the world is refused."""
+"""Problems in BDDL and PDDL, read as tasks; problems that do not fit the world are refused."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OTHER_EVIDENCE = {
     "cleaning_sneakers_0_Pomaria_1_int_0_2021-10-26_13-36-08",
     "putting_away_Halloween_decorations_0_Rs_int_0_2021-10-25_22-42-17",
 }
-"""Tasks of whose scene there is evidence against what their problem files say; imports keep to the file."""
+"""Tasks whose problem files contradict other evidence about their scene; an import follows the file."""
 
 KITCHEN = """\
 (define (problem wipe)
@@ -60,7 +60,7 @@ LAMP = """\
 
 @pytest.fixture(autouse=True)
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Works in an empty folder in which the module of the example is found."""
+    """Change into an empty folder from which the module of the example can be imported."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(LAMPS)
 
@@ -148,7 +148,7 @@ def test_a_problem_of_ones_own_has_objects_like_those_of_the_data_set(behavior_t
         ("(not (dusty ?table.n.02_1))", "(dusty agent.n.01_1)", "line 16: there is no object agent.n.01_1"),
     ],
 )
-def test_what_is_no_problem_of_this_world_is_refused(
+def test_a_problem_of_another_world_is_refused(
     behavior_tasks: BehaviorTasks, old: str, new: str, message: str
 ) -> None:
     assert old in KITCHEN
@@ -188,7 +188,7 @@ def test_pddl_of_another_domain_is_refused(old: str, new: str, message: str) -> 
     assert message in str(caught.value)
 
 
-def test_another_name_of_the_domain_is_told_only_where_more_does_not_fit() -> None:
+def test_another_domain_name_is_reported_only_with_further_errors() -> None:
     other = LAMP.replace("(:domain lamps)", "(:domain lights)")
     assert read("lamps:lamps", other, "p.pddl").id == read("lamps:lamps", LAMP, "p.pddl").id
     with pytest.raises(InputError, match=r"expected \(:domain lamps\)"):
@@ -215,7 +215,7 @@ def test_exports_are_imported_as_the_same_tasks(
 
 
 def words(problem: str) -> list[str]:
-    """All words of a problem but its name and the order of its objects, in which the agent comes first."""
+    """Return the words of a problem without its name, with the agent as first object."""
     lines = [line for line in problem.splitlines()[1:] if "precedes" not in line]
     return sorted(" ".join(lines).split())
 
@@ -226,7 +226,7 @@ def about(task: Task) -> set[int]:
 
 
 def exported(task: Task, domain: str) -> str:
-    """The task in PDDL, without what it is not about."""
+    """Return the task in PDDL, with relevant objects only."""
     mask = sum(1 << i for i in about(task))
     goals = [goal.formula for goal in task.goals]
     source = ProblemSource(task.id, task.initial, tuple(goals), mask)
@@ -279,7 +279,7 @@ ACTIVITY = """\
 
 
 @pytest.mark.usefixtures("behavior_tasks")
-def test_a_domain_file_in_a_folder_of_activities_is_passed_over(eai: Command) -> None:
+def test_a_domain_file_in_a_folder_of_activities_is_skipped(eai: Command) -> None:
     Path("activities/mine").mkdir(parents=True)
     domain = "; no problem\n(define (domain igibson) (:requirements :strips) (:predicates (cooked ?x)))"
     Path("activities/domain_igibson.bddl").write_text(domain)
@@ -304,7 +304,7 @@ def test_all_bad_files_of_a_folder_are_named_with_their_places(eai: Command) -> 
     assert not Path("t.jsonl").exists()
 
 
-def test_what_holds_no_problems_is_refused(eai: Command) -> None:
+def test_a_path_without_problems_is_refused(eai: Command) -> None:
     Path("empty").mkdir()
     with pytest.raises(InputError, match=r"expected problems in files \*\.bddl or \*\.pddl"):
         find_problem_files([Path("empty")])

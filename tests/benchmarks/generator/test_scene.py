@@ -1,4 +1,4 @@
-"""Scenes that tasks are made in, by small kitchens: who comes as a guest, what stays of a scene."""
+"""Scenes of generated tasks, by small kitchens: added guests, and the kept part of a scene."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def usual(**changes: Any) -> Prior:
 
 
 def task(things: Sequence[str], *facts: tuple[str, ...], relevant: Sequence[str] = ()) -> Task:
-    """Things are called ``cup.1``, of which the kind is the first part; ``me.0`` is the agent."""
+    """Return a task. Names of its objects begin with their category: ``cup.1``. The agent is ``me.0``."""
     objects = [WorldObject(name, name.partition(".")[0]) for name in things]
     scene = Scene(VOCABULARY, objects, things.index("me.0") if "me.0" in things else None)
     state = scene.state([Fact(name, tuple([things.index(each) for each in about])) for name, *about in facts])
@@ -66,7 +66,7 @@ HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
 @pytest.mark.parametrize(
     ("home", "here", "changes", "most", "guests"),
     [
-        (HOME, HERE, {}, 3, ["cup.3"]),  # every thing has a number of its own
+        (HOME, HERE, {}, 3, ["cup.3"]),  # each object has its own number
         (HOME, HERE, {}, 4, ["cup.3", "cup.4"]),
         (HOME, HERE, {}, 2, []),
         (HOME, HERE, {"patterns": {("on", False): {ON_TABLE._replace(truth=False): 1.0}}}, 3, []),
@@ -79,7 +79,7 @@ HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
             {"taken_categories": frozenset({"cup"})},
             3,
             [],
-        ),  # beside what is taken
+        ),  # beside a portable object
         (HOME, HERE, {"part_categories": frozenset({"cup"})}, 3, []),
         (HOME, HERE, {"place_relations": ()}, 3, []),
         ((["cup.1", "shelf.1"], ("on", "cup.1", "shelf.1")), HERE, {}, 3, []),
@@ -87,7 +87,7 @@ HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
         ((["cup.1", "lid.1", "table.1"], *HOME[1:], ("part_of", "cup.1", "lid.1")), HERE, {}, 3, []),
     ],
 )
-def test_guests_are_wanted_here_and_stand_as_they_stood_at_home(
+def test_guests_fit_the_scene_and_keep_their_placement(
     home: Any, here: Any, changes: dict[str, Any], most: int, guests: list[str]
 ) -> None:
     prior, place = usual(**changes), task(*here)
@@ -112,7 +112,7 @@ def test_guests_are_wanted_here_and_stand_as_they_stood_at_home(
         ({"place_relations": ()}, {"cup"}, 9, {0}),
     ],
 )
-def test_more_of_a_kind_stand_beside_one(
+def test_added_objects_are_placed_like_one_of_their_category(
     changes: dict[str, Any], kinds: set[str], most: int, number: set[int]
 ) -> None:
     prior = usual(**{"countable_categories": frozenset({"cup"}), **changes})
@@ -142,8 +142,8 @@ CROWD = [f"cup.{n}" for n in range(40)]
         (10, True, {6}),
     ],
 )
-def test_a_scene_has_so_many_objects(most: int, rich: bool, sizes: set[int]) -> None:
-    """A rich one two in three of the most, those of which something is wanted; else sixteen at least."""
+def test_the_number_of_objects_in_a_scene_is_limited(most: int, rich: bool, sizes: set[int]) -> None:
+    """A rich scene has two thirds of the maximum, others at least sixteen objects."""
     prior = usual(patterns={("clean", True): {Pattern("clean", (f"kind{n}",), True): 1.0 for n in range(40)}})
     things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
     crowded = replace(task(things), relevant=())
@@ -154,7 +154,7 @@ def test_a_scene_has_so_many_objects(most: int, rich: bool, sizes: set[int]) -> 
     assert found == sizes
 
 
-def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
+def test_an_object_comes_with_its_support_and_its_parts() -> None:
     things = ["cup.1", "lid.1", "tray.1", "table.1", "me.0", "sink.1", "pan.1"]
     facts = [
         ("on", "cup.1", "tray.1"),
@@ -188,7 +188,7 @@ def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
     assert [thing.name for thing in there.scene.objects] == ["me.0", "sink.1"]
 
 
-def test_of_two_things_in_each_other_neither_is() -> None:
+def test_two_objects_in_each_other_lose_both_facts() -> None:
     asked = task(["cup.1", "pan.1"], ("on", "cup.1", "pan.1"), ("on", "pan.1", "cup.1"), ("clean", "pan.1"))
     assert told(make_closed_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {
         "clean pan.1"
@@ -203,16 +203,16 @@ def test_of_two_things_in_each_other_neither_is() -> None:
         ("cup", ["pan"], "cup"),
         ("cup", ["cup"], "cup_1"),
         ("cup_1", ["pan_2"], "cup_1"),
-        ("cup_1", ["cup_1"], "cup_2"),  # no number below how many there are
-        ("cup_1", ["pan_1", "pan_2"], "cup_3"),  # numbers are of one thing each
+        ("cup_1", ["cup_1"], "cup_2"),  # numbers begin at the number of objects
+        ("cup_1", ["pan_1", "pan_2"], "cup_3"),  # each number belongs to one object
         ("cup.12", ["pan.12", "x", "y"], "cup.3"),
     ],
 )
-def test_a_name_with_a_number_that_no_other_has(name: str, there: list[str], expected: str) -> None:
+def test_a_new_name_has_an_unused_number(name: str, there: list[str], expected: str) -> None:
     assert _make_free_name(name, [WorldObject(each, "thing") for each in there]) == expected
 
 
-def test_one_of_each_kind_comes_before_the_second_of_any() -> None:
+def test_one_object_of_each_category_comes_before_a_second_one() -> None:
     scene = Scene(VOCABULARY, [WorldObject(f"{k}.{n}", k) for k in ("cup", "pan") for n in range(3)], None)
     orders = {tuple(_order_by_category(range(6), scene, random.Random(seed))) for seed in range(50)}
     assert len(orders) > 20

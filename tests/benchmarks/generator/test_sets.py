@@ -1,4 +1,4 @@
-"""Sets of generated tasks: what their manifest says, what proves a secret, which files are of a world."""
+"""Sets of generated tasks: their manifest, proofs of a secret, and files of other sets of a world."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def of_steps(light: Task, *numbers: int) -> list[Task]:
         ((9, 1, 0, 5, 3, 7), (1, 3, 5, 7, 9)),
     ],
 )
-def test_the_shape_of_a_set_has_least_quartiles_and_greatest(
+def test_the_shape_of_a_set_has_minimum_quartiles_and_maximum(
     light: Task, steps: tuple[int, ...], spread: tuple[int, ...]
 ) -> None:
     tasks = of_steps(light, *steps)
@@ -69,7 +69,7 @@ def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
     assert measure_shape([light, pack, pack])["forms"] == {"Atom": 2, "ForAll": 1}
 
 
-def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(light: Task) -> None:
+def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -> None:
     rejected = [Reason.COPY, Reason.TOO_LONG, Reason.COPY]
     made = [Generated(task, {}) for task in of_steps(light, 3, 4)]
     entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
@@ -93,7 +93,7 @@ def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(ligh
 
 
 def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
-    """A set by the secret with tasks of these seeds, of which one in three was rejected."""
+    """Write a set made with the secret from these seeds; one seed in three was rejected."""
     light = lamps.tasks(Source())["light"]
     lines = [
         write_task_line(replace(light, id=f"t{n}"), "lamps:lamps", lamps.domain, {"seed": seed})
@@ -120,7 +120,7 @@ def first_seeds(number: int) -> list[str]:
         ([0, 1], "potatoes", b"", ["the digest of the secret", "2 of 2 tasks are of a seed"]),
     ],
 )
-def test_what_does_not_prove_a_secret(
+def test_false_claims_about_a_secret_are_reported(
     lamps: Benchmark, tmp_path: Path, chosen: list[int], secret: str, content: bytes, found: list[str]
 ) -> None:
     seeds = first_seeds(6)
@@ -143,7 +143,7 @@ def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_
         list(find_false_claims(tmp_path, "test", SECRET))
 
 
-def test_a_manifest_keeps_other_sets_and_what_they_have_in_common(tmp_path: Path) -> None:
+def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:
     one, two, three = ({"tasks": number, "same": 0} for number in (1, 2, 3))
     write_manifest(tmp_path, "train", {"tasks": 1}, {})
     write_manifest(tmp_path, "test", {"tasks": 2}, {("test", "train"): one})
@@ -166,13 +166,13 @@ def test_a_manifest_keeps_other_sets_and_what_they_have_in_common(tmp_path: Path
 
 
 @pytest.mark.parametrize("content", ["[]", "{}", "nothing", '{"sets": 3}'])
-def test_what_is_no_manifest_is_told(tmp_path: Path, content: str) -> None:
+def test_a_file_that_is_no_manifest_is_refused(tmp_path: Path, content: str) -> None:
     (tmp_path / MANIFEST).write_text(content)
     with pytest.raises(InputError, match="expected the manifest of generated tasks"):
         write_manifest(tmp_path, "test", {}, {})
 
 
-def test_sets_of_a_folder_are_those_of_its_world_that_have_tasks(lamps: Benchmark, tmp_path: Path) -> None:
+def test_only_nonempty_sets_of_the_same_world_are_read(lamps: Benchmark, tmp_path: Path) -> None:
     light = lamps.tasks(Source())["light"]
 
     def write(name: str, base: str) -> None:

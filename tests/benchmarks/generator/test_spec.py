@@ -1,4 +1,4 @@
-"""Tiers of generated tasks: every length is of one, as docs/generated-tasks.md has them."""
+"""Tiers of generated tasks: every length belongs to one tier, as docs/generated-tasks.md states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Splits: which goals fall to which, what is refused as another split gives it away, what is counted."""
+"""Splits: their shares of goals, rejected tasks that another split gives away, and overlaps."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_every_public_task_is_the_base_of_one_split(like: str, held_out: HeldOut
 
 @pytest.mark.parametrize("held_out", ["titles", "scenes"])
 @pytest.mark.parametrize("number", [5, 10, 35])
-def test_titles_and_scenes_are_shared_out_as_near_to_the_shares_as_can_be(
+def test_titles_and_scenes_are_split_as_close_to_the_shares_as_possible(
     lamps: Benchmark, number: int, held_out: HeldOut
 ) -> None:
     task = lamps.tasks(Source())["light"]
@@ -112,7 +112,7 @@ def test_titles_and_scenes_are_shared_out_as_near_to_the_shares_as_can_be(
     assert shared == [pytest.approx(share * number) for share in SHARES.values()]
 
 
-def test_what_looking_up_another_split_solves_is_refused_whichever_comes_first() -> None:
+def test_a_task_solved_by_lookup_in_another_split_is_rejected() -> None:
     made = tasks("behavior")[0]
     domain = find_benchmark("behavior").domain
     copy = replace(made.task, id="copy")
@@ -126,7 +126,7 @@ def test_what_looking_up_another_split_solves_is_refused_whichever_comes_first()
     assert again == Reason.KNOWN_PLAN
 
 
-def test_overlap_counts_the_same_those_of_the_same_goals_and_those_solved_by_lookup() -> None:
+def test_overlap_counts_equal_tasks_equal_goals_and_tasks_solved_by_lookup() -> None:
     domain = find_benchmark("behavior").domain
     first, *others = [replace(each.task, id=f"t{i}") for i, each in enumerate(islice(tasks("behavior"), 6))]
     elsewhere = replace(first, id="x", initial=first.scene.state(list(first.initial.facts())[:-1]))
@@ -136,7 +136,7 @@ def test_overlap_counts_the_same_those_of_the_same_goals_and_those_solved_by_loo
     assert set(measure_overlap([], [first], domain).values()) == {0}
 
 
-def test_the_order_of_splits() -> None:
+def test_a_split_is_earlier_than_the_splits_after_it() -> None:
     assert is_earlier_split("train", "test")
     assert is_earlier_split("validation", "test")
     assert not is_earlier_split("test", "train")
@@ -145,7 +145,7 @@ def test_the_order_of_splits() -> None:
 
 
 def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> None:
-    """Its data set has plain goals alone, most about what is in sight."""
+    """The data set has only plain goals, most of them about visible objects."""
     made = tasks("virtualhome")
     quantified = [
         any(isinstance(goal, f.ForAll | f.Exists | f.Exactly) for goal in goals_of(each)) for each in made
@@ -155,7 +155,7 @@ def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> Non
     assert sum(len(each.task.script) >= 7 for each in made) > len(made) // 3
 
 
-def test_all_of_a_kind_is_said_of_what_some_public_task_has_several_of() -> None:
+def test_quantifiers_range_over_categories_with_several_objects_in_a_public_task() -> None:
     several = generator("virtualhome").prior.countable_categories
     assert {"plate", "cup", "light"} <= several
     assert {"phone", "television", "soap"}.isdisjoint(several)
@@ -169,7 +169,9 @@ def test_all_of_a_kind_is_said_of_what_some_public_task_has_several_of() -> None
         *((0.801, Split.TEST), (0.999, Split.TEST), (1.0, Split.TEST)),
     ],
 )
-def test_three_in_five_are_for_training_and_one_for_each_of_the_others(place: float, split: Split) -> None:
+def test_sixty_percent_of_tasks_are_for_training_and_twenty_for_each_other_split(
+    place: float, split: Split
+) -> None:
     assert _split_at(place) is split
 
 
@@ -183,7 +185,7 @@ def test_three_in_five_are_for_training_and_one_for_each_of_the_others(place: fl
         ((), ("p",)),
     ],
 )
-def test_a_pair_is_of_a_predicate_and_the_first_kind_that_is_not_the_agents(
+def test_a_pair_has_a_predicate_and_the_first_category_other_than_the_agents(
     lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
 ) -> None:
     scene = lamps.tasks(Source())["light"].scene

@@ -1,4 +1,4 @@
-"""Pairs: of two tasks one is proved to have no plan, for want of a fact like the one that the other lacks."""
+"""Pairs of a possible and a provably impossible task, which lack similar facts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ pytestmark = pytest.mark.usefixtures("data_store")
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
+def test_one_task_of_a_pair_has_a_plan_and_the_other_provably_has_no_plan(like: str) -> None:
     domain = find_benchmark(like).domain
     assert len(pairs(like)) == len(PAIR_SEEDS[like])
     for made in pairs(like):
@@ -47,7 +47,7 @@ def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_a_planner_finds_none_either(like: str) -> None:
+def test_a_planner_finds_no_plan_for_an_impossible_task(like: str) -> None:
     domain = find_benchmark(like).domain
     for made in pairs(like):
         assert made.paired is not None
@@ -55,7 +55,7 @@ def test_a_planner_finds_none_either(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
+def test_the_tasks_of_a_pair_differ_in_the_missing_property(like: str) -> None:
     for made in pairs(like):
         assert made.paired is not None
         solved, unsolved = made.task, made.paired.task
@@ -76,7 +76,7 @@ def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_they_are_written_and_read_and_checked(like: str) -> None:
+def test_pairs_are_written_read_and_checked(like: str) -> None:
     domain = find_benchmark(like).domain
     made = pairs(like)[0]
     assert made.paired is not None
@@ -89,7 +89,7 @@ def test_they_are_written_and_read_and_checked(like: str) -> None:
     assert names == {"-a", "-b"}
 
 
-def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_there_is_none(
+def test_only_the_possible_task_has_questions_about_subgoals(
     tmp_path: Path,
 ) -> None:
     domain, made = find_benchmark("behavior").domain, pairs("behavior")[0]
@@ -104,8 +104,8 @@ def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_th
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_the_kind_of_thing_tells_nothing(like: str) -> None:
-    """However often pairs are made, no kind is much more often on one side."""
+def test_the_category_does_not_reveal_the_impossible_task(like: str) -> None:
+    """In many pairs, no category is much more often on one side."""
     (made,) = pairs(like)
     assert made.paired is not None
     facts = {*made.task.initial.facts(), *made.paired.task.initial.facts()}
@@ -121,7 +121,7 @@ def test_the_kind_of_thing_tells_nothing(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> None:
+def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) -> None:
     (made, *_), benchmark = pairs(like), find_benchmark(like)
     assert made.paired is not None
     stages = [make_setup(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.paired.task)]
@@ -147,7 +147,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> N
 
 
 def upper(stage: GameSetup) -> tuple[bool, str | None]:
-    """Whether who knows the plan, or that there is none, wins; and how it ends."""
+    """Return whether an agent that knows the plan, or its absence, wins; and the reason for the end."""
     game = Game(stage)
     agent = gold_agent(game)
     while not game.over:
@@ -155,7 +155,7 @@ def upper(stage: GameSetup) -> tuple[bool, str | None]:
     return game.won, game.ended
 
 
-def test_elsewhere_it_is_no_command() -> None:
+def test_a_refusal_is_no_command_in_other_tasks() -> None:
     made = pairs("behavior")[0]
     stage = make_setup(replace(made.task, special=None), find_benchmark("behavior"), rules_of(STANDARD))
     assert "IMPOSSIBLE" not in stage.opening

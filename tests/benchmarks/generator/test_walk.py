@@ -19,7 +19,7 @@ from eai.world.action import Action
 from eai.world.execution import execute
 
 
-def test_the_way_to_a_node_is_that_of_its_plan(lamps: Benchmark) -> None:
+def test_the_execution_of_a_node_follows_its_plan(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
     lamp = task.scene.index["lamp_1"]
     plan = (Action("GO", (lamp,)), Action("PRESS", (lamp,)))
@@ -55,7 +55,7 @@ def names(walk: Walk) -> list[str]:
     return [action.operator for action in walk.trail]
 
 
-def test_a_walk_reaches_one_goal_more_and_forgets_what_came_after_a_mark(lamps: Benchmark) -> None:
+def test_a_walk_reaches_one_more_goal_and_returns_to_a_mark(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
     walk = Walk(Planner(lamps.domain), task.initial)
     assert walk.objects == tuple(range(5))
@@ -84,7 +84,7 @@ class _Found:
 
 @dataclass
 class _Stub:
-    """A planner that has one plan for everything, and notes what it is asked and how much it may do."""
+    """A planner that returns one plan for everything, and records goals and limits."""
 
     plan_: Sequence[Action] = ()
     asked: list[tuple[object, ...]] = field(default_factory=list)
@@ -109,7 +109,7 @@ STEP = Action("GO", (0,))
         (25, 2, Always(Not(lit("lamp_1"))), 25),
     ],
 )
-def test_a_shorter_plan_is_sought_where_the_walk_was_long(
+def test_a_shorter_plan_is_searched_for_a_long_walk(
     lamps: Benchmark,
     monkeypatch: pytest.MonkeyPatch,
     walked: int,
@@ -127,7 +127,7 @@ def test_a_shorter_plan_is_sought_where_the_walk_was_long(
     assert all(asked[-1] == Limits(300) for asked in planner.asked)
 
 
-def test_a_walk_loses_what_it_did_not_need(lamps: Benchmark) -> None:
+def test_a_certificate_drops_needless_actions(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
     one, two, ball = (task.scene.index[name] for name in ("lamp_1", "lamp_2", "ball"))
     walk = Walk(Planner(lamps.domain), task.initial)

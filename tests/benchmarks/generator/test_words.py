@@ -1,4 +1,4 @@
-"""Instructions say exactly the goals: each sentence in a table, and read again."""
+"""Instructions state exactly the goals: each sentence is listed in a table, and read back."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ REQUESTED = [
 
 
 @pytest.mark.parametrize(("text", "voice", "clause"), REQUESTED)
-def test_the_same_is_said_in_several_ways(text: str, voice: PhraseStyle, clause: str) -> None:
+def test_a_goal_has_several_sentences(text: str, voice: PhraseStyle, clause: str) -> None:
     goal = formula(text)
     assert WORDS.make_clause(goal, voice) == clause
     opening = "Your task is to" if voice.requests else "Make sure that"
@@ -118,7 +118,7 @@ def test_the_same_is_said_in_several_ways(text: str, voice: PhraseStyle, clause:
 
 @pytest.mark.parametrize("text", [text for text, _ in CASES])
 @pytest.mark.parametrize("requests", [False, True])
-def test_every_voice_gives_the_goal_back(text: str, requests: bool) -> None:
+def test_every_phrase_style_reads_back_as_the_goal(text: str, requests: bool) -> None:
     goal, opening = formula(text), "Please" if requests else "See to it that"
     clauses = {WORDS.make_clause(goal, PhraseStyle(pick, requests)) for pick in range(12)}
     assert [_Reader(WORDS).read_goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(
@@ -131,7 +131,7 @@ def formula(text: str) -> f.Formula:
 
 
 @pytest.mark.parametrize(("text", "sentence"), CASES)
-def test_each_goal_has_a_sentence_that_says_it(text: str, sentence: str) -> None:
+def test_each_goal_has_an_exact_sentence(text: str, sentence: str) -> None:
     goal = formula(text)
     assert WORDS.make_clause(goal) == sentence
     assert _Reader(WORDS).read_goals(f"Make sure that {sentence}.") == (goal,)
@@ -162,7 +162,7 @@ def test_several_goals_are_joined(number: int) -> None:
         "Please put exactly two cups inside box_1.",
     ],
 )
-def test_what_says_no_goal_is_refused(text: str) -> None:
+def test_a_sentence_without_a_goal_is_refused(text: str) -> None:
     with pytest.raises(InputError):
         _Reader(WORDS).read_goals(text)
 
@@ -198,15 +198,15 @@ def test_plurals(noun: str, nouns: str) -> None:
         *swept(("virtualhome", "all")),
     ],
 )
-def test_instructions_give_the_goals_back(like: str, forms: Forms) -> None:
+def test_instructions_read_back_as_the_goals(like: str, forms: Forms) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):
         goals = _Reader(Words.for_benchmark(benchmark, each.task.initial)).read_goals(each.task.instruction)
         assert goals == tuple(goal.formula for goal in each.task.goals)
 
 
-def test_things_are_told_by_their_places() -> None:
-    """Things are described by what is the only one of its kind; else by their names."""
+def test_objects_are_described_by_their_places() -> None:
+    """An object is described by an object that is the only one of its category, or keeps its name."""
     benchmark = find_benchmark("behavior")
     told = 0
     for each in tasks("behavior"):
@@ -221,7 +221,7 @@ def test_things_are_told_by_their_places() -> None:
     assert told
 
 
-def test_things_are_told_by_what_is_so_of_them_alone() -> None:
+def test_objects_are_described_by_facts_true_of_no_other_object() -> None:
     scene = WORDS.scene
     seen = [Fact("inside", (1, 4)), Fact("is_clean", (2,)), Fact("ON", (1,)), Fact("ON", (2,))]
     words = replace(WORDS, initial_facts=[Fact("on_top", (1, 3)), *seen])
@@ -235,7 +235,7 @@ def test_things_are_told_by_what_is_so_of_them_alone() -> None:
     )
 
 
-def test_kinds_that_would_be_called_the_same_are_called_by_their_names() -> None:
+def test_categories_with_equal_nouns_keep_their_names() -> None:
     things = ["gift_box.n.01", "gift_box", "cup.n.01", "cup.n.01", "can__of__soda"]
     objects = [WorldObject(f"thing_{n}", kind) for n, kind in enumerate(things)]
     scene = Scene(WORDS.scene.vocabulary, objects)
@@ -249,7 +249,7 @@ def test_kinds_that_would_be_called_the_same_are_called_by_their_names() -> None
     assert called.nouns["gift_box"] == "case"
 
 
-def test_an_action_is_read_on_things_that_are_there() -> None:
+def test_an_action_is_read_only_with_objects_of_the_scene() -> None:
     def read(things: str) -> tuple[f.Formula, ...]:
         text = f"the lamp is not switched on until the action GRAB has been taken on {things}"
         return _Reader(WORDS).read_goals(f"Make sure that {text}.")

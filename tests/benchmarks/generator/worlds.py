@@ -33,7 +33,7 @@ NOTHING_IS_USUAL = Prior(
     part_categories=frozenset(),
     holding_predicates=(),
 )
-"""A prior without anything, that tests of small worlds change."""
+"""An empty prior, which tests of small worlds change."""
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 
@@ -58,7 +58,7 @@ PAIR_SEEDS = {"virtualhome": (0,), "behavior": (2,)}
 
 @cache
 def pairs(like: str) -> list[Generated]:
-    """Make the pairs of the seeds, of which one task has no plan."""
+    """Return the pairs of these seeds; one task of each has no plan."""
     made = generator(like, kind=TaskKind.PAIRS)
     outcomes = [made.generate_task(f"tasks-7-{seed}") for seed in PAIR_SEEDS[like]]
     return [outcome for outcome in outcomes if isinstance(outcome, Generated)]
@@ -66,7 +66,6 @@ def pairs(like: str) -> list[Generated]:
 
 @cache
 def outcomes(like: str, number: int = 40, forms: Forms = "data") -> tuple[GenerationOutcome, ...]:
-    """The outcomes of so many seeds."""
     made = generator(like, forms=forms)
     return tuple([made.generate_task(seed) for seed in islice(make_seeds("test", 1), number)])
 
@@ -79,7 +78,7 @@ __all__ = ["HOUSEHOLDS", "NOTHING_IS_USUAL", "generate", "generator", "outcomes"
 
 
 def tempting(made: Generated) -> tuple[Action, ...]:
-    """The plan that a generated task tempts to."""
+    """Return the temptation of a generated task as a plan."""
     index, steps = made.task.scene.index, made.about["temptation"]
     assert isinstance(steps, list)
     return tuple([Action(operator, tuple([index[name] for name in names])) for operator, *names in steps])
