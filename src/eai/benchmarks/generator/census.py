@@ -200,7 +200,7 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _find_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """Return the nestings, combinations and needy states (`Prior`) in the goals of tasks."""
+    """Return the nestings, combinations and dependent states (`Prior`) in the goals of tasks."""
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for task in tasks:
@@ -274,7 +274,7 @@ def _find_fact_patterns(
 def _count_excess_pairs(
     state: State, objects: Sequence[int], listings: Iterable[FactListing]
 ) -> Counter[str]:
-    """Return how many pairs each relation has above `FEW_TARGETS` for each source."""
+    """Return how many pairs each relation has above `MAX_MEAN_TARGETS` for each source."""
     crowds: Counter[str] = Counter()
     for each in listings:
         pairs = [fact.arguments for fact in each.facts(state, objects) if len(fact.arguments) == 2]

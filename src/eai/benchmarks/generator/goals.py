@@ -40,7 +40,7 @@ class Proposals:
         scene: the scene.
         forms: weight of each goal shape, by the name of the formula's class; ``Occurs`` for actions.
         patterns: literals about this scene's objects, with their weight.
-        paired: literals that may be stated of pairs of objects; any if empty.
+        pair_patterns: literals that may be stated of pairs of objects; any if empty.
     """
 
     prior: Prior

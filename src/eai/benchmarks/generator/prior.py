@@ -145,7 +145,7 @@ class Theme:
 
     Attributes:
         categories: categories that goals or plan of one of the tasks need, and that most of the tasks show.
-        endings: number of tasks with each set of goals about the agent, the empty set included.
+        agent_goal_counts: number of tasks with each set of goals about the agent, the empty set included.
         patterns: weights of usual literals about these categories, without odd ones, as in `Prior`.
     """
 
@@ -160,27 +160,26 @@ class Prior:
 
     Attributes:
         patterns: weight of each literal as a goal or effect, by predicate and truth, then by pattern.
-        wanted: number of goals with a predicate about other objects than the agent, by predicate and truth.
+        goal_counts: number of goals about other objects than the agent, by predicate and truth.
         themes: themes by title.
-        forms: number of goals of each shape, by the name of the formula's class.
-        paired: literals that goals state of pairs: each object of one category with its own of another.
+        shape_counts: number of goals of each shape, by the name of the formula's class.
+        pair_patterns: literals of goals about pairs: each object of one category has its own of another.
         nestings: goals about objects that are both moved and moved to, such as a box that is filled. Each is
             the relation to the object, its category, and its relation to a third object.
         combinations: states and places that are goals of one object. Each is a state, a relation, and the
             category of the relation's target.
-        needy: states with a category that are goals only together with a relation to such an object.
-        actions: number of goals with each choice of actions.
+        dependent_states: states, with a category, that are goals only beside a relation to such an object.
+        action_counts: number of goals with each choice of actions.
         operators: operators that plans use.
-        kinds: uses of categories in plans; empty if the data set has no plans.
-        places: relations that say where objects are.
-        taken: categories that plans take in hand.
-        used: categories that plans use by other actions than movement and taking.
-        parts: relations that bind a part to its whole forever.
-        several: categories of which some task has several objects, if no goal of the data set has a
-            quantifier. Goals with quantifiers are about these only. It is empty if the data set has such
-            goals.
-        pieces: categories of parts, which exist only after they are cut off.
-        holding: predicates by which the agent holds objects.
+        uses: uses of categories in plans; empty if the data set has no plans.
+        place_relations: relations that say where objects are.
+        taken_categories: categories that plans take in hand.
+        used_categories: categories that plans use by other actions than movement and taking.
+        part_relations: relations that bind a part to its whole forever.
+        countable_categories: categories over which quantifiers of new goals may range: a task has several
+            objects of each. Empty for all categories, if goals of the data set have quantifiers.
+        part_categories: categories of parts, which exist only after they are cut off.
+        holding_predicates: predicates by which the agent holds objects.
     """
 
     patterns: Patterns

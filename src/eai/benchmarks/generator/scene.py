@@ -104,7 +104,7 @@ def make_closed_scene(
         prior: the usual goals, places and actions.
         rng: the random generator.
         most: maximum number of objects.
-        rich: whether to leave room for objects of other tasks (`with_guests`), and to prefer objects of usual
+        rich: whether to leave room for objects of other tasks (`add_guests`), and to prefer objects of usual
             goals.
         with_: objects that are in the scene in any case.
     """

@@ -50,7 +50,7 @@ class Generated:
     Attributes:
         task: the task; its script is the certificate, a plan that solves it.
         about: measures, fingerprints and the seed of the task, for its task file.
-        twin: the second task of a pair; None for a single task.
+        paired: the second task of a pair; None for a single task.
     """
 
     task: Task
@@ -124,7 +124,7 @@ class TaskKind(str, Enum):
 
 
 class Split(str, Enum):
-    """A set of tasks: all tasks, or one of three splits that share no goals."""
+    """A set of tasks: all tasks, or a split. The three splits share no goals."""
 
     ALL = "tasks"
     TRAIN = "train"
