@@ -53,8 +53,7 @@ def summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> dict[st
 
 
 def analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    runs = [(run.key.name, run.records) for run in records.runs()]
-    rows = [(name, sum(each.summaries["terse"]["excess"] for each in made)) for name, made in runs]
+    rows = [(x.key.name, sum(r.summaries["terse"]["excess"] for r in x.records)) for x in records.runs()]
     yield Analysis([Table("terse", "Characters above the limit", "By run.", ("run", "excess"), tuple(rows))])
 
 
