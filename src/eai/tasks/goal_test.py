@@ -1,4 +1,4 @@
-"""Which goals of a task are reached at the end of a plan, and how they count by kind."""
+"""Test which goals of a task a plan reaches, and count reached goals by kind."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 
 ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
-"""Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
+"""Variables for the objects of an action. Their spaces keep them apart from the variables of any formula."""
 
 
 _MAX_CACHED_SHARES = 1_000
-"""Maximum number of states of a task whose partial success is kept; plans often end alike."""
+"""Maximum number of states of a task whose partial success is cached; plans often end in equal states."""
 
 
 class StateTest:
-    """A closed formula on one state, compiled for a scene, where objects go by their names.
+    """A closed formula on one state, compiled for a scene. Objects in the formula go by their names.
 
     Attributes:
-        truth: reads the formula in a state with a copy of `binding`, into which quantifiers write.
-        binding: of no action's objects.
+        truth: evaluates the formula in a state with a copy of `binding`, which quantifiers write to.
+        binding: the binding without objects of an action.
 
     Raises:
-        DomainError: the formula uses a predicate or an object that there is not, or is no state formula.
+        DomainError: the formula is not a state formula, or uses an unknown predicate or object.
     """
 
     __slots__ = ("binding", "truth")
@@ -48,7 +48,10 @@ class StateTest:
         self.binding = frame.bind(scene, (UNBOUND, UNBOUND))
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
-        """Whether it holds in the state; ``arguments`` are those of the action taken there."""
+        """Whether the formula holds in a state.
+
+        `arguments` are the objects of the action executed in that state.
+        """
         binding = self.binding.copy()  # quantifiers write into it, in any number of threads
         if arguments:
             binding[1 : 1 + len(arguments)] = arguments
@@ -56,16 +59,16 @@ class StateTest:
 
 
 class GoalTest:
-    """The goals of a task, ready to be tested; any number of threads may ask one at a time.
+    """The goals of a task, compiled for tests. Any number of threads may use one test.
 
-    A goal about states is reached if it holds in the final state, one over time if it holds on the whole
-    course (`eai.logic.semantics`). Action goals are reached in their order:
-    those of the longest run that the actions meet one after the other, and of equally long ones that which is
-    met first. An answer that never ran reaches no goal.
+    A goal about states is reached if it holds in the final state, a goal over time if it holds on the whole
+    execution (`eai.logic.semantics`). Action goals must be met in their order: the longest run of goals that
+    the actions meet counts, and of equally long runs the one that is met first. An answer that never ran
+    reaches no goal.
 
     Args:
         task: the task.
-        formulas: what is asked in the place of each goal, in order; the goals' own formulas if None.
+        formulas: formulas that replace those of the goals, in order; the goals' own formulas if None.
     """
 
     def __init__(self, task: Task, formulas: Sequence[Formula] | None = None) -> None:
@@ -89,11 +92,11 @@ class GoalTest:
     def find_reached(
         self, final: State, actions: Sequence[str], trajectory: Trajectory | None = None
     ) -> tuple[bool, ...]:
-        """For each goal, in order, whether a plan reaches it.
+        """Return for each goal, in order, whether a plan reaches it.
 
         Args:
-            final: the state that the plan ends in.
-            actions: the names of the actions that were carried out, in order.
+            final: the final state of the plan.
+            actions: the names of the executed actions, in order.
             trajectory: the whole execution; None if nothing was executed.
         """
         reached = [test.truth(final, test.binding.copy()) for test in self._tests]
@@ -107,16 +110,16 @@ class GoalTest:
 
     @property
     def has_goals_over_time(self) -> bool:
-        """Whether there are goals over time."""
+        """Whether the task has goals over time."""
         return bool(self._over_time)
 
     def meets_goals_over_time(self, trajectory: Trajectory) -> bool:
-        """Whether all goals over time hold on a course."""
+        """Whether a trajectory meets all goals over time."""
         trace = to_trace(trajectory)
         return all(holds(formula, trace) for formula in self._over_time.values())
 
     def meets_goals_about_states(self, final: State) -> bool:
-        """Whether all goals about states hold in the final one."""
+        """Whether a final state meets all goals about states."""
         return all(test.truth(final, test.binding.copy()) for test in self._state_tests)
 
     def find_partial_success(self, final: State, actions: Sequence[str], reached: Sequence[bool]) -> Share:
@@ -127,8 +130,8 @@ class GoalTest:
         condition, and so is a goal without a finite list of options (paper, section 2, ability 3).
 
         Args:
-            final: the state that the plan ends in.
-            actions: the names of the actions that were carried out, in order.
+            final: the final state of the plan.
+            actions: the names of the executed actions, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
         return self._option_conditions.find_share(final, reached, _are_met_in_turn(self._actions, actions))
@@ -143,7 +146,7 @@ class GoalTest:
         return _OptionConditions(self._task)
 
     def tally_by_kind(self, reached: tuple[bool, ...]) -> GoalTallies:
-        """The reached goals by kind, where these are reached."""
+        """Return the numbers of reached goals by kind. `reached` says for each goal whether it is reached."""
         known = self._tally_cache.get(reached)
         if known is None:
             satisfied = [_to_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
@@ -151,7 +154,10 @@ class GoalTest:
         return known
 
     def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
-        """Which of the action goals, given by their alternatives, the actions meet."""
+        """Return the indices of the action goals that the actions meet.
+
+        Each goal is given by its alternatives.
+        """
         return find_longest_run(goals, actions)
 
 
@@ -182,7 +188,10 @@ class _OptionConditions:
         self.none_met = Share(0, max(1, self._best(0).total))
 
     def find_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
-        """Return the conditions met in the best option, of how many; goals of one condition are `reached`."""
+        """Return the conditions met in the best option.
+
+        A goal of one condition is met if `reached` says so.
+        """
         binding = self._binding.copy()  # definitions write into it, in any number of threads
         true = 0
         for number, truth in enumerate(self._truths):
@@ -200,7 +209,7 @@ class _OptionConditions:
 
 
 def _choice(goal: Goal, scene: Scene) -> Choice | None:
-    """The options of a goal, or None if it is one condition."""
+    """Return the options of a goal, or None if the goal is one condition."""
     if goal.is_over_time:
         return None
     try:
@@ -219,12 +228,15 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
 
 
 def alternative_actions(goal: Goal) -> tuple[str, ...]:
-    """The actions each of which meets an action goal, in order."""
+    """Return the alternatives of an action goal: each of these actions meets it."""
     return tuple([part.action for part in operands(goal.formula, Or) if isinstance(part, Occurs)])
 
 
 def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
-    """The goals of a task without those action goals that some actions meet, as they meet all before them."""
+    """Return the goals of a task that remain after some actions.
+
+    Each action goal in turn is met by the next of the actions that is among its alternatives.
+    """
     wanted = list(task.goals_of(GoalKind.ACTION))
     for name in actions:
         if wanted and name in alternative_actions(wanted[0]):
@@ -233,10 +245,13 @@ def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
 
 
 def find_longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
-    """The longest subsequence of the goals that the actions meet in order, by index: the first to be met."""
+    """Return the indices of the longest run of goals that the actions meet in order.
+
+    The earliest of equal runs.
+    """
     if _are_met_in_turn(goals, actions):
         return tuple(range(len(goals)))
-    # For each length the goals that are met first, and the number of actions after which they are.
+    # for each length: the run of goals that is met first, and the number of actions it takes
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(goals):
         for met, start in reversed(best):
@@ -248,13 +263,12 @@ def find_longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> bool:
-    """Whether all goals are met in their order."""
     left = iter(actions)
     return all(any(action in wanted for action in left) for wanted in goals)
 
 
 def _count_halves(goal: Goal) -> tuple[int, int, int]:
-    """How many halves of a state, relation and action goal a goal counts as."""
+    """Return the halves that a goal counts as a state, a relation and an action goal."""
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
     binary = {len(part.arguments) > 1 for part in walk(goal.formula) if isinstance(part, Atom)}

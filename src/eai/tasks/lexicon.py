@@ -1,4 +1,4 @@
-"""The words of formulas about a scene: how texts name its objects, predicates and actions."""
+"""The names of objects, predicates and actions in formulas about a scene, such as subgoals and goals."""
 
 from __future__ import annotations
 
@@ -21,18 +21,20 @@ from eai.world.state import Scene
 
 @dataclass(frozen=True)
 class FormulaLexicon:
-    """The words of formulas about one scene, such as subgoals and goals in task files.
+    """The names in formulas about one scene, such as subgoals and goals in task files.
+
+    Texts and the domain may name a predicate, an action or an object differently.
 
     Attributes:
         scene: the scene.
-        signature: the names that are allowed: predicates, actions, and objects, perhaps also by class.
-        objects: the objects by the names that they go by; of several names of one the last is written.
-        predicates: for predicates that the domain calls otherwise, its name of them.
-        actions: likewise.
-        categories: for predicates that say what kind of thing an object is, the category.
-        unobserved: predicates of which the domain knows nothing. Literals with them are taken to hold.
-        unobserved_objects: names of objects whose states the domain does not know. Literals about them are
-            taken to hold.
+        signature: the allowed names: predicates, actions, and objects or their classes.
+        objects: the object of each name. If an object has several names, the last one is written.
+        predicates: the domain's name of each predicate that texts name differently.
+        actions: the domain's name of each action that texts name differently.
+        categories: the category of each predicate that states the kind of an object.
+        unobserved: predicates that the domain does not know. Literals with them count as true.
+        unobserved_objects: names of objects whose states the domain does not know. Literals about them count
+            as true.
     """
 
     scene: Scene
@@ -57,11 +59,11 @@ class FormulaLexicon:
         return {name: word for word, name in self.actions.items()}
 
     def name(self, index: int) -> str:
-        """The name of an object."""
+        """Return the name of an object."""
         return self._names[index]
 
     def write_literal(self, literal: GroundAtom) -> f.Formula:
-        """A literal as subgoals say it."""
+        """Return a ground literal as a formula with the names of texts."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
         word = name if spoken else self._predicate_words.get(name, name)
@@ -69,24 +71,27 @@ class FormulaLexicon:
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
-        """An action as subgoals say it."""
+        """Return a ground action as a formula with the names of texts."""
         return f.Occurs(
             self._action_words.get(action.operator, action.operator), self._terms(action.arguments)
         )
 
     def names_action(self, operator: str) -> bool:
-        """Whether subgoals can name an action of the domain."""
+        """Whether texts can name an action of the domain."""
         return self._action_words.get(operator, operator) in self.signature.actions
 
     def candidate_predicates(self, arity: int, first: str) -> Iterator[str]:
-        """The predicates of the domain that subgoals can say of so many objects; one is tried first."""
+        """Yield the domain's predicates with an arity that texts can name.
+
+        The predicate `first` comes first.
+        """
         words = [w for w, n in self.signature.predicates.items() if n == arity and w not in self.unobserved]
         names = dict.fromkeys([self.predicates.get(w, w) for w in words if w not in self.categories])
         yield from (first,) if first in names else ()
         yield from (name for name in names if name != first)
 
     def to_literal(self, formula: f.Formula) -> GroundAtom | None:
-        """The condition that an atom or a negated one means; None if the domain cannot say it of objects."""
+        """Return the ground literal of an atom or a negated atom; None if the domain has no such literal."""
         atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
         if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:
             return None
@@ -96,10 +101,10 @@ class FormulaLexicon:
         return GroundAtom(self.predicates.get(atom.predicate, atom.predicate), arguments, truth)
 
     def to_action(self, formula: f.Occurs) -> Action:
-        """The action that a subgoal asks for.
+        """Return the ground action of a subgoal.
 
         Raises:
-            InputError: an argument is no object.
+            InputError: an argument is not an object.
         """
         arguments = self._indices(formula.arguments)
         if arguments is None:
@@ -111,17 +116,17 @@ class FormulaLexicon:
         return name not in self.objects and name not in self.unobserved_objects
 
     def is_unobserved(self, formula: f.Formula) -> bool:
-        """Whether a formula has a predicate or an object of which the domain knows nothing."""
+        """Whether a formula has a predicate or an object that the domain does not know."""
         names = object_names(formula) if self.unobserved_objects else ()
         return any(name in self.unobserved for name in predicates_of(formula)) or any(
             name in self.unobserved_objects for name in names
         )
 
     def to_domain_names(self, formula: f.Formula) -> f.Formula:
-        """A formula of subgoals in the words of the domain, with the names that objects have in the scene.
+        """Return a text's formula with the domain's names of predicates and actions, and the scene's objects.
 
         Raises:
-            InputError: it has a temporal operator other than ``then``.
+            InputError: the formula has a temporal operator other than ``then``.
         """
 
         def meant(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
@@ -132,10 +137,10 @@ class FormulaLexicon:
         return rewrite(formula, meant)
 
     def to_text_names(self, formula: f.Formula) -> f.Formula:
-        """A formula of the domain in the words of subgoals: what `meaning` makes it of.
+        """Return a formula of the domain with the names of texts; the inverse of `to_domain_names`.
 
         Raises:
-            InputError: it has a temporal operator other than ``then``.
+            InputError: the formula has a temporal operator other than ``then``.
         """
 
         def worded(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
@@ -144,12 +149,10 @@ class FormulaLexicon:
         return rewrite(formula, worded)
 
     def _to_text_term(self, term: f.Term) -> f.Term:
-        """A term of the domain with the name that subgoals have for it."""
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.name(index))
 
     def _to_scene_term(self, term: f.Term) -> f.Term:
-        """A term of subgoals with the name that its object has in the scene."""
         index = self.objects.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.scene.objects[index].name)
 
@@ -168,7 +171,6 @@ def _rename_leaf(
     actions: Mapping[str, str],
     change: Callable[[f.Term], f.Term],
 ) -> f.Leaf:
-    """A leaf with another name of its predicate or action, where there is one, and with changed terms."""
     match leaf:
         case f.Atom(name, terms):
             return f.Atom(predicates.get(name, name), tuple([change(term) for term in terms]))
@@ -179,12 +181,12 @@ def _rename_leaf(
 
 
 def objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
-    """The names of objects, and those of the classes of a scene: a class stands for any object of it."""
+    """Return the names of objects and of the classes of a scene. A class stands for any of its objects."""
     return frozenset([*objects, *[thing.category for thing in scene.objects]])
 
 
 def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon with the names that a domain declares (`spelt`) and those of the scene's objects."""
+    """Return the lexicon with the names of a domain and of a scene's objects, spelled for formulas."""
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]
     predicates = spell_names([*visible, *(derived.name for derived in vocabulary.derived)])

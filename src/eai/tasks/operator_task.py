@@ -1,9 +1,9 @@
-"""The tasks of transition modeling: gold operators, planning problems and categories of predicates.
+"""Tasks of transition modeling: gold operators, planning problems and categories of predicates.
 
-Of any declared domain the gold operators are the declaration, exported as PDDL. A task asks for the
-operators of a plan that reaches its goal. The planning problem is about its goals on states and relations; a
-task that only asks for actions to be taken is none of transition modeling. Predicates that no text may
-mention are left out.
+The gold operators of any declared domain are its declaration, exported as PDDL. A task asks for the operators
+of a plan that reaches its goal. The planning problem has the task's goals on states and relations. A task
+with action goals alone becomes no task of transition modeling. Predicates that no text may mention are left
+out.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class OperatorLibrary:
     Attributes:
         header: the planning domain without operators.
         operators: the gold operators as text, by name, in the order of the data set.
-        categories: predicate -> category.
+        categories: the category of each predicate.
     """
 
     header: PddlDomain
@@ -57,15 +57,15 @@ def _no_actions(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
 
 @dataclass(frozen=True, eq=False)
 class TransitionTask:
-    """A task to write operators with which a planning problem can be solved.
+    """A task to write the operators that a planning problem needs.
 
     Attributes:
         id: the data set's id.
         domain: the operators and categories that all tasks of the domain share.
-        operators: the names of the operators that are asked for, in the order of the data set.
-        categories: the task's own categories, the first the more telling one.
+        operators: the names of the operators to write, in the order of the data set.
+        categories: the task's own categories, the more specific category first.
         problem_text: the planning problem.
-        actions_of: the actions that steps of gold operators stand for; by default steps stand for none.
+        actions_of: returns the actions that steps of gold operators stand for; by default none.
     """
 
     id: str
@@ -82,25 +82,25 @@ class TransitionTask:
 
     @cached_property
     def gold(self) -> Mapping[str, PddlAction]:
-        """The operators that are asked for, as the data set has them."""
+        """The gold operators to write, as the data set states them."""
         return {name: _gold(self.domain.operators[name].pddl) for name in self.operators}
 
 
 _gold = lru_cache(maxsize=256)(read_action)
-"""A gold operator, which many tasks ask for."""
+"""Reads a gold operator. The cache helps because many tasks ask for the same operator."""
 
 
 def make_transition_tasks(
     domain: Domain, tasks: Mapping[str, Task], categories: Mapping[str, Category] | None = None
 ) -> dict[str, TransitionTask]:
-    """The tasks of transition modeling of a domain, by id, in the order of the tasks.
+    """Return the tasks of transition modeling of a domain, by id, in the order of the tasks.
 
-    Tasks that are known to have no plan are left out: there no operators lead to the goal.
+    Tasks that are known to have no plan are left out, as no operators lead to their goal.
 
     Args:
         domain: the declaration.
-        tasks: its tasks.
-        categories: those of some predicates, by name in PDDL; others have what `default_categories` says.
+        tasks: the domain's tasks.
+        categories: categories of some predicates, by PDDL name; `default_categories` gives all others.
     """
     asked = {
         task_id: task for task_id, task in tasks.items() if _conditions(task) and task.unsolvable is None
@@ -146,7 +146,7 @@ def _find_exported_actions(
 
 
 def default_categories(domain: PddlDomain) -> dict[str, Category]:
-    """The category of every predicate, by its arguments and by whether an operator changes it."""
+    """Return the category of every predicate, by its arity and by whether an operator changes it."""
     changing = {atom.predicate for action in domain.actions for atom in effect_atoms(action.effect)}
     changing |= {axiom.name for axiom in domain.axioms}
     found = {}
@@ -168,7 +168,7 @@ def _conditions(task: Task) -> Sequence[Goal]:
 
 
 def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
-    """A plan for a task: its own if that can be executed, else one that is found, else none."""
+    """Return the task's own plan if it can be executed, otherwise a plan found by search, or no steps."""
     arities = domain.arities
     sound = all(arities.get(action.operator) == len(action.arguments) for action in task.script)
     if task.script and sound and execute(domain, task.initial, task.script).failure is None:
@@ -177,13 +177,13 @@ def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
 
 
 def _operators(plan: Sequence[Action], exported: ExportedProblem, library: OperatorLibrary) -> Iterator[str]:
-    """The operators of a plan in the order of the domain; all where there is no plan."""
+    """Return the operators of a plan in the order of the domain; all operators if the plan is empty."""
     used = {exported.step(action).action for action in plan} or set(library.operators)
     return (name for name in library.operators if name in used)
 
 
 def _task_categories(exported: ExportedProblem, categories: Mapping[str, Category]) -> tuple[Category, ...]:
-    """The categories of the predicates in the goal, the most frequent first."""
+    """Return the categories of the predicates in the goal, the most frequent first."""
     atoms = (part for part in walk(exported.problem.goal) if isinstance(part, Atom))
     counts = Counter(categories[atom.predicate] for atom in atoms)
     return tuple([category for category, _ in counts.most_common()])

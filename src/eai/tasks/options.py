@@ -1,6 +1,6 @@
-"""Options: values of which a run is made, each with its meaning and limits for all who take or list them.
+"""Options: typed settings of runs and files, each with a meaning and limits.
 
-`misfit` says what is wrong with a value that should have a certain shape, in words for who wrote it.
+`describe_misfit` turns a validation error into a message for the person who wrote the value.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ _EXPECTED = {
     "int_from_float": "expected a whole number",
 }
 _BRANCHES = ("str", "list[str]")
-"""The words that pydantic puts after the place where a value may be of several types."""
+"""Names that pydantic appends to the path of a value that may have several types."""
 
 
 def describe_misfit(
     error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
 ) -> str:
-    """The first thing that is wrong: its place in the value, what was expected and what was found.
+    """Return the first error of a validation: its path in the value, the expectation, and the actual value.
 
     Args:
-        error: pydantic's.
-        known: the names that members may have, of which the nearest to an unknown one is named.
-        within: where in something larger the value stands, outermost first.
-        whole: what the value is called if it is wrong as a whole.
+        error: the error of pydantic.
+        known: the allowed names of members. The message suggests the name nearest to an unknown one.
+        within: the path of the value in an enclosing structure, outermost first.
+        whole: the name of the value in messages about all of it.
     """
     first = error.errors()[0]
     place = [*within, *map(str, first["loc"])] or [whole]
@@ -61,7 +61,7 @@ def describe_misfit(
 
 
 def _describe_input(value: Any) -> str:
-    """The value, where it is short enough to be shown."""
+    """Return a short value as the end of a message; an empty text for a long value."""
     shown = repr(value)
     return f", found {shown}" if len(shown) <= 60 else ""
 
@@ -74,28 +74,28 @@ def _remove_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:
 
 
 Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
-"""Arguments of a model; its keys are in no file."""
+"""Arguments of a model. Its keys and other secrets are written to no file."""
 
 
 class Options(BaseModel):
     """A section of a run's specification, or of another file that people write.
 
-    Subclasses declare the options, with a meaning each. It stands in the docstring of the class that declares
-    the option, or is the description of the field if it has to be put together.
+    Subclasses declare the options, each with a meaning. The meaning stands in the docstring of the class that
+    declares the option, or is the description of the field if it is computed.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     @classmethod
     def read(cls, section: str, given: object) -> Self:
-        """The options with given values; texts are read as the command line has them.
+        """Return the options with given values. Texts are parsed as on the command line.
 
         Args:
             section: the name of the section, for messages.
             given: a mapping of names to values.
 
         Raises:
-            InputError: there is no such option, it has no such value, or options contradict each other.
+            InputError: an option or a value is unknown, or options contradict each other.
         """
         try:
             return cls.model_validate({**given} if isinstance(given, Mapping) else given)
@@ -107,10 +107,10 @@ class Options(BaseModel):
 
     @classmethod
     def read_file(cls, file: Path) -> Self:
-        """The options in a TOML file.
+        """Return the options in a TOML file.
 
         Raises:
-            InputError: it cannot be read, an option is missing or unknown, or has no such value.
+            InputError: the file cannot be read, an option is missing or unknown, or a value is wrong.
         """
         try:
             return cls.model_validate(read_toml(file))
@@ -121,7 +121,7 @@ class Options(BaseModel):
 
     @classmethod
     def describe_option(cls, option: str) -> str:
-        """The meaning of an option."""
+        """Return the meaning of an option."""
         described = cls.model_fields[option].description
         by_class = [
             read_meanings(base.__doc__, "Attributes") for base in cls.__mro__ if issubclass(base, Options)
@@ -130,7 +130,7 @@ class Options(BaseModel):
 
     @classmethod
     def format_default(cls, option: str) -> str:
-        """The value of an option without a choice, as a setting has it; empty where there is none."""
+        """Return the default value of an option as a setting states it; empty if there is no default."""
         value = cls.model_fields[option].default
         if value in (None, (), {}):
             return ""

@@ -1,4 +1,4 @@
-"""PDDL files as a declared domain and its tasks; problems in PDDL or BDDL in the world of a benchmark."""
+"""Read PDDL files as a declared domain and its tasks, and problems in PDDL or BDDL in a benchmark's world."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
 
 
 def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]:
-    """The domain in a file, and the problems in another or in all ``.pddl`` files of a folder, by name.
+    """Return the domain in a file, and the problems in a file or in all ``.pddl`` files of a folder, by name.
 
-    A task is known by the name of its problem, or by that of the file where problems share one.
+    The id of a task is the name of its problem, or the name of its file if several problems share a name.
 
     Raises:
-        InputError: a file cannot be read; the message names each, the line and what was expected.
+        InputError: a file cannot be read. The message names each file, the line and what was expected.
     """
     return _open(domain_file, lambda: _problem_paths(domain_file, problems))
 
@@ -111,21 +111,20 @@ def _task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
 
 
 Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
-"""From a condition of a problem to the formula that it means in the world of a benchmark."""
+"""Converts a condition of a problem to its formula in the world of a benchmark."""
 
 
 ProblemWorld: TypeAlias = tuple[PddlDomain, Callable[[PddlProblem], tuple[State, Meaning]]]
-"""How problems about one world are read.
+"""The names that problems may use, and a function that reads a problem with only these names.
 
-That is the names that they may use, and a function from a problem that uses no others to the state at its
-start and what its conditions mean.
+The function returns the initial state, and a function that converts the problem's conditions.
 """
 
 
 def make_header(
     name: str, types: Iterable[str], constants: Mapping[str, str], arities: Mapping[str, int]
 ) -> PddlDomain:
-    """The names of a domain: types, constants with theirs, predicates with their number of arguments."""
+    """Return a domain without operators: types, typed constants, and predicates with their arity."""
     return PddlDomain(
         name=name,
         requirements=(),
@@ -142,17 +141,17 @@ def _make_predicate(name: str, arity: int) -> PddlPredicate:
 
 @dataclass(frozen=True)
 class _DeclaredNames:
-    """A declaration, as problems spell it, whose objects are of the categories that its tasks have.
+    """A declaration with the spelling of problems. Its objects have the categories of its tasks.
 
     Attributes:
         domain: the declaration.
-        header: its names as they are spelt.
-        predicates: what is spelt so, by the spelling.
-        kinds: the categories that predicates ask for.
-        performed: the operators of which predicates say that they have been taken.
-        order: the predicate of the order of the objects; empty if there is none.
-        categories: the categories.
-        names: the objects of tasks by spelling and category; others are called as they are spelt.
+        header: the names of the declaration as problems spell them.
+        predicates: the declared predicate of each spelled name.
+        kinds: the category of each predicate that states a category.
+        performed: the operator of each predicate that states that an action was executed.
+        order: the predicate of the order of objects; empty if there is none.
+        categories: the category of each type.
+        names: the declared name of an object, by spelling and category; other objects keep their spelling.
         agent: the acting object, which problems need not declare.
     """
 
@@ -167,7 +166,7 @@ class _DeclaredNames:
     agent: WorldObject | None
 
     def read_problem(self, problem: PddlProblem) -> tuple[State, Meaning]:
-        """A problem of these names."""
+        """Return the initial state of a problem, and a function that converts its conditions."""
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,
@@ -191,7 +190,7 @@ class _DeclaredNames:
         return WorldObject(self.names.get((item.name, category), item.name), category)
 
     def _meaning(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-        """A condition in the words of the declaration."""
+        """Return a condition with the names of the declaration."""
 
         def meant(term: f.Term) -> f.Term:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
@@ -216,13 +215,13 @@ class _DeclaredNames:
                 return map_parts(formula, lambda part: self._meaning(part, names))
 
     def _to_category(self, variable: f.Variable) -> f.Variable:
-        """A quantified variable, by its category; of the root of all types it has none."""
+        """Return a quantified variable with its category; without a category if its type is the root type."""
         category = variable.category or OBJECT
         return f.Variable(variable.name, self.categories.get(category))
 
 
 def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
-    """The declaration in BDDL: in small letters."""
+    """Return the world of a domain for problems in BDDL, which is in lower case."""
     vocabulary = domain.vocabulary
     names = [each.name for each in vocabulary.predicates] + list(vocabulary.derived_by_name)
     declared = _read_declaration(domain, tasks, str.lower, {name.lower(): name for name in names})
@@ -230,7 +229,7 @@ def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 
 
 def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
-    """The declaration in PDDL, as `eai.pddl.export` writes it."""
+    """Return the world of a domain for problems in PDDL, with names as `eai.pddl.export` writes them."""
     glossary = Glossary(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
@@ -251,7 +250,7 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 def _read_declaration(
     domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
 ) -> _DeclaredNames:
-    """The declaration with what its tasks have, and no predicates but those that it declares."""
+    """Return the declared names of a domain, with the objects and categories of its tasks."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
     categories = {spell(category): category for category in dict.fromkeys(t.category for t in things)}

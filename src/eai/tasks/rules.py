@@ -1,4 +1,4 @@
-"""The rules of a domain in formulas: what its actions need and change, exactly as they are declared."""
+"""The rules of a domain as text: the conditions and effects of its actions, exactly as declared."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ _EXPLANATIONS = (
     ("is_a(", "is_a(x, k) says that x is of kind k."),
     (" or ", "\"And\" binds more tightly than \"or\", and \"or\" than \"implies\"."),
 )  # fmt: skip
-"""The explanation of rules in which something stands."""
+"""The explanation of each notation in rules, by a sign that the notation contains."""
 _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes false"}
 
 
 @dataclass(frozen=True)
 class DomainRules:
-    """The rules of a domain without a word that no prompt may say: nothing of invisible memory.
+    """The rules of a domain as prompts may state them: without hidden facts.
 
-    Operators that read what cannot be seen and changes, that try several things, or that need a predicate
-    which no formula defines, cannot be shown; no question is about them.
+    An operator cannot be shown if it reads a hidden predicate that can change. The same holds if it tries
+    several things, or needs a predicate that no formula defines. No question is about such operators.
 
     Attributes:
         domain: the declaration.
@@ -54,17 +54,17 @@ class DomainRules:
 
     @cached_property
     def operator_names(self) -> frozenset[str]:
-        """The names of these."""
+        """The names of the operators that can be shown."""
         return frozenset([operator.name for operator in self.operators])
 
     @cached_property
     def evaluator(self) -> FormulaEvaluator:
-        """Formulas as functions of states."""
+        """The evaluator of formulas on states."""
         return FormulaEvaluator(self.domain.vocabulary)
 
     @cached_property
     def hidden_memory(self) -> frozenset[str]:
-        """The stored predicates that change and are never shown."""
+        """The stored predicates that can change and are never shown."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
 
@@ -76,7 +76,7 @@ class DomainRules:
 
     @cached_property
     def changed_predicates(self) -> Mapping[str, frozenset[str]]:
-        """By operator the predicates that it changes and that can be shown."""
+        """The predicates that each operator changes and that can be shown, by the name of the operator."""
         return {
             each.name: frozenset(find_written_predicates(each.effects)) - self.hidden_memory
             for each in self.operators
@@ -85,13 +85,12 @@ class DomainRules:
     def find_predicates(
         self, operators: Collection[str], formulas: Iterable[f.Formula] = ()
     ) -> frozenset[str]:
-        """The stored predicates that operators read or change, or that decide formulas."""
+        """Return the stored predicates that operators read or change, or that formulas depend on."""
         decisive = find_stored_predicates(predicates_of(*formulas), self.domain.vocabulary)
         return frozenset(decisive).union(*(self._predicates_of_operators[name] for name in operators))
 
     @cached_property
     def _predicates_of_operators(self) -> Mapping[str, frozenset[str]]:
-        """The stored predicates that each operator reads or changes."""
         vocabulary = self.domain.vocabulary
         return {
             name: self.changed_predicates[name].union(find_stored_predicates(read, vocabulary))
@@ -99,7 +98,7 @@ class DomainRules:
         }
 
     def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
-        """The rules of some operators, and the definitions of what they and some formulas speak of."""
+        """Return the rules of some operators, and the definitions of derived predicates in them and formulas."""
         shown = [each for each in self.operators if each.name in operators]
         named = list(
             dict.fromkeys([*predicates_of(*formulas), *(n for each in shown for n in self._reads[each.name])])
@@ -111,7 +110,7 @@ class DomainRules:
         return "\n".join(lines)
 
     def summarize(self, operator: Operator) -> str | None:
-        """An operator with what it requires and changes; None if it cannot be shown."""
+        """Return an operator with its conditions and effects; None if it cannot be shown."""
         if operator.name not in self.operator_names:
             return None
         lines = [operator_title(operator)]
@@ -122,21 +121,20 @@ class DomainRules:
         return "\n".join([*lines, *self._changes(operator)])
 
     def write_definitions(self) -> list[str]:
-        """The meanings of derived predicates, as far as they can be shown."""
+        """Return the definitions of derived predicates that can be shown."""
         return [text for name, text in self._definitions.items() if not self._reads_memory([name])]
 
     def write_heads(self, operators: Collection[str]) -> str:
-        """Some operators with their parameters, and nothing about them."""
+        """Return some operators with their parameters only."""
         return "\n".join([_head(each) for each in self.operators if each.name in operators])
 
     @cached_property
     def _texts(self) -> Mapping[str, str]:
-        """The text of each operator, by name."""
         return {operator.name: self._operator(operator) for operator in self.operators}
 
     @cached_property
     def _reads(self) -> Mapping[str, Sequence[str]]:
-        """The predicates that the conditions of each operator name."""
+        """The predicates in the conditions of each operator."""
         return {operator.name: predicates_of(*conditions_of(operator)) for operator in self.operators}
 
     def _can_be_shown(self, operator: Operator) -> bool:
@@ -150,7 +148,7 @@ class DomainRules:
         return not self.hidden_memory.isdisjoint(find_stored_predicates(names, self.domain.vocabulary))
 
     def _find_derived(self, names: Iterable[str]) -> list[str]:
-        """The derived predicates among these and in their definitions, each once."""
+        """Return the derived predicates among some names and in their definitions, each once."""
         found: dict[str, None] = {}
         pending = list(names)
         while pending:
@@ -177,7 +175,10 @@ class DomainRules:
         return [*self._effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
 
     def _effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
-        """The effects in order; what becomes true, or false, one after the other stands on one line."""
+        """Yield the lines of effects in order.
+
+        Successive additions share a line, and so do successive deletions.
+        """
         for kind, run in groupby(effects, type):
             if kind in (Add, Delete):
                 atoms = [each.atom for each in run if isinstance(each, Add | Delete)]
@@ -201,19 +202,19 @@ class DomainRules:
                 yield from self._block(first, effects, indent)
 
     def _block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
-        """A heading with the effects below it; neither where there is nothing to say."""
+        """Yield a heading with the effects below it, or no line if no effect can be shown."""
         lines = list(self._effects(effects, indent + _INDENT))
         yield from [f"{indent}{heading}:", *lines] if lines else []
 
     @cached_property
     def _definitions(self) -> Mapping[str, str]:
-        """The meaning of each derived predicate that a formula defines."""
+        """The definition of each derived predicate that a formula defines."""
         meanings = [(each, find_definition(each)) for each in self.domain.vocabulary.derived]
         return {each.name: _definition(each, defined) for each, defined in meanings if defined is not None}
 
 
 def explain_notation(rules: str) -> str:
-    """The explanation of what stands in some rules."""
+    """Return the explanations of the notations that occur in some rules."""
     return " ".join([words for sign, words in _EXPLANATIONS if sign in rules])
 
 
@@ -222,7 +223,7 @@ def _head(operator: Operator) -> str:
 
 
 def operator_title(operator: Operator) -> str:
-    """The name of an operator with its parameters, and what it does in a few words."""
+    """Return the name of an operator with its parameters and a short description."""
     head = _head(operator)
     return f"{head}: {operator.description}" if operator.description else head
 
@@ -234,7 +235,7 @@ def _definition(derived: DerivedPredicate, defined: Defined) -> str:
 
 
 def _text_of(formula: f.Formula) -> str:
-    """A formula as text, in which a membership reads ``is_a(x, lamp)``, without empty parts."""
+    """Return a formula as text without empty parts. A membership reads ``is_a(x, lamp)``."""
     return print_ltl(_simplify(formula))
 
 

@@ -1,4 +1,4 @@
-"""Task files: tasks of any benchmark's world as JSON lines, which people write and `eai generate` does."""
+"""Task files: tasks of any benchmark's world as JSON lines, written by people or by `eai generate`."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from eai.world.domain import Domain
 from eai.world.execution import Trajectory, describe, execute, to_trace
 
 ENDINGS = (".jsonl", ".jsonl.gz")
-"""How the names of task files end."""
+"""The endings of the names of task files."""
 
 _LEADING_ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
-"""How a line begins of which nothing else need be read to know its id."""
+"""Matches the id at the beginning of a line, so that the rest of the line need not be parsed."""
 
 
 @dataclass(frozen=True, slots=True)
 class _FileLine:
-    """A line of a file, by number, and its content."""
+    """A line of a file with its number and content."""
 
     file: Path
     line: int
@@ -46,12 +46,12 @@ class _FileLine:
 
 @dataclass(frozen=True)
 class _TaskFiles:
-    """The tasks of some files; a line is read when its task is asked for.
+    """The tasks of some files. A line is read on first use of its task.
 
     Attributes:
-        name: that of the file or the folder, without ending.
+        name: the name of the file or folder, without ending.
         base: the benchmark whose world all tasks are in, as `find_benchmark` takes it.
-        lines: where each task stands, by id, in the order of the files.
+        lines: the line of each task, by id, in the order of the files.
         sha256: digest of the content of all files.
     """
 
@@ -61,7 +61,7 @@ class _TaskFiles:
     sha256: str
 
     def tasks(self, domain: Domain) -> TaskSet[Task]:
-        """The tasks, in a domain that is the declaration of their base."""
+        """Return the tasks. `domain` is the declaration of their base."""
         return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
 
     def _task(self, place: _FileLine, domain: Domain) -> Task:
@@ -73,11 +73,11 @@ class _TaskFiles:
 
 
 def open_task_files(path: Path) -> _TaskFiles:
-    """The tasks of a file, or of all in a folder, by name.
+    """Return the tasks of a file, or of all task files in a folder, by name.
 
     Raises:
-        InputError: there is no file or no task, an id is missing or stands there twice, or the first line is
-            not as it should be; the message names file and line.
+        InputError: there is no file or no task, an id is missing or repeated, or the first line is wrong. The
+            message names file and line.
     """
     files = find_task_files(path)
     contents = [_content(file) for file in files]
@@ -98,15 +98,15 @@ def open_task_files(path: Path) -> _TaskFiles:
 
 
 def task_file_content(lines: Iterable[str]) -> bytes:
-    """The content of a task file, not compressed."""
+    """Return the uncompressed content of a task file."""
     return "".join(f"{line}\n" for line in lines).encode()
 
 
 def write_task_file(file: Path, lines: Iterable[str]) -> None:
-    """Write a task file, compressed if its name says so.
+    """Write a task file, compressed if its name ends in ``.gz``.
 
     Raises:
-        InputError: the name does not end as those of task files do, or the file cannot be written.
+        InputError: the name has no ending of a task file, or the file cannot be written.
     """
     if not file.name.endswith(ENDINGS):
         raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
@@ -115,11 +115,11 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
 
 
 def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[Finding]:
-    """All that is wrong with task files: lines that are no task, and tasks that cannot be as they say.
+    """Yield all mistakes in task files: lines that are not tasks, and tasks with false statements.
 
     Args:
         path: a file or a folder.
-        domain_of: the declaration of a benchmark, as lines name it.
+        domain_of: returns the declaration of a benchmark by the name in a line.
 
     Raises:
         InputError: the files cannot be opened (`open_task_files`).
@@ -143,7 +143,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
 
 
 def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield the statements of a task that are not true: goals that are none, a plan that is no solution."""
+    """Yield the false statements of a task, such as goals that already hold or a plan that fails."""
     test = GoalTest(task)
     if all(test.find_reached(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
@@ -167,7 +167,7 @@ def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:
 
 
 def _find_broken_goals(task: Task) -> Iterator[str]:
-    """The goals over time that no plan can reach, because the state at the start breaks them."""
+    """Yield a message for each goal over time that the initial state already breaks."""
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):
         if goal.is_over_time and is_broken(goal.formula, start):
@@ -175,7 +175,7 @@ def _find_broken_goals(task: Task) -> Iterator[str]:
 
 
 def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
-    """Untrue statements on whether there is a plan, where an answer may say that there is none."""
+    """Yield messages if `missing` wrongly claims that no plan exists, or that a plan exists."""
     if task.has_no_plan and task.script:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
     elif task.has_no_plan and not is_impossible(task, domain):
@@ -185,7 +185,7 @@ def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
 
 
 def read_task_file_lines(path: Path) -> Iterator[_FileLine]:
-    """The lines of a task file, or of all in a folder, by name.
+    """Yield the lines of a task file, or of all task files in a folder, by name.
 
     Raises:
         InputError: a file cannot be read.
@@ -194,10 +194,10 @@ def read_task_file_lines(path: Path) -> Iterator[_FileLine]:
 
 
 def find_task_files(path: Path) -> list[Path]:
-    """The task files in a folder, by name, or the one that this is.
+    """Return the task files in a folder, by name, or the path itself if it is a file.
 
     Raises:
-        InputError: there is none in the folder.
+        InputError: the folder contains no task files.
     """
     if path.is_dir():
         found = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS) and file.is_file())
@@ -217,12 +217,11 @@ def _content(file: Path) -> bytes:
 
 
 def _read_lines(file: Path, content: bytes) -> Iterator[_FileLine]:
-    """The lines that are not blank."""
     return (_FileLine(file, number, line) for number, line in number_lines(content))
 
 
 def _id(place: _FileLine) -> str:
-    """The id of a task; the rest of the line is read only where it does not begin with it."""
+    """Return the id of a task. The whole line is parsed only if it does not begin with the id."""
     found = _LEADING_ID.match(place.content)
     if found is not None:
         return found[1].decode(errors="replace")
