@@ -1,7 +1,7 @@
-"""The English of a benchmark's tasks, and the goals that nobody would ask for in it.
+"""The English of a benchmark's tasks, and goals that nobody would request.
 
-Its words come from a file of the benchmark's package; those of instructions that are the same in every world,
-and how a sentence is turned, are here.
+The words come from a file of the benchmark's package. This module adds words of instructions that are equal
+in every world, and changes the form of sentences.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ FILE = "english.toml"
 
 @dataclass(frozen=True, slots=True)
 class Hazard:
-    """A process constraint that a person takes for granted: what it keeps from happening on the way.
+    """A process constraint that people take for granted: an event that must not happen.
 
     Attributes:
-        name: what it keeps from happening, as records have it.
-        x: the categories of the thing that it is about, with the wildcards of names of files.
-        formula: the goal over time about ``{x}``, and ``{y}`` where there is another thing, as task files
-            state goals.
-        sentence: the same for an agent.
-        why: why a person agrees.
-        safe: what is to be brought about on the way, where the danger passes by that; empty where another
-            way must be found.
-        y: the categories of the other thing; empty if there is none.
-        kept: how many of the tasks with it alone are kept, where it is so frequent that others would be rare.
-        odd: what at the end of a task with it makes no sense to a person; empty if nothing does.
+        name: the event to prevent, as records name it.
+        x: the categories of the object at risk, with the wildcards of file names.
+        formula: the goal over time about ``{x}``, and about ``{y}`` if there is a second object, as in task
+            files.
+        sentence: the goal over time as a sentence for an agent.
+        why: the reason why a person agrees.
+        safe: a condition that a plan must establish to avoid the hazard; empty if there is no such condition.
+        y: the categories of the second object; empty if there is none.
+        kept: share of the tasks with only this hazard that are kept, if the hazard would crowd out others.
+        odd: a final condition that makes no sense to a person in a task with this hazard; empty if there is
+            none.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -55,20 +55,21 @@ class Hazard:
 
 @dataclass(frozen=True, slots=True)
 class English:
-    """The words of a benchmark; a text that says nothing of a predicate or category leaves it to its name.
+    """The English words of a benchmark. A predicate or category without an entry goes by its name.
 
     Attributes:
-        says: sentences that say that a predicate holds, by its name: in the singular, the second word a verb
-            of which the plural is known, as in ``{x} is on top of {y}``. The first is the usual one; all mean
-            the same, and no sentence of another predicate.
-        asks: requests that it be so, by its name, as in ``put {x} on top of {y}``.
-        denies: requests that it be not so.
-        nouns: what an object of a category is called, in the singular, as in ``pair of jeans``.
-        odd: what nobody would ask for by itself, though it occurs: ``predicate category ...``, in which ``*``
-            and ``[...]`` stand for anything as in names of files.
-        sound: what is not odd after all.
-        hazards: what a person takes for granted must not happen.
-        may_lack: the properties that a thing may be without, as where it is broken; any if empty.
+        says: sentences that state a predicate, by its name, in the singular, as in ``{x} is on top of {y}``.
+            The second word is a verb with a known plural. The first sentence is the usual one; all mean the
+            same, and none fits another predicate.
+        asks: requests to make a predicate true, by its name, as in ``put {x} on top of {y}``.
+        denies: requests to make a predicate false, by its name.
+        nouns: the noun for an object of each category, in the singular, as in ``pair of jeans``.
+        odd: conditions that nobody would request by themselves: ``predicate category ...``, with the
+            wildcards ``*`` and ``[...]`` of file names.
+        sound: exceptions from `odd`.
+        hazards: events that people take for granted must not happen.
+        may_lack: the properties that a thing may lack, for example because it is broken; any property if
+            empty.
         role: the agent in prompts, as in ``a household robot``.
     """
 
@@ -85,7 +86,7 @@ class English:
     role: str = "an agent"
 
     def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
-        """Whether nobody would ask that a predicate hold of objects of these categories."""
+        """Whether nobody would request a predicate of objects of these categories."""
         phrase = " ".join((predicate, *categories))
         return any(fnmatchcase(phrase, each) for each in self.odd) and not any(
             fnmatchcase(phrase, each) for each in self.sound
@@ -93,7 +94,7 @@ class English:
 
 
 PLAIN_ENGLISH = English()
-"""All words are made of names, and nothing is odd."""
+"""English with words made of names only. No goal is odd."""
 
 
 def read_english(package: str) -> English:
@@ -108,13 +109,13 @@ OPENINGS = (
     "Please arrange things so that in the end",
     "When you are done, it should be the case that",
 )
-"""The beginnings of an instruction that states a condition; each says the same."""
+"""Beginnings of an instruction that states a condition. All mean the same."""
 
 REQUESTS = ("Please", "Your task is to", "I would like you to")
 """The beginnings of an instruction that states an action."""
 
 SEE_TO_IT = "see to it that"
-"""The words that make a request of a sentence."""
+"""The words that turn a sentence into a request."""
 
 EVERY, EXACTLY, OWN = (
     ("every", "each"),
@@ -136,11 +137,11 @@ _PLURAL = {"is": "are", "has": "have", "holds": "hold", "faces": "face"}
 
 
 class PhraseStyle(NamedTuple):
-    """One of several ways to say the same.
+    """A style of phrases: which of several equal wordings is used.
 
     Attributes:
-        pick: which of several words is taken, counted round.
-        requests: whether goals are what to do ("close the box"), where that can be said.
+        pick: index of the wording, modulo the number of wordings.
+        requests: whether goals are written as requests ("close the box") if a request exists.
     """
 
     pick: int = 0
@@ -148,20 +149,20 @@ class PhraseStyle(NamedTuple):
 
     @staticmethod
     def draw(rng: random.Random) -> PhraseStyle:
-        """Any voice."""
+        """Return a random style."""
         return PhraseStyle(rng.randrange(_MAX_PICKS), rng.random() < 0.5)
 
     def choose(self, several: Sequence[str]) -> str:
-        """One of several words."""
+        """Return the wording of this style among several."""
         return several[self.pick % len(several)]
 
 
 USUAL_STYLE = PhraseStyle()
-"""Sentences in the usual words."""
+"""The style with the usual wordings."""
 
 
 def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
-    """The sentences for a predicate, the usual first: ``{x} is on top of {y}``, in the singular."""
+    """Return sentences for a predicate in the singular, the usual one first: ``{x} is on top of {y}``."""
     given = english.says.get(predicate)
     if given is not None:
         return given
@@ -177,7 +178,7 @@ def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
 
 
 def inflect(sentence: str, *, negated: bool = False, several: bool = False, never: bool = False) -> str:
-    """A sentence denied (once or for ever) or in the plural."""
+    """Return a sentence negated, with "never", or in the plural."""
     first, verb, *rest = sentence.split(" ")
     is_short = verb in ("is", "has")
     if never:
@@ -188,7 +189,10 @@ def inflect(sentence: str, *, negated: bool = False, several: bool = False, neve
 
 
 def pluralize(noun: str) -> str:
-    """The plural of a noun, as regular English has it: of several words of the first before an ``of``."""
+    """Return the regular English plural of a noun.
+
+    In a phrase with "of", the words before "of" are inflected.
+    """
     head, of, rest = noun.partition(" of ")
     if of:
         return f"{pluralize(head)}{of}{rest}"

@@ -1,7 +1,7 @@
-"""One line of a task file: what it may hold, how a task becomes one, and how it becomes a task again.
+"""The line format of task files: reads a task from a line, and writes a task as a line.
 
-Formulas are text in the syntax of subgoals: declared names, objects by their names, with an underscore for
-what cannot stand in a name there.
+Formulas are text in the syntax of subgoals with declared names and names of objects. An underscore replaces
+characters that a name cannot contain.
 """
 
 from __future__ import annotations
@@ -34,34 +34,34 @@ _NonEmptyText: TypeAlias = Annotated[str, Field(min_length=1)]
 
 
 def _add_descriptions(schema: dict[str, Any]) -> None:
-    """Put the meanings that the docstring tells into the schema of a line."""
+    """Put the meanings in the docstring into the JSON schema of a line."""
     schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
     for name, meaning in read_meanings(_TaskLine.__doc__, "Attributes").items():
         schema["properties"][name]["description"] = meaning
 
 
 class _TaskLine(BaseModel):
-    """A task as one line of a task file has it.
+    """A task as one line of a task file.
 
     Attributes:
-        id: Known by this in answers and records; unique.
-        version: Of this format.
-        base: Whose world it is: a benchmark by name, module:object or pddl:...
-        title: What tasks of a kind share; the id if empty.
+        id: The id in answers and records; unique.
+        version: Version of this format.
+        base: The benchmark whose world the task is in, by name, module:object or pddl:...
+        title: The name that tasks of a kind share; the id if empty.
         instruction: The task in natural language.
-        objects: All objects: name -> category, in order; there may be none.
-        agent: The acting object, where the domain has one for it.
-        relevant: The objects that the task is about; all of them if missing.
-        facts: All that holds at the start: predicate -> objects, or lists of 0 or 2 objects.
-        goals: Formulas about the end or the whole course, or actions to be taken.
+        objects: All objects: name -> category, in order; may be empty.
+        agent: The acting object, if the domain has one.
+        relevant: The objects that the task is about; all objects if missing.
+        facts: The facts of the initial state: predicate -> objects, or lists of 0 or 2 objects.
+        goals: Formulas about the final state or the whole execution, or actions to execute.
         plan: The certificate, a plan that solves the task: lists of operator and objects.
-        hazards: What the last goals, as many, keep from happening: names of process constraints.
-        untold: Whether prompts say nothing of the hazards.
-        missing: If it is there, an answer may say that it is impossible; facts for want of which it is, none
-            if there is a plan.
-        fits: If it is there, prompts tell the goals by the instruction alone, and an answer may ask what it
-            means: the objects that it fits, first the one that is meant.
-        about: Whatever else is known of it; read by nobody here.
+        hazards: The names of hazards, one for each of the last goals, which prevent them.
+        untold: Whether prompts hide the goals about hazards.
+        missing: If present, an answer may call the task impossible. Lists the missing facts that make it so;
+            empty if there is a plan.
+        fits: If present, prompts state the goals by the instruction alone, and an answer may ask what it
+            means. Lists the objects that the instruction may mean; the meant object is first.
+        about: Further information on the task, which the program does not read.
     """
 
     model_config = ConfigDict(
@@ -87,15 +87,16 @@ class _TaskLine(BaseModel):
 
 
 def json_schema() -> dict[str, JsonValue]:
-    """The JSON Schema of a line."""
+    """Return the JSON Schema of a line."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_TaskLine.model_json_schema()}
 
 
 def read_line(text: str | bytes) -> _TaskLine:
-    """The content of a line.
+    """Return the content of a line.
 
     Raises:
-        InputError: it is no JSON, or not of this shape; says where in the line and what was expected.
+        InputError: the line is not JSON, or does not have this format. The message says where the mistake is
+            and what was expected.
     """
     try:
         value = json.loads(text, strict=False, object_pairs_hook=_refuse_repetition)
@@ -119,10 +120,11 @@ def _refuse_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def task_from_line(line: _TaskLine, domain: Domain) -> Task:
-    """The task of a line.
+    """Return the task of a line.
 
     Raises:
-        InputError: it uses what neither it nor the domain declares; says which part, and what was expected.
+        InputError: the line uses a name that neither it nor the domain declares. The message says where, and
+            what was expected.
     """
     places = {name: place for place, name in enumerate(line.objects)}
     agent = None if line.agent is None else _index(line.agent, places, "agent")
@@ -187,15 +189,15 @@ def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
 
 
 def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
-    """A task as a line, without the line's end; equal tasks give equal text.
+    """Return a task as a line without a line break. Equal tasks give equal text.
 
-    A plan with a step that is none of the domain's, which a file cannot hold, is left out.
+    A plan with an operator that the domain does not declare is left out.
 
     Args:
         task: the task.
-        base: the benchmark whose world it is, as `eai.benchmarks.registry.find_benchmark` takes it.
-        domain: its declaration.
-        about: what else is known of the task.
+        base: the benchmark whose world the task is in, as `eai.benchmarks.registry.find_benchmark` takes it.
+        domain: the declaration of the base.
+        about: further information on the task.
     """
     scene = task.scene
     names = [thing.name for thing in scene.objects]
@@ -218,13 +220,13 @@ def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, J
 
 
 def list_plan(task: Task) -> list[list[str]]:
-    """The plan of a task as task files list it."""
+    """Return the plan of a task in the format of task files."""
     things = task.scene.objects
     return [[action.operator, *(things[i].name for i in action.arguments)] for action in task.script]
 
 
 def list_facts(state: State) -> dict[str, list[str | Sequence[str]]]:
-    """The facts of a state as task files list them."""
+    """Return the facts of a state in the format of task files."""
     listed: dict[str, list[str | Sequence[str]]] = {}
     for predicate, arguments in state.facts():
         names = [state.scene.objects[i].name for i in arguments]
@@ -233,7 +235,7 @@ def list_facts(state: State) -> dict[str, list[str | Sequence[str]]]:
 
 
 def write_goals(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
-    """Goals as task files state them."""
+    """Return goals as texts in the format of task files."""
     lexicon = lexicon_of_goals(domain, scene)
     renamed = [rename_variables(formula) for formula in formulas]
     return [print_ltl(rewrite_in_time(formula, lexicon.to_text_names)) for formula in renamed]

@@ -1,4 +1,4 @@
-"""How a suite's prompts and answers name things: the words of a declaration, chosen for one ability."""
+"""The words of a suite's prompts and answers, chosen from a declaration for one ability."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from eai.world.state import Fact
 from eai.world.vocabulary import Predicate, parameter_names
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
-"""The name of an object of a task in a prompt."""
+"""Returns the name of an object of a task in a prompt."""
 
 _MEANING = (
     (FaultKind.AFFORDANCE, "impossible where"),
     (FaultKind.MISSING_STEP, "not yet possible while"),
     (FaultKind.ADDITIONAL_STEP, "needless where"),
 )
-"""How a prompt says what the failure of a check means, in the order of the paper."""
+"""The words for the failure of a check in prompts, by kind of fault, in the order of the paper."""
 
 
 def find_declared_name(task: Task, index: int) -> str:
-    """The name of an object as its scene declares it."""
+    """Return the declared name of an object."""
     return task.scene.objects[index].name
 
 
@@ -40,15 +40,15 @@ class Wording:
 
     Attributes:
         domain: the declaration.
-        predicates: what goals are made of: stored or derived predicates, by name.
-        written_as: how answers name a predicate, where it is not its declared name.
-        object_name: what objects are called.
-        conventions: what nobody can know of a task's world and is told; None if there is nothing.
-        static: further predicates that states are told with, which no action changes.
-        rules: what actions require and change, to be told exactly; None where the reasons are told for which
-            they fail.
+        predicates: the stored or derived predicates of goals, by name.
+        answer_names: the names of predicates in answers that differ from the declared names.
+        object_name: returns the name of an object.
+        conventions: returns conventions of a task's world that prompts must explain; None if there are none.
+        static: further predicates in descriptions of states that no action changes.
+        rules: the exact conditions and effects of actions; None if prompts give reasons for failures instead.
         unchanging: static predicates that `conventions` put into words; exact rules state their facts.
-        surroundings: further objects of a task that prompts list, by index, such as the rooms of a house.
+        surroundings: returns further objects of a task that prompts list, by index, such as the rooms of a
+            house.
     """
 
     domain: Domain
@@ -63,21 +63,21 @@ class Wording:
 
     @staticmethod
     def of_domain(domain: Domain) -> Wording:
-        """The wording of any domain: every visible predicate, every declared name, every rule."""
+        """Return the wording of any domain: every visible predicate, every declared name, every rule."""
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
         return Wording(domain, changeable, static=static, rules=DomainRules(domain))
 
     def describe_vocabulary(self) -> str:
-        """The predicates that can be said of objects, one with its parameters a line."""
+        """Return the predicates of objects with their parameters, one a line."""
         return _lines(
             f"{self._name(name)}({', '.join(parameter_names(self._arity(name)))})"
             for name in (*self.predicates, *self.static)
         )
 
     def describe_operators(self) -> str:
-        """The actions with their parameters, and the rules of each, or what its checks mean in words."""
+        """Return the actions with their parameters, and their rules or the meanings of their checks."""
         listed = _lines(map(self.describe_operator, self.domain.operators))
         if self.rules is None:
             return listed
@@ -85,18 +85,18 @@ class Wording:
         return f"{explain_notation(rules)}\n{rules}"
 
     def describe_rules_of(self, each: str) -> str:
-        """The heading above `operators`: what it tells of each action."""
+        """Return the heading above `describe_operators`. `each` is the word for an action."""
         if self.rules is None:
             return f"the reasons for which {each} can fail"
         return f"what {each} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        """One of them."""
+        """Return one action with its rules, or with the meanings of its checks."""
         exact = None if self.rules is None else self.rules.summarize(operator)
         return exact or _operator_text(operator)
 
     def describe_objects(self, task: Task) -> str:
-        """The objects of a task with their properties, each once, and what conventions there are."""
+        """Return the objects of a task with their properties, each once, and the conventions of its world."""
         listed = _lines(
             dict.fromkeys([self.describe_object(task, index) for index in self.listed_objects(task)])
         )
@@ -113,46 +113,46 @@ class Wording:
         return sorted({*prompt_objects(task), *self.surroundings(task)})
 
     def describe_object(self, task: Task, index: int) -> str:
-        """An object with its kind and its properties."""
+        """Return an object with its kind and its properties."""
         return f"{self.object_name(task, index)} {self.describe_kind(task, index)}"
 
     def describe_kind(self, task: Task, index: int) -> str:
-        """The kind of an object, and its properties."""
+        """Return the kind of an object, and its properties."""
         properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
         having = [p.name for p in properties if task.initial.has(p.name, index)]
         return f"[{task.scene.objects[index].category}]: {', '.join(having) or '-'}"
 
     def describe_initial(self, task: Task) -> str:
-        """The facts about a task's objects at the start."""
+        """Return the facts about a task's objects in the initial state."""
         about = self.listed_objects(task)
         facts = [fact for each in self.state_listings for fact in each.facts(task.initial, about)]
         return _lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
 
     @cached_property
     def goal_listings(self) -> tuple[FactListing, ...]:
-        """The listing of the facts of each predicate that goals are made of, in order."""
+        """The listing of facts for each predicate of goals, in order."""
         return self._listings(self.predicates)
 
     @cached_property
     def state_listings(self) -> tuple[FactListing, ...]:
-        """The listing of the facts of each predicate that states are told with."""
+        """The listing of facts for each predicate in descriptions of states."""
         return (*self.goal_listings, *self._listings(self.static))
 
     def _listings(self, names: Iterable[str]) -> tuple[FactListing, ...]:
-        """Where rules are told exactly, they are about one object that stands in two places, too."""
+        """Return the listings of predicates. With exact rules a fact may repeat an object."""
         repeated = self.rules is not None
         return tuple([make_listing(self.domain.vocabulary, name, repeated=repeated) for name in names])
 
     def write_fact(self, task: Task, fact: Fact) -> str:
-        """A fact about objects of a task."""
+        """Return a fact about objects of a task."""
         return self.write_fact_about(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
 
     def write_fact_about(self, predicate: str, names: Iterable[str]) -> str:
-        """A fact about things with these names."""
+        """Return a fact about objects with given names."""
         return f"{self._name(predicate)}({', '.join(names)})"
 
     def describe_goals(self, task: Task) -> str:
-        """The goals of a task; its instruction where that is all that is told of them."""
+        """Return the goals of a task, or its instruction if prompts do not state the goals."""
         if not task.prompts_state_goals:
             return task.instruction
         names = {
@@ -168,7 +168,7 @@ class Wording:
 
 
 def prompt_objects(task: Task) -> list[int]:
-    """The objects that a prompt speaks of: those that an answer may name, and the agent."""
+    """Return the objects that a prompt mentions: objects that an answer may name, and the agent."""
     agent = () if task.scene.agent is None else (task.scene.agent,)
     return list(dict.fromkeys((*task.relevant, *agent)))
 
@@ -185,7 +185,7 @@ def _operator_text(operator: Operator) -> str:
 
 
 def is_property(predicate: Predicate | None) -> bool:
-    """Whether a predicate says of one object what never changes."""
+    """Whether a predicate states an unchanging property of one object."""
     return predicate is not None and predicate.static and predicate.arity == 1
 
 

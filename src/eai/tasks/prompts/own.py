@@ -1,6 +1,6 @@
-"""Our own prompts, rendered from a domain's declaration.
+"""Render our own prompts from a domain's declaration.
 
-Those of transition modeling are the heads of operators, to be completed.
+Prompts of transition modeling show the heads of operators that the answer must complete.
 """
 
 from __future__ import annotations
@@ -26,35 +26,38 @@ from eai.tasks.wording import Wording
 from eai.world.vocabulary import parameter_names
 
 MAX_SHOWN_TYPES = 300
-"""How many types a domain may have for all of it to be shown; of more, what matters for a task."""
+"""Maximum number of types of a domain that is shown in full.
+
+Of larger domains only relevant parts are shown.
+"""
 
 MAX_EXAMPLE_OPERATORS = 2
-"""How many operators an example of transition modeling shows at most."""
+"""Maximum number of operators in an example of transition modeling."""
 
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Templates of questions that an answer may decline, and the endings of the names of their explanations."""
+"""Templates of questions that an answer may decline, with the endings of their explanations' names."""
 
 _WORD = re.compile(r"[^\s()]+")
 
 Example: TypeAlias = Callable[[str], str]
-"""The data set's own answer to a task, by id."""
+"""Returns the data set's own answer to a task, by id."""
 
 
 @dataclass(frozen=True, slots=True)
 class Questions:
-    """The material of the prompts of one ability; any declared domain will do.
+    """The material for the prompts of one ability in any declared domain.
 
     Attributes:
-        template: name of the templates: that of the ability. Transition modeling has `operator_prompts`.
+        template: name of the templates, equal to the ability. Transition modeling uses `operator_prompts`.
         wording: the words of the declaration.
-        role: who carries out what is asked for, as in ``a household robot``.
+        role: the role of the agent, as in ``a household robot``.
         tasks: the tasks by id.
-        answer_format: how an answer is written.
-        example: a good answer to each task.
-        beliefs: what the one who is asked believes of tasks, by id, where that is otherwise. An example
-            shows the true task.
+        answer_format: the explanation of the format of answers.
+        example: returns a good answer to each task.
+        beliefs: the model's beliefs about tasks, by id, if they differ from the task. An example shows the
+            true task.
     """
 
     template: str
@@ -67,7 +70,10 @@ class Questions:
 
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
-    """The prompt of every task, by id. Each shows as example the first task that has another title."""
+    """Return the prompt of every task, by id.
+
+    The example in each prompt is the first task with another title.
+    """
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
         "role": questions.role,
@@ -102,7 +108,10 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
 
 
 def render_task(questions: Questions, belief: Belief, templates: Templates) -> Prompt:
-    """The prompt about a task as it is believed to be, which need not be as it stands in the questions."""
+    """Return the prompt about a task as it is believed to be.
+
+    The belief may differ from the given questions.
+    """
     task = belief.task
     other = _example_for(task.title, questions)
     kept = {} if other is None else {other: questions.tasks[other]}
@@ -127,7 +136,7 @@ def _question(name: str, wording: Wording, belief: Belief, templates: Templates)
 
 
 def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
-    """The goals of a task, and the subgoals on the way to them if there are any."""
+    """Return the goals of a task, and the subgoals on the way to them if there are any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
         return goals
@@ -140,10 +149,10 @@ def initial_text(wording: Wording, belief: Belief) -> str:
 
 
 def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:
-    """The meanings of what goals of some tasks are made of: actions, quantifiers, courses.
+    """Return explanations of the elements in the goals of tasks: actions, quantifiers, goals over time.
 
     Args:
-        name: of the template that tells of goals on actions, mostly an ability.
+        name: name of the template that explains goals on actions, usually an ability.
         tasks: the tasks.
         templates: the templates.
     """
@@ -162,7 +171,7 @@ def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> lis
 
 
 def make_samples(wording: Wording) -> Mapping[str, str]:
-    """Examples for formats of answers: predicates and actions of the domain, with their parameters."""
+    """Return examples for formats of answers: predicates and actions of the domain with their parameters."""
     arity = wording.domain.vocabulary.arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
     said = [(written, *parameter_names(arity(name) or 0)) for name, written in names.items()]
@@ -183,12 +192,12 @@ def make_samples(wording: Wording) -> Mapping[str, str]:
 
 
 def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) -> dict[str, Prompt]:
-    """The prompt of every task, by id. The example shows operators that the task does not ask for.
+    """Return the prompt of every task, by id. The example shows operators that the task does not ask for.
 
-    Of a domain with very many types are shown the predicates that these operators and both goals speak of.
+    If a domain has very many types, only the predicates of these operators and of both goals are shown.
 
     Raises:
-        InputError: a template of the user's cannot be used.
+        InputError: a template of the user cannot be used.
     """
     answer_format = templates.read("formats/transition_modeling.txt")
     prompts = {}
@@ -208,7 +217,7 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
 
 
 def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[str]) -> Set[str] | None:
-    """The names that operators and the goals of two tasks speak of; None if all are shown."""
+    """Return the names in operators and in the goals of two tasks; None if all names are shown."""
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
         return None
@@ -228,7 +237,7 @@ def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[s
 
 
 def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
-    """The domain with these predicates, and the types that the text speaks of."""
+    """Return the domain with only these predicates and the types in a text."""
     if names is None:
         return header
     words = {*_WORD.findall(text), *(item.type for item in header.constants)}
@@ -243,7 +252,7 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
 def _operator_question(
     task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
 ) -> str:
-    """The problem, with the facts at the start that have these names, and the heads of the operators."""
+    """Return the problem, with initial facts of these names only, and the heads of the operators."""
     heads = "\n".join(
         f"(:action {name}\n  :parameters {task.domain.operators[name].parameters}\n"
         "  :precondition ()\n  :effect ())"
@@ -259,7 +268,10 @@ def _operator_question(
 def _other_operators(
     task: TransitionTask, tasks: Mapping[str, TransitionTask]
 ) -> tuple[TransitionTask, Sequence[str]]:
-    """Another task with some operators that this one does not ask for, the shortest of such, and these."""
+    """Return another task and some of its operators that the first task does not ask for.
+
+    Of equally good tasks the shortest is chosen.
+    """
     asked = set(task.operators)
 
     def others(other: TransitionTask) -> list[str]:
@@ -272,7 +284,7 @@ def _other_operators(
 def _example(
     other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
 ) -> str:
-    """Some operators of another task with the answer; empty without operators."""
+    """Return some operators of another task with the answer, or an empty text without operators."""
     if not operators:
         return ""
     answer = json.dumps({"output": "\n".join(other.domain.operators[name].pddl for name in operators)})

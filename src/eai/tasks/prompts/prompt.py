@@ -1,10 +1,9 @@
-"""Prompts as values, and the file in which the reference exchanges them.
+"""Prompts as values, and the files in which data sets ship prompts.
 
-Published prompts are those that come with a data set. A question may be about a task as the one who is asked
-believes it to be: with other goals or in another scene. Our own prompts are rendered from the believed task.
-In published ones the section that states the goals is another, and all else stays: objects and initial state
-are those that belong to the true task. How they tell of a scene is their own way, so that they cannot tell
-of another one.
+Published prompts come with a data set. A question may be about a task as the model believes it to be, with
+other goals or in another scene. Our own prompts are rendered from the believed task. In published prompts
+only the section with the goals is replaced: their objects and initial state stay those of the true task.
+Published prompts therefore cannot describe another scene.
 """
 
 from __future__ import annotations
@@ -29,25 +28,25 @@ Shape = TypeVar("Shape")
 
 
 PromptSet: TypeAlias = Literal["official", "eai", "eai-brief", "eai-careful"]
-"""The set of prompts: the data set's, or ours, rendered from a domain's declaration, in three wordings.
+"""The set of prompts: the data set's own, or ours in one of three wordings.
 
 All three state the same rules and facts. ``eai-brief`` has few words and no example; ``eai-careful`` lists
 questions to go through.
 """
 
 VARIANTS: Sequence[PromptSet] = ("eai-brief", "eai-careful")
-"""The other wordings of our prompts, which records and tables name."""
+"""The further wordings of our prompts, by the names in records and tables."""
 
 
 class Image(NamedTuple):
-    """A picture as the bytes of its file, with their media type, such as ``image/png``."""
+    """A picture: the content of its file and its media type, such as ``image/png``."""
 
     media_type: str
     data: bytes
 
     @property
     def url(self) -> str:
-        """The picture as an address that has all of it."""
+        """The whole picture as a data URL."""
         return f"data:{self.media_type};base64,{b64encode(self.data).decode()}"
 
 
@@ -58,10 +57,10 @@ class Prompt:
     Attributes:
         user: the question.
         system: the system message, or None.
-        stop: the sequences at which the paper's runs cut the answer; what ends with one lacks it.
-        turns: what was said after the question, if this is a conversation: each answer of the model and the
-            reply to it, of which the last is to be answered.
-        images: the pictures that are shown before the question.
+        stop: the sequences at which the paper's runs cut the answer off; the answer does not include them.
+        turns: the conversation after the question: each answer of the model and the reply to it. The model
+            answers the last reply.
+        images: the pictures shown before the question.
     """
 
     user: str
@@ -72,7 +71,7 @@ class Prompt:
 
     @property
     def sha256(self) -> str:
-        """Digest of all that the model is shown, with a zero between messages; of pictures their digests."""
+        """Digest of all messages to the model, joined by zero characters. Pictures count by their digests."""
         said = [text for turn in self.turns for text in turn]
         said += [hashlib.sha256(image.data).hexdigest() for image in self.images]
         messages = [self.user, *said] if self.system is None else [self.system, self.user, *said]
@@ -80,20 +79,20 @@ class Prompt:
 
 
 def read_prompt_file(path: Path) -> dict[str, str]:
-    """The prompts of a file in the reference's shape, by identifier.
+    """Return the prompts of a file in the format of the reference, by identifier.
 
     Raises:
-        InputError: the file cannot be read, or is not of this shape.
+        InputError: the file cannot be read, or does not have this format.
     """
     rows = _read(path, TypeAdapter(list[_PromptRow]), 'a list of {"identifier", "llm_prompt"}')
     return {row["identifier"]: row["llm_prompt"] for row in rows}
 
 
 def read_system_file(path: Path) -> str:
-    """The system message of a file ``{"system_prompt"}``.
+    """Return the system message of a file ``{"system_prompt"}``.
 
     Raises:
-        InputError: the file cannot be read, or is not of this shape.
+        InputError: the file cannot be read, or does not have this format.
     """
     return _read(path, TypeAdapter(_SystemMessage), '{"system_prompt"}')["system_prompt"]
 
@@ -108,7 +107,6 @@ class _SystemMessage(TypedDict):
 
 
 def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
-    """The content of a JSON file of a shape."""
     try:
         return adapter.validate_json(read_content(path))
     except ValidationError as error:
@@ -117,11 +115,11 @@ def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
 
 @dataclass(frozen=True, slots=True)
 class PromptFiles:
-    """The prompts of a suite in the files in which the data set ships them.
+    """The prompts of a suite in the file format of the data set.
 
     Attributes:
         prompts: content of the file of prompts.
-        system: content of the file with the system message, or None where the prompts have none.
+        system: content of the file with the system message, or None if the prompts have no system message.
     """
 
     prompts: bytes
@@ -129,17 +127,17 @@ class PromptFiles:
 
     @staticmethod
     def from_prompts(prompts: Mapping[str, Prompt]) -> PromptFiles:
-        """Prompts in the shape of such files, of which all have the same system message."""
+        """Return prompts in the format of such files. All prompts must have the same system message."""
         rows = [{"identifier": task_id, "llm_prompt": prompt.user} for task_id, prompt in prompts.items()]
         system = next((prompt.system for prompt in prompts.values()), None)
         settings = None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
         return PromptFiles(json.dumps(rows, indent=4).encode(), settings)
 
     def correct(self, correct: Callable[[str, str], str]) -> PromptFiles:
-        """The same files with other questions.
+        """Return the files with corrected questions.
 
         Args:
-            correct: from an identifier and its question to the question that is asked.
+            correct: returns the corrected question, given an identifier and its question.
         """
         rows = json.loads(self.prompts)
         for row in rows:
@@ -147,7 +145,7 @@ class PromptFiles:
         return replace(self, prompts=json.dumps(rows, indent=4).encode())
 
     def read_prompts(self, task_id_of: Callable[[str], str | None]) -> dict[str, Prompt]:
-        """The prompts by the task that an identifier means, in the order of the file."""
+        """Return the prompts by task id, in the order of the file."""
         settings = {} if self.system is None else json.loads(self.system)
         system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
         rows = [(row["identifier"], row["llm_prompt"]) for row in json.loads(self.prompts)]
@@ -155,19 +153,20 @@ class PromptFiles:
 
 
 INITIAL_PLACEHOLDER = "$initial"
-"""The place in questions for what holds at the start."""
+"""Placeholder for the facts of the initial state in questions."""
 
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """The belief that someone has of a task.
+    """A belief about a task.
 
     Attributes:
-        task: the task with the believed goals, or the perceived scene, in place of its own.
-        answer: the answer to goal interpretation that states the goals, word for word; else empty.
-        initial: what a question says of the start; ``$initial`` stands for what holds there.
-        images: the pictures that go with a question.
-        subgoals: subgoals that a question states below the goals, in order.
+        task: the task with the believed goals or the perceived scene.
+        answer: the answer to goal interpretation that states the goals, word for word; empty if there is
+            none.
+        initial: the description of the initial state; ``$initial`` stands for its facts.
+        images: the pictures that belong to the question.
+        subgoals: subgoals that the question lists below the goals, in order.
     """
 
     task: Task
@@ -177,19 +176,19 @@ class Belief:
     subgoals: tuple[str, ...] = ()
 
     def adopt_goals(self, other: Belief) -> Belief:
-        """Return the belief in this scene with the goals and subgoals of another belief."""
+        """Return this belief with the goals and subgoals of another belief."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 
 
 @dataclass(frozen=True, slots=True)
 class GoalSection:
-    """Where the published prompts of a suite state the goals of the task, and how.
+    """The section of a suite's published prompts that states the goals of the task.
 
     Attributes:
-        before: what stands before the section; its last occurrence counts, as examples have goals too.
-        after: what stands after it.
-        write: the section for a belief.
+        before: the text before the section. Its last occurrence counts, as examples have goals too.
+        after: the text after the section.
+        write: returns the section for a belief.
     """
 
     before: str
@@ -197,19 +196,19 @@ class GoalSection:
     write: Callable[[Belief], str]
 
     def find(self, question: str) -> str:
-        """The section of a question.
+        """Return the section of a question.
 
         Raises:
-            InputError: it has none.
+            InputError: the question has no such section.
         """
         start, end = self._find_range(question)
         return question[start:end]
 
     def replace(self, question: str, belief: Belief) -> str:
-        """The question with the section for a belief in place of its own.
+        """Return the question with the section for a belief.
 
         Raises:
-            InputError: it has none.
+            InputError: the question has no such section.
         """
         start, end = self._find_range(question)
         return question[:start] + self.write(belief) + question[end:]

@@ -1,7 +1,7 @@
-"""Templates: text files with ``$name`` where a text is to be put in.
+"""Templates: text files in which ``$name`` is replaced by a text.
 
-The standard library's `string.Template` does it: answers are JSON and operators PDDL, so braces, brackets and
-percent signs must mean themselves, and a template needs no loops, since every list comes as one text.
+The standard library's `string.Template` is used: answers are JSON and operators PDDL, so braces, brackets and
+percent signs must stand for themselves. A template needs no loops, since every list comes as one text.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _VARIANTS = "variants"
 
 
 def template_names() -> frozenset[str]:
-    """The names of all templates of the package, such as ``formats/transition_modeling.txt``."""
+    """Return the names of all packaged templates, such as ``formats/transition_modeling.txt``."""
     names = (file.relative_to(_FOLDER).as_posix() for file in files_below(_FOLDER, "*.txt"))
     return frozenset(name for name in names if not name.startswith(f"{_VARIANTS}/"))
 
 
 @cache
 def _read_packaged(name: str, variant: str) -> str:
-    """The text of a template of the package: of a variant, if that has one of this name."""
+    """Return the text of a packaged template; the text of the variant if the variant has this template."""
     file = _FOLDER / _VARIANTS / variant / name
     file = file if variant and file.is_file() else _FOLDER / name
     return file.read_text(encoding="utf-8").removesuffix("\n")
@@ -35,18 +35,18 @@ def _read_packaged(name: str, variant: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Templates:
-    """The templates of the package, with the user's own in place of single ones.
+    """The packaged templates. The user may replace single templates.
 
     Attributes:
-        folder: the user's files under the names of ours; None if there are none.
-        variant: the set of prompts whose wording is used; the plain one if it has no files of its own.
+        folder: the folder of the user's templates, with the names of ours; None if there is none.
+        variant: the set of prompts whose wording is used; the plain wording if it has no such template.
     """
 
     folder: Path | None = None
     variant: str = ""
 
     def read(self, name: str) -> str:
-        """The text of a template, say ``action_sequencing.txt``, without the line break at its end.
+        """Return the text of a template, for example ``action_sequencing.txt``, without the last line break.
 
         Raises:
             InputError: the user's file cannot be read.
@@ -55,10 +55,10 @@ class Templates:
         return _read_packaged(name, self.variant) if own is None else own
 
     def read_own(self, name: str) -> str | None:
-        """The user's own text of this name, or None.
+        """Return the user's template of this name, or None if the user has none.
 
         Raises:
-            InputError: it cannot be read.
+            InputError: the file cannot be read.
         """
         file = None if self.folder is None else self.folder / name
         if file is None or not file.exists():
@@ -69,15 +69,15 @@ class Templates:
             raise InputError(f"{file}: cannot be read ({error})") from error
 
     def fill(self, name: str, values: Mapping[str, str]) -> str:
-        """A template with its places filled.
+        """Return a template with its placeholders replaced.
 
         Raises:
-            InputError: it names a place for which there is no text, or has a lone dollar sign.
+            InputError: a placeholder has no text, or a dollar sign stands alone.
         """
         try:
             return Template(self.read(name)).substitute(values)
         except KeyError as error:
             known = ", ".join(f"${place}" for place in values)
-            raise InputError(f"{name}: ${error.args[0]} is none of {known}") from error
+            raise InputError(f"{name}: ${error.args[0]} is unknown: expected one of {known}") from error
         except ValueError as error:
             raise InputError(f"{name}: {error}; a dollar sign is written as $$") from error
