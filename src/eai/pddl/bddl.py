@@ -1,7 +1,7 @@
-"""BDDL, the language of household activity definitions: problem files.
+"""Read problem files in BDDL, the language of household activity definitions.
 
-Words are what stands between blanks and parentheses; a semicolon begins a comment, to the end of its line. A
-name with a ``?`` is a variable if a quantifier around it binds it, otherwise the object of that name.
+Words are separated by spaces and parentheses. A semicolon begins a comment that ends with its line. A name
+with a ``?`` is a variable if a quantifier around it binds it, and otherwise the object of that name.
 Everything is lower case, as in bddl's own reader (``bddl/parsing.py``).
 """
 
@@ -22,12 +22,12 @@ _TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")
 _COUNT: Final = re.compile(r"[0-9]+")
 
 _END: Final = ""
-"""The token behind the last one."""
+"""The token after the last token of the text."""
 
 _NO_WORDS: Final = frozenset({"(", ")", _END})
 
 _NO_ARGUMENTS: Final = _NO_WORDS | {"-"}
-"""A hyphen stands before a category: where arguments are, a parenthesis is missing before it."""
+"""Tokens that end a list of arguments. A hyphen precedes a category, so it marks a missing parenthesis."""
 
 _SECTIONS: Final = frozenset({":domain", ":requirements", ":objects", ":init", ":goal"})
 
@@ -42,15 +42,15 @@ def parse_problem(text: str) -> PddlProblem:
     The type of an object is its category, a synset such as ``candle.n.01``.
 
     Raises:
-        ParseError: the text is no problem file, has not exactly one domain, objects, init and goal section,
-            or is nested too deep (`traversal.MAX_DEPTH`).
-        InputError: something stands among the initial facts that is none.
+        ParseError: the text is not a problem file, has not exactly one domain, objects, init and goal
+            section, or is nested too deep (`traversal.MAX_DEPTH`).
+        InputError: an initial fact is neither an atom nor a negated atom.
     """
     return _BddlReader(text).problem()
 
 
 class _BddlReader:
-    """Reads one text from left to right, token by token. A scope is the names that quantifiers bind there."""
+    """Reads one text token by token. A scope is the set of names that enclosing quantifiers bind."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -59,7 +59,7 @@ class _BddlReader:
         self._next = 0
 
     def problem(self) -> PddlProblem:
-        """The problem that the whole text defines."""
+        """Return the problem that the whole text defines."""
         domains: list[str] = []
         objects: list[tuple[TypedName, ...]] = []
         facts: list[tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]] = []
@@ -91,7 +91,7 @@ class _BddlReader:
         return PddlProblem(name, domains[0], objects[0], initial, denied, goals[0])
 
     def _section(self) -> str:
-        """The keyword that a section begins with."""
+        """Read the keyword at the beginning of a section."""
         self._take("(")
         keyword = self._tokens[self._next]
         if keyword not in _SECTIONS:
@@ -102,7 +102,7 @@ class _BddlReader:
         return keyword
 
     def _declarations(self) -> tuple[TypedName, ...]:
-        """Names, a hyphen and their category, any number of times; the parenthesis behind is taken."""
+        """Read groups of names, each followed by a hyphen and a category, and the closing parenthesis."""
         found: list[TypedName] = []
         while not self._next_is(")"):
             names = [self._declared_name("a name or ')'")]
@@ -121,7 +121,7 @@ class _BddlReader:
         return word
 
     def _category(self) -> str:
-        """The category behind a hyphen; there need be no space between them."""
+        """Read the category after a hyphen; a space between them is optional."""
         token = self._tokens[self._next]
         if len(token) > 1 and token.startswith("-"):
             self._next += 1
@@ -133,7 +133,7 @@ class _BddlReader:
         return self._tokens[self._next] == token
 
     def _facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
-        """Any number of facts, those that hold and those that do not; the parenthesis behind is taken."""
+        """Read facts and the closing parenthesis; return the true atoms and the denied atoms."""
         initial, denied = list[f.Atom](), list[f.Atom]()
         while self._opens():
             offset = self._offsets[self._next]
@@ -150,14 +150,14 @@ class _BddlReader:
     def _conditions(
         self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH
     ) -> tuple[f.Formula, ...]:
-        """Any number of conditions; the parenthesis behind is taken."""
+        """Read conditions and the closing parenthesis."""
         found: list[f.Formula] = []
         while self._opens():
             found.append(self._condition(scope, levels))
         return tuple(found)
 
     def _condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
-        """A condition of at most so many levels."""
+        """Read a condition that is nested at most `levels` deep."""
         if levels == 0 and self._tokens[self._next] == "(":
             raise self._make_error(f"at most {MAX_DEPTH} levels of nesting")
         self._take("(")
@@ -171,7 +171,7 @@ class _BddlReader:
         return self._primitive(scope)
 
     def _read_connective(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
-        """The parts behind a connective; the parenthesis behind is taken."""
+        """Read the parts of a connective and the closing parenthesis."""
         if connective in ("and", "or"):
             return (f.And if connective == "and" else f.Or)(self._conditions(scope, levels))
         first = self._condition(scope, levels)
@@ -180,7 +180,7 @@ class _BddlReader:
         return f.Not(first) if second is None else f.Implies(first, second)
 
     def _read_quantifier(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
-        """The variables and body behind a quantifier; the parenthesis behind is taken."""
+        """Read the variables and body of a quantifier and the closing parenthesis."""
         count = self._count() if quantifier in ("forn", "fornpairs") else None
         variable = self._variable()
         second = self._variable() if quantifier.endswith("pairs") else None
@@ -212,12 +212,12 @@ class _BddlReader:
         return f.Variable(name, category)
 
     def _primitive(self, scope: frozenset[str]) -> f.Formula:
-        """A predicate with its arguments; the parenthesis behind is taken."""
+        """Read a predicate, its arguments and the closing parenthesis."""
         name = self._word("a name or a connective")
         return f.Atom(name, tuple([to_term(argument, scope) for argument in self._arguments()]))
 
     def _arguments(self) -> list[str]:
-        """Any number of arguments; the parenthesis behind is taken."""
+        """Read arguments and the closing parenthesis."""
         start = self._next
         while self._tokens[self._next] not in _NO_ARGUMENTS:
             self._next += 1
@@ -233,29 +233,28 @@ class _BddlReader:
         return _plain(token)
 
     def _opens(self) -> bool:
-        """Whether a parenthesis opens here; one that closes is taken."""
+        """Whether a parenthesis opens at the next token. A closing parenthesis is read."""
         if self._tokens[self._next] == "(":
             return True
         self._take(")", "'(' or ')'")
         return False
 
     def _take(self, token: str, expected: str = "") -> None:
-        """Go behind a token, which must stand here."""
+        """Read the expected token, or raise an error if another token stands here."""
         if self._tokens[self._next] != token:
             raise self._make_error(expected or f"'{token}'")
         self._next += 1
 
     def _make_error(self, words: str) -> ParseError:
-        """The error that this does not stand here."""
         return error_at(self._text, self._offsets[self._next], words)
 
     @cached_property
     def _offsets(self) -> list[int]:
-        """Where each token begins in the text."""
+        """The offset of each token in the text."""
         found = [match.start() for match in _TOKEN.finditer(self._text) if match[0][0] != ";"]
         return [*found, len(self._text)]
 
 
 def _plain(word: str) -> str:
-    """A word without what marks variables."""
+    """Return a name without the question marks of a variable."""
     return word.strip("?")

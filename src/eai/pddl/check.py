@@ -1,7 +1,6 @@
-"""Offences of PDDL text by name, and the check of names against their domain.
+"""Violations of PDDL text by name, and the check of names against their domain.
 
-Form is checked when reading (`reader`); `check_action` and `check_problem` find what is left, all of it and
-not just the first.
+Form is checked when reading (`reader`). `check_action` and `check_problem` find all further violations.
 """
 
 from __future__ import annotations
@@ -18,18 +17,18 @@ from eai.logic.traversal import bound_variables, children
 
 
 class Violation(str, Enum):
-    """The offence of a piece of PDDL. The values are the wire strings."""
+    """A kind of violation of PDDL. The values are written to records."""
 
     UNBALANCED = "unbalanced_parenthesis"
     """A parenthesis without its partner."""
     MALFORMED = "malformed"
-    """Balanced, but not PDDL: a connective with a wrong number of parts, a word where a list is due, ..."""
+    """Balanced, but not PDDL, such as a connective with a wrong number of parts, or a word for a list."""
     UNSUPPORTED = "unsupported"
     """PDDL beyond the fragment of the two domains: ``either``, numbers, preferences."""
     CONDITION_IN_EFFECT = "condition_in_effect"
-    """``or``, ``exists``, ``imply`` or a negated compound where an effect is due."""
+    """``or``, ``exists``, ``imply`` or a negated compound in place of an effect."""
     EFFECT_IN_CONDITION = "effect_in_condition"
-    """``when`` where a condition is due."""
+    """``when`` in place of a condition."""
     UNKNOWN_PREDICATE = "unknown_predicate"
     WRONG_ARITY = "wrong_arity"
     WRONG_ARGUMENT_TYPE = "wrong_argument_type"
@@ -38,16 +37,19 @@ class Violation(str, Enum):
     UNBOUND_VARIABLE = "unbound_variable"
     UNDECLARED_CONSTANT = "undeclared_constant"
     DUPLICATE = "duplicate"
-    """The same name declared twice in one list of parameters, predicates, operators or objects."""
+    """A name declared twice in one list of parameters, predicates, operators or objects."""
 
     @property
     def stops_planner(self) -> bool:
-        """Whether a planner that follows the standard refuses a domain with this offence."""
+        """Whether a planner that follows the standard refuses a domain with this violation."""
         return self is not Violation.WRONG_ARGUMENT_TYPE
 
     @property
     def stops_reading(self) -> bool:
-        """Whether a text with this offence has no value; the others are wrong names in a value."""
+        """Whether a text with this violation cannot be read.
+
+        Other violations are wrong names in a readable text.
+        """
         return self in _UNREADABLE
 
 
@@ -64,12 +66,12 @@ _UNREADABLE = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class PddlFinding:
-    """One offence.
+    """One violation.
 
     Attributes:
-        offence: its kind.
-        name: the name at fault (predicate, type, variable, constant), or the expectation that was not met.
-        place: where it is, in words: the operator and its part.
+        offence: the kind of the violation.
+        name: the name at fault (predicate, type, variable, constant), or the unmet expectation.
+        place: the location in words: the operator and its part.
     """
 
     offence: Violation
@@ -78,18 +80,18 @@ class PddlFinding:
 
     @property
     def words(self) -> str:
-        """The name, or the expectation as such."""
+        """The name at fault, or the unmet expectation after "expected"."""
         return f"expected {self.name}" if self.offence.stops_reading else self.name
 
 
 class PddlError(ParseError):
-    """A PDDL text that cannot be read, with the kind of offence.
+    """A PDDL text that cannot be read, with the kind of violation.
 
     Args:
-        offence: its kind.
-        line: the offending line, counted from 1.
-        column: the offending column, counted from 1.
-        expected: what could have stood there, in words.
+        offence: the kind of the violation.
+        line: the line of the violation, counted from 1.
+        column: the column of the violation, counted from 1.
+        expected: the expected text, in words.
     """
 
     def __init__(self, offence: Violation, line: int, column: int, expected: str) -> None:
@@ -98,17 +100,17 @@ class PddlError(ParseError):
 
 
 TypeScope = Mapping[str, str]
-"""The variables bound at a place, each with its type."""
+"""The type of each variable that is bound at a point of the text."""
 
 
 @dataclass(frozen=True, slots=True)
 class Declarations:
-    """The names that may be used.
+    """The declared names that a text may use.
 
     Attributes:
-        parents: declared type to the type right above it.
-        predicates: name to declaration.
-        constants: name to type.
+        parents: the direct supertype of each declared type.
+        predicates: the declaration of each predicate, by name.
+        constants: the type of each constant, by name.
     """
 
     parents: Mapping[str, str]
@@ -117,7 +119,7 @@ class Declarations:
 
     @classmethod
     def of_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> Declarations:
-        """The vocabulary of a domain; ``objects`` are those of a problem, if they may be named."""
+        """Return the declarations of a domain, with the objects of a problem if they may be named."""
         return cls(
             parents=m.parents(domain.types),
             predicates={predicate.name: predicate for predicate in domain.predicates},
@@ -125,12 +127,12 @@ class Declarations:
         )
 
     def has_type(self, name: str) -> bool:
-        """Whether the type is declared (the root always is), or each of its alternatives."""
+        """Whether a type, or each of its alternatives, is declared. The root type always is."""
         return all(each == m.OBJECT or each in self.parents for each in m.alternatives(name))
 
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
-    """All offences of a domain: in its declarations, then operator by operator."""
+    """Return all violations of a domain: in its declarations, then operator by operator."""
     vocabulary = Declarations.of_domain(domain)
     findings = [
         *_duplicates([item.name for item in domain.constants], ":constants"),
@@ -156,7 +158,7 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
 
 
 def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFinding, ...]:
-    """All offences of an operator, in the order of its text, each once."""
+    """Return all violations of an operator, in the order of its text, each once."""
     place = f"parameters of {action.name}"
     scope = {parameter.name: m.type_of(parameter) for parameter in action.parameters}
     findings = [
@@ -169,7 +171,7 @@ def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFi
 
 
 def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
-    """All offences of a problem against its domain, each once."""
+    """Return all violations of a problem against its domain, each once."""
     vocabulary = Declarations.of_domain(domain, problem.objects)
     objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [
@@ -187,12 +189,12 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
 
 
 MENDABLE_BY_PROBLEMS = Violation.UNDECLARED_CONSTANT
-"""The offence of a domain that its problems may mend: they declare objects that it names."""
+"""The violation of a domain that its problems can repair by declaring objects that the domain names."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Checker:
-    """Walks one formula or effect; ``place`` says in words which."""
+    """Checks one formula or effect. `place` states its location in words."""
 
     vocabulary: Declarations
     place: str

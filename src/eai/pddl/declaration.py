@@ -1,8 +1,8 @@
-"""A planning domain as a declared one, and its problems as states and goals: the way back from `export`.
+"""Convert a planning domain to a declared domain, and its problems to states and goals; reverses `export`.
 
-Preconditions become checks, one for each conjunct: of the objects' kinds where nothing changes what it says,
-of earlier steps otherwise. Effects keep PDDL's meaning: what is both deleted and added is true. The type of
-an object is its category; a type that has subtypes is a static predicate besides, true of all its objects.
+Each conjunct of a precondition becomes a check: an affordance if no effect changes its truth, otherwise a
+missing step. Effects keep PDDL's meaning: an atom that is both deleted and added is true. The type of an
+object is its category. A type with subtypes also becomes a static predicate that is true of all its objects.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
 
 class DeclaredDomain:
-    """A planning domain as a declared one.
+    """A planning domain converted to a declared domain.
 
     Args:
-        source: the planning domain, all names of which are declared.
+        source: the planning domain. All its names must be declared.
 
     Attributes:
         domain: the declared domain.
@@ -61,7 +61,7 @@ class DeclaredDomain:
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
 
     def problem(self, problem: m.PddlProblem) -> tuple[State, tuple[f.Formula, ...]]:
-        """A problem of the domain: the state in which plans start, and the goal's conjuncts."""
+        """Return the initial state and the goal's conjuncts of a problem of the domain."""
         items = (*self._source.constants, *problem.objects)
         things = [WorldObject(item.name, item.type) for item in items]
         index = {thing.name: i for i, thing in enumerate(things)}
@@ -81,12 +81,12 @@ class DeclaredDomain:
         return scene.state([*facts, *kinds]), goals
 
     def _define(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
-        """The derived predicate of these axioms, over the parameters of the first."""
+        """Return the derived predicate of some axioms, over the parameters of the first axiom."""
         first = axioms[0].parameters
         return Defined(name, first, f.Or(tuple([self._definition(axiom, first) for axiom in axioms])))
 
     def _definition(self, axiom: m.PddlAxiom, first: Sequence[f.Variable]) -> f.Formula:
-        """The condition of an axiom over the parameters of the first axiom of its predicate."""
+        """Return the condition of an axiom over the parameters of the first axiom of its predicate."""
         places = [
             (f.Variable(a.name), f.Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)
         ]
@@ -113,7 +113,7 @@ class DeclaredDomain:
         return Check(self._types.convert(condition), fault, _reason(condition, parameters))
 
     def _effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
-        """The additions, or the deletions, of an effect."""
+        """Yield the additions, or the deletions, of an effect."""
         match effect:
             case Add() | Delete() if isinstance(effect, kind):
                 yield effect
@@ -134,7 +134,7 @@ class _TypePredicates:
     """The types of a domain as categories and static predicates.
 
     Attributes:
-        predicates: the static predicate of every type that has subtypes.
+        predicates: the static predicate of each type with subtypes.
     """
 
     def __init__(self, source: m.PddlDomain) -> None:
@@ -143,7 +143,7 @@ class _TypePredicates:
         self.predicates = {name: name if name not in taken else f"is-{name}" for name in above}
 
     def membership(self, variable: f.Variable) -> f.Formula:
-        """The value of a variable is of its type."""
+        """Return the condition that the value of a variable is of the variable's type."""
         term, names = f.Variable(variable.name), m.alternatives(m.type_of(variable))
         if m.OBJECT in names:
             return f.TRUE
@@ -151,12 +151,12 @@ class _TypePredicates:
         return said[0] if len(said) == 1 else f.Or(tuple(said))
 
     def _is_predicate(self, variable: f.Variable) -> bool:
-        """Whether it is a predicate that says of what type the values are, not their category."""
+        """Whether static predicates, not a category, state the type of a variable."""
         names = m.alternatives(m.type_of(variable))
         return len(names) > 1 or names[0] in self.predicates
 
     def convert(self, formula: f.Formula) -> f.Formula:
-        """The formula, in which variables range over categories or are of a kind by a static predicate."""
+        """Return a formula whose variables range over categories, or are restricted by static predicates."""
         match formula:
             case f.ForAll(variable, body) if self._is_predicate(variable):
                 kind = self.membership(variable)
@@ -169,7 +169,7 @@ class _TypePredicates:
 
 
 def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
-    """The conjuncts, left to right."""
+    """Yield the conjuncts of a formula, left to right."""
     if isinstance(formula, f.And):
         for operand in formula.operands:
             yield from conjuncts(operand)
@@ -178,7 +178,7 @@ def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
 
 
 def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
-    """The reason to give where a condition does not hold, with places for the names of the arguments."""
+    """Return the reason why a condition fails, with placeholders for the names of the arguments."""
     names = {parameter.name for parameter in parameters}
     match condition:
         case f.Atom():

@@ -1,7 +1,7 @@
-"""Executing operators on explicit states: the plain semantics of PDDL, against which every plan is checked.
+"""Execute operators on explicit states with the plain semantics of PDDL. Every plan is checked with it.
 
-A state is the set of the atoms that are true and not derived. A quantifier looks only at the objects that
-the body's atoms leave open, found by an index of the state; the truth of a condition does not depend on it.
+A state is the set of the true atoms of predicates that are not derived. A quantifier considers only objects
+that the body's atoms allow, found by an index of the state; this does not change the truth of a condition.
 Derived predicates that depend on themselves are computed as least fixpoints. The search (`grounding`,
 `search`) has its own semantics of conditions and effects, so that a mistake there cannot hide itself.
 """
@@ -20,7 +20,7 @@ from eai.planning.search import Effort
 
 PddlState = frozenset[f.Atom]
 Valuation = Mapping[str, str]
-"""The objects that variables stand for, by name."""
+"""The object of each variable, by the variable's name."""
 
 _Row = tuple[str, ...]
 
@@ -29,8 +29,8 @@ class DerivedPredicates:
     """The axioms of a domain.
 
     Attributes:
-        axioms: those of every derived predicate; it holds if the condition of any of them does.
-        circles: for a predicate that depends on itself, all those that depend on each other with it.
+        axioms: the axioms of each derived predicate, which holds if the condition of any axiom does.
+        circles: for each predicate that depends on itself, all predicates that depend on each other with it.
     """
 
     def __init__(self, axioms: Iterable[m.PddlAxiom]) -> None:
@@ -45,7 +45,10 @@ class DerivedPredicates:
         }
 
     def _reachable(self, predicate: str) -> tuple[str, ...]:
-        """The derived predicates on which one depends; itself only if through itself or another."""
+        """Return the derived predicates that a predicate depends on.
+
+        It includes itself only if it is recursive.
+        """
         found: dict[str, None] = {}
         waiting = [predicate]
         while waiting:
@@ -58,13 +61,14 @@ class DerivedPredicates:
 
 
 class _StateEvaluation:
-    """One state, ready to answer whether conditions hold.
+    """Evaluates conditions in one state.
 
     Args:
-        state: the atoms of predicates that are not derived and are true.
+        state: the true atoms of predicates that are not derived.
         derived: the derived predicates.
-        objects: the objects of every type.
-        looks: what quantifiers may look at, also in other states; any number of objects by default.
+        objects: the objects of each type.
+        looks: the budget of objects that quantifiers may visit, shared with other states; unlimited by
+            default.
     """
 
     def __init__(
@@ -112,7 +116,7 @@ class _StateEvaluation:
                 raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
 
     def extensions(self, variable: f.Variable, body: f.Formula, binding: Valuation) -> Iterator[Valuation]:
-        """The binding with each value of a variable for which a body may hold, in order of declaration."""
+        """Yield a binding with each value of a variable for which a body may hold, in declared order."""
         members = self._objects[m.type_of(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
         found = support(body, variable.name, inner, True, self._find_atom_support)
@@ -133,7 +137,7 @@ class _StateEvaluation:
         return known
 
     def _complete(self, predicate: str) -> None:
-        """Compute all rows of a derived predicate that depends on itself, and of those it depends on so."""
+        """Compute all rows of a derived predicate that depends on itself, and of its circle of predicates."""
         circle = self._circles.get(predicate)
         if circle is None or predicate in self._rows:
             return
@@ -158,9 +162,9 @@ class _StateEvaluation:
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
 
     def _find_atom_support(self, atom: f.Atom | f.Occurs, place: int, binding: Valuation) -> Set[str] | None:
-        """Objects among which all are that may stand at a place of an atom that holds; None for any object.
+        """Return all objects that an argument of an atom may have if it holds; None for any object.
 
-        Variables that are not in the binding may stand for anything.
+        Variables outside the binding may have any value.
         """
         if isinstance(atom, f.Occurs):
             return None
@@ -182,7 +186,7 @@ class _StateEvaluation:
         return unite_supports(found)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
-        """The rows of a predicate that have these values, None standing for any."""
+        """Yield the rows of a predicate with given values; None stands for any value."""
         rows: Iterable[_Row] = self._rows.get(predicate, ())
         for place, value in enumerate(values):
             if value is not None:
@@ -200,10 +204,10 @@ class _StateEvaluation:
 
 
 def resolve_term(term: f.Term, binding: Valuation) -> str:
-    """The object that a term stands for.
+    """Return the object of a term.
 
     Raises:
-        ValueError: it is an unbound variable.
+        ValueError: the term is an unbound variable.
     """
     if isinstance(term, f.Constant):
         return term.name
@@ -234,7 +238,7 @@ class Executor:
     Args:
         domain: the operators.
         problem: the objects, the initial state and the goal.
-        looks: how many objects quantifiers may look at; any number by default.
+        looks: the budget of objects that quantifiers may visit; unlimited by default.
     """
 
     def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Effort | None = None) -> None:
@@ -247,13 +251,15 @@ class Executor:
 
     @property
     def initial(self) -> PddlState:
-        """The state at the start."""
+        """The initial state."""
         return frozenset(self._problem.initial)
 
     def find_flaw(self, plan: Sequence[PlanStep]) -> tuple[int, str] | None:
-        """The step at which a plan is none, with the reason; None if it ends in a state with the goal.
+        """Return the index of the step at which a plan fails, with the reason.
 
-        Steps count from 0; where only the goal is missed, it is the length of the plan.
+        None if the plan reaches the goal.
+
+        Steps count from 0. If all steps run but the goal is missed, the index is the length of the plan.
         """
         state = self.initial
         for index, step in enumerate(plan):
@@ -264,7 +270,7 @@ class Executor:
         return None if self.holds(self._problem.goal, state, {}) else (len(plan), "goal not reached")
 
     def successor(self, state: PddlState, step: PlanStep) -> PddlState | str:
-        """The state after a step, or in words why it cannot be taken."""
+        """Return the state after a step, or the reason why the step is impossible, in words."""
         action = self._actions.get(step.action)
         if action is None:
             return f"no operator {step.action}"
@@ -291,14 +297,17 @@ class Executor:
         return self._evaluation(state).holds(formula, binding)
 
     def _evaluation(self, state: PddlState) -> _StateEvaluation:
-        """The state, ready to be asked; the last one is kept."""
+        """Return the evaluation of a state; the last one is cached."""
         if self._last is None or self._last[0] is not state:
             self._last = state, _StateEvaluation(state, self._derived, self._objects, self._looks)
         return self._last[1]
 
 
 def _changes(effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation) -> Iterator[m.Add | m.Delete]:
-    """The ground additions and deletions of an effect; all conditions are read in the state before."""
+    """Yield the ground additions and deletions of an effect.
+
+    All conditions are evaluated in the state before.
+    """
     match effect:
         case m.Add(atom):
             yield m.Add(_ground(atom, binding))
@@ -316,7 +325,7 @@ def _changes(effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation) ->
 
 
 def _guard(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
-    """The condition that holds wherever an effect changes anything, as far as that is easy to say."""
+    """Return a necessary condition for an effect to change anything; true if no simple condition is known."""
     match effect:
         case m.WhenEffect(condition, part):
             return f.And((condition, _guard(part, bound)))

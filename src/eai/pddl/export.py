@@ -1,8 +1,8 @@
-"""A declared domain with its problems as PDDL: what the engine does, for any planner.
+"""Export a declared domain with its problems as PDDL that any planner can read.
 
-Checks become preconditions, derived predicates axioms, ordered effects conditional ones, categories types and
-static predicates, the agent a constant. Predicates that only the engine sees are exported too, unless they
-are to be left out; so exported operators lead from state to state as the engine does.
+Checks become preconditions, derived predicates axioms, ordered effects conditional effects, categories types
+and static predicates, and the agent a constant. Hidden predicates are exported too, unless they are left out
+on request. So exported operators lead from state to state as the engine does.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ from eai.world.vocabulary import parameter_names
 
 
 def _object_keys(scene: Scene) -> list[str]:
-    """The keys of objects in the table of names: the agent, which conditions name, is known as that."""
+    """Return the keys of objects in the table of names.
+
+    The key of the agent is the name that conditions use.
+    """
     keys = [f"{each.name} " if each.name == AGENT.name else each.name for each in scene.objects]
     if scene.agent is not None:
         keys[scene.agent] = AGENT.name
@@ -44,21 +47,21 @@ def _object_keys(scene: Scene) -> list[str]:
 
 
 def _order_name(glossary: Glossary) -> str:
-    """The predicate of the order of the objects."""
+    """Return the predicate of the order of the objects."""
     return glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
 
 
 def _problem(
     glossary: Glossary, words: Sequence[str], header: m.PddlDomain, source: ProblemSource, goal: f.Formula
 ) -> m.PddlProblem:
-    """The problem of an exported domain: typed objects, the facts of a state, and what the domain adds.
+    """Return the problem of an exported domain: typed objects, the facts of a state, and added static facts.
 
     Args:
         glossary: the names of the export.
-        words: those of the objects of the scene, by index.
-        header: the domain, operators apart.
+        words: the names of the objects of the scene, by index.
+        header: the domain without operators.
         source: the problem.
-        goal: its goal in PDDL.
+        goal: the goal in PDDL.
     """
     things, constants = source.initial.scene.objects, {item.name for item in header.constants}
     kinds = [(words[i], glossary.types[things[i].category]) for i in bits(source.kept)]
@@ -68,14 +71,13 @@ def _problem(
 
 
 def _atom(predicate: str, arguments: Sequence[int], words: Sequence[str]) -> f.Atom:
-    """The atom of a predicate in PDDL about objects by index."""
     return f.Atom(predicate, tuple([f.Constant(words[i]) for i in arguments]))
 
 
 def _facts(
     glossary: Glossary, header: m.PddlDomain, source: ProblemSource
 ) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """The facts at the start on the objects of a problem, by the PDDL names of their predicates."""
+    """Yield the initial facts about the objects of a problem, with the PDDL names of their predicates."""
     declared = {predicate.name for predicate in header.predicates}
     kept = list(bits(source.kept))
     among = set(kept)
@@ -101,11 +103,11 @@ class ProblemSource:
     """A problem to be exported.
 
     Attributes:
-        name: of the problem.
-        initial: the state in which plans start.
-        goals: state formulas, and actions that shall occur.
-        objects: the objects that the problem is about, as a mask; None for all of the scene. The agent is
-            always among them, and what the others are to the ones left out is left out.
+        name: the name of the problem.
+        initial: the initial state.
+        goals: state formulas, and actions that must occur.
+        objects: the objects of the problem as a mask; None for all objects of the scene. The agent is always
+            included, and facts about other objects are left out.
     """
 
     name: str
@@ -115,7 +117,7 @@ class ProblemSource:
 
     @property
     def kept(self) -> int:
-        """The objects that the problem is about, with the agent, as a mask."""
+        """The objects of the problem and the agent, as a mask."""
         scene = self.initial.scene
         agent = 0 if scene.agent is None else 1 << scene.agent
         return scene.everything if self.objects is None else self.objects | agent
@@ -123,12 +125,12 @@ class ProblemSource:
 
 @dataclass(frozen=True, slots=True)
 class ExportedProblem:
-    """A domain and problem in PDDL, and the way back.
+    """A domain and problem in PDDL, with conversions of states, actions and steps.
 
     Attributes:
         domain: the domain.
         problem: the problem.
-        unsupported: what is not said exactly, each with the reason.
+        unsupported: the parts that PDDL does not state exactly, each with the reason.
     """
 
     domain: m.PddlDomain
@@ -139,20 +141,20 @@ class ExportedProblem:
     _words: Sequence[str]
 
     def state(self, state: State) -> PddlState:
-        """A state of the same scene: the atoms that are true in it, of predicates that operators read."""
+        """Return a state of the same scene as its true atoms of exported predicates."""
         declared = {predicate.name for predicate in self.domain.predicates}
         facts = [(self._predicates[predicate], arguments) for predicate, arguments in state.facts()]
         return frozenset([_atom(name, things, self._words) for name, things in facts if name in declared])
 
     def step(self, action: Action) -> PlanStep:
-        """A ground action as a step of a plan."""
+        """Return a ground action as a step of a plan."""
         return PlanStep(self._operators[action.operator], tuple([self._words[i] for i in action.arguments]))
 
     def action(self, step: PlanStep) -> Action:
-        """A step of a plan as a ground action.
+        """Return a step of a plan as a ground action.
 
         Raises:
-            KeyError: it names what was not exported.
+            KeyError: the step has a name that was not exported.
         """
         index = {word: i for i, word in enumerate(self._words)}
         return Action(
@@ -167,10 +169,10 @@ def export(
     *,
     objects: int | None = None,
 ) -> ExportedProblem:
-    """A domain with one problem: as `export_problems`, by the attributes of a `ProblemSource`.
+    """Export a domain with one problem, given by the attributes of a `ProblemSource`.
 
     Raises:
-        DomainError: a goal is not about one state, or uses what is not declared.
+        DomainError: a goal is not about one state, or uses an undeclared name.
     """
     return export_problems(domain, (ProblemSource("task", initial, tuple(goals), objects),))[0]
 
@@ -178,19 +180,19 @@ def export(
 def export_problems(
     domain: Domain, sources: Sequence[ProblemSource], *, invisible: bool = True
 ) -> tuple[ExportedProblem, ...]:
-    """A domain with several problems, which share it.
+    """Export several problems that share one domain.
 
-    An action that is not needed any more is not applicable: the engine skips it, so its effects, where it
-    would have any, must not be made.
+    An action that is no longer needed is not applicable in PDDL: the engine skips it, so its effects must not
+    happen.
 
     Args:
         domain: the domain.
         sources: the problems.
-        invisible: predicates that no text may mention are exported too. Without them a check asks for less,
-            and what depends on them does not happen.
+        invisible: whether predicates that no text may mention are exported too. Without them a check requires
+            less, and effects that depend on them do not happen.
 
     Raises:
-        DomainError: a goal is not about one state, or uses what is not declared.
+        DomainError: a goal is not about one state, or uses an undeclared name.
     """
     glossary = Glossary(domain.vocabulary)
     for source in sources:
@@ -231,7 +233,7 @@ def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: f
 def _operator(
     operator: Operator, names: PddlNames, glossary: Glossary, hidden: frozenset[str]
 ) -> m.PddlAction:
-    """The operator, as yet without a memory of having been taken."""
+    """Return the operator without the predicate that records its execution."""
     conditions = ConditionWriter(glossary)
     scope = conditions.parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
@@ -246,13 +248,13 @@ def _operator(
 
 
 def _some_try(operator: Operator) -> f.Formula:
-    """One of the tries that are made succeeds, or none is made."""
+    """Return the condition that some attempted try succeeds, or that no try is attempted."""
     succeeds = [f.And(each.conditions) for each in operator.tries]
     return f.Or((f.And(tuple([f.Not(each.condition) for each in operator.tries])), *succeeds))
 
 
 def _add_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
-    """The operator, which remembers that it was taken if a goal asks for it."""
+    """Return the operator with an effect that records its execution if a goal asks for it."""
     done = glossary.performed.get(operators.original_name(action.name))
     if done is None:
         return action
@@ -261,7 +263,7 @@ def _add_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames)
 
 
 def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> m.PddlDomain:
-    """The domain without operators: every predicate, type and constant that is in use."""
+    """Return the domain without operators: every predicate, type and constant that is used."""
     axioms, constants = tuple(_axioms(glossary)), tuple(_constants(glossary, scene))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
     names = [each.name for each in stored] + [*glossary.derived, *glossary.frozen]
@@ -283,14 +285,14 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
 
 
 def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
-    """The objects that operators name; they are of one category in all problems."""
+    """Yield the objects that operators name. Each has one category in all problems."""
     things = dict(zip(_object_keys(scene), scene.objects, strict=True))
     for name, written in glossary.things.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)
 
 
 def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
-    """The derived predicates in use, and those that their conditions use in turn."""
+    """Yield the used derived predicates, and those that their conditions use in turn."""
     done: set[str] = set()
     while rest := [each for each in glossary.derived.values() if each.name not in done]:
         for derived in rest:

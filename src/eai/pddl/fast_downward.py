@@ -1,9 +1,9 @@
-"""Fast Downward as a planner: the binaries of the wheel ``up-fast-downward``, two processes a call.
+"""Run Fast Downward as a planner: the binaries of the wheel ``up-fast-downward``, two processes a call.
 
-Every call works in a private temporary folder, which is removed whatever happens, so any number of calls
-may run at once. Both processes (translator and search) run under the operating system's limits of CPU time
-and memory, and are killed with everything that they started when the call is interrupted. Processes that plan
-together share room for planners through a folder (`planner_slot`).
+Every call works in a private temporary folder, which is always removed, so any number of calls may run at
+once. Both processes (translator and search) run under the operating system's limits of CPU time and memory.
+They and all their child processes are killed if the call is interrupted. Processes that plan together share
+slots for planners through a folder (`planner_slot`).
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, check
 from eai.pddl.writer import write_domain, write_problem
 
 _MEMORY_MIB = 4096
-"""Memory that one planner may use."""
+"""Memory limit of one planner, in MiB."""
 
 _PAUSE_SECONDS = 0.05
-"""Seconds until a slot is looked for again; a call of a planner takes longer."""
+"""Seconds between two searches for a free slot; a call of a planner takes longer."""
 
 
 @contextmanager
 def planner_slot(number: int, folder: Path) -> Iterator[None]:
-    """Wait for one of so many slots in all processes that share a folder, and keep it during the block."""
+    """Wait for one of `number` slots in all processes that share a folder, and hold it during the block."""
     locks = [make_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:
         for lock in locks:
@@ -57,7 +57,7 @@ def planner_slot(number: int, folder: Path) -> Iterator[None]:
 
 
 def machine_memory_mib() -> int:
-    """The memory that there is: of the machine, or of the control group that this process is confined to."""
+    """Return the memory in MiB of the machine, or of this process's control group if that is smaller."""
     most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     limit = Path("/sys/fs/cgroup/memory.max")
     text = limit.read_text().strip() if limit.is_file() else ""
@@ -70,7 +70,7 @@ _BINARIES = Path("downward", "builds", "release", "bin")
 _MISSING = f"Fast Downward is not installed: {install_command('planner')}"
 _LAUNCHER = Path(__file__).with_name("limited.py")
 _WALL_FACTOR = 4
-"""Seconds on the clock that a process may take for each second of CPU time that it is allowed."""
+"""Seconds of wall-clock time that a process may take for each allowed second of CPU time."""
 
 _LAMA_FIRST = (
     "let(landmarks, landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()), pref=false), "
@@ -91,7 +91,7 @@ _OUTCOMES = {
 
 
 class _ProcessEnd(NamedTuple):
-    """How a process ended; ``status`` is None if it exceeded the time on the clock."""
+    """The exit status and output of a process; the status is None if it exceeded its wall-clock time."""
 
     status: int | None
     output: str
@@ -103,12 +103,12 @@ class FastDownward:
 
     Attributes:
         binaries: the folder with the program ``downward`` and the package of the translator.
-        version: that of the wheel; it belongs into every report, for it decides the numbers.
-        cpu_seconds: how long each of the two processes of a call may compute.
-        memory_mib: how much memory each of them may use.
-        slots: how many calls there may be at a time, and the folder through which processes share them; any
-            number if None.
-        remark: what its name says besides, where the limits are not the usual ones.
+        version: version of the wheel; reports must name it, as results depend on it.
+        cpu_seconds: CPU seconds for each of the two processes of a call.
+        memory_mib: memory limit of each process, in MiB.
+        slots: the number of calls at a time, and the folder through which processes share them; no limit if
+            None.
+        remark: text after the name if the limits are not the usual ones.
     """
 
     binaries: Path
@@ -120,10 +120,10 @@ class FastDownward:
 
     @classmethod
     def find_installed(cls, cpu_seconds: int = 100) -> FastDownward:
-        """The planner of the current environment.
+        """Return the planner of the current environment.
 
         Raises:
-            DataError: it is not installed; the message says how to install it.
+            DataError: the planner is not installed. The message says how to install it.
         """
         binaries = _find_binaries()
         if binaries is None:
@@ -132,16 +132,16 @@ class FastDownward:
 
     @staticmethod
     def is_installed() -> bool:
-        """Whether the current environment has it."""
+        """Whether the current environment has the planner."""
         return _find_binaries() is not None
 
     @property
     def name(self) -> str:
-        """Its name in records."""
+        """The name of the planner in records."""
         return f"Fast Downward {self.version}{self.remark}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan."""
+        """Search for a plan."""
         turn = nullcontext() if self.slots is None else planner_slot(*self.slots)
         with turn, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
             return self._solve_in(Path(folder), task)
@@ -171,7 +171,7 @@ class FastDownward:
         return self._run(folder, command, folder / "output.sas")
 
     def _run(self, folder: Path, command: list[str], stdin: Path) -> _ProcessEnd:
-        """Run one program in the folder, under limits and in a process group of its own."""
+        """Run one program in the folder, under limits and in its own process group."""
         limits = map(str, (os.getpid(), self.cpu_seconds, self.memory_mib << 20))
         with stdin.open() as source, (folder / "log").open("w+") as log:
             process = subprocess.Popen(  # noqa: S603 - a program of ours on files of ours
@@ -202,7 +202,7 @@ class FastDownward:
 
 
 def _find_binaries() -> Path | None:
-    """The folder of the programs; None if they are not installed."""
+    """Return the folder of the programs; None if they are not installed."""
     spec = importlib.util.find_spec(_MODULE)
     if spec is None or not spec.submodule_search_locations:
         return None
@@ -211,7 +211,7 @@ def _find_binaries() -> Path | None:
 
 
 def _kill_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process and everything it started; harmless when they have ended."""
+    """Kill a process and all its child processes; harmless if they have ended."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
@@ -222,7 +222,7 @@ def _mentions(path: Path, predicate: str) -> bool:
 
 
 def _read_plan(path: Path) -> list[PlanStep]:
-    """The steps of a plan file: one parenthesised line each, comments behind a semicolon."""
+    """Return the steps of a plan file: one parenthesised line each, comments after a semicolon."""
     lines = (line.split(";")[0].strip() for line in path.read_text().splitlines())
     words = [line.strip("()").split() for line in lines if line]
     return [PlanStep(name, tuple(arguments)) for name, *arguments in words]

@@ -1,6 +1,6 @@
-"""Reading files of PDDL: sound domains and problems, or an error that names file, line and what was expected.
+"""Read files of PDDL: sound domains and problems, or an error with file, line and expectation.
 
-Costs of actions are left out, which is remarked; numbers otherwise, time and preferences are refused.
+Costs of actions are left out. Other numbers, time and preferences are refused.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _BLANK = re.compile(r"(?:\s|;[^\n]*)*")
 _COMMENT = re.compile(r";[^\n]*")
 _DEFINITION = re.compile(rf"\({_BLANK.pattern}define{_BLANK.pattern}\({_BLANK.pattern}(\w+)", re.IGNORECASE)
 _UNDECODED = re.compile("[\udc80-\udcff]")
-"""A byte that is not in UTF-8, as Python's `surrogateescape` stands for it."""
+"""A byte that is not valid UTF-8, as Python's `surrogateescape` represents it."""
 
 _SECTIONS_OF = {
     "domain": frozenset(
@@ -75,7 +75,7 @@ _REFUSED = {
     "preference": "preferences",
     **dict.fromkeys(("<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"), _NUMBERS),
 }
-"""All that is not taken, in words, by the word with which it begins."""
+"""Unsupported features in words, by the word that begins them."""
 _EXPECTED = {
     Violation.UNKNOWN_PREDICATE: "a declared predicate, not {}",
     Violation.WRONG_ARITY: "{} with as many arguments as are declared",
@@ -89,7 +89,7 @@ _EXPECTED = {
 
 @dataclass(frozen=True, slots=True)
 class ProblemFile:
-    """A problem that was read, and its text."""
+    """A problem with its file and text."""
 
     problem: PddlProblem
     path: Path
@@ -97,10 +97,10 @@ class ProblemFile:
 
 
 def read_domain_text(text: str, path: Path) -> PddlDomain:
-    """The domain in a text that was found in a file.
+    """Return the domain in the text of a file.
 
     Raises:
-        InputError: it is no sound domain of a fragment that is understood.
+        InputError: the text is not a sound domain of the supported fragment.
     """
     with prefix_errors(path):
         group = _read_definition(text, "domain")
@@ -114,7 +114,7 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
 def read_problem_file(
     path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
 ) -> ProblemFile:
-    """Read the problem in a file, which must be one of the domain.
+    """Read the problem in a file, which must belong to the domain.
 
     Another name of the domain is an error only if something else does not fit. A constant of the domain may
     be declared again with its type.
@@ -122,10 +122,10 @@ def read_problem_file(
     Args:
         path: the file of the problem.
         domain: the domain.
-        declared: file and text of the domain, to which messages refer; None if they are unknown.
+        declared: file and text of the domain, which messages refer to; None if they are unknown.
 
     Raises:
-        InputError: it cannot be read, or is no sound problem of the domain.
+        InputError: the file cannot be read, or is not a sound problem of the domain.
     """
     return read_problem_text(read_text(path), path, domain, declared)
 
@@ -133,7 +133,7 @@ def read_problem_file(
 def read_problem_text(
     text: str, path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
 ) -> ProblemFile:
-    """Read the problem in a text that was found in a file; raises as `read_problem_file`."""
+    """Read the problem in the text of a file; raises as `read_problem_file` does."""
     with prefix_errors(path):
         group = _read_definition(text, "problem")
         _check(text, group, "problem", [each.name for each in domain.predicates])
@@ -178,7 +178,7 @@ def _write_typed(item: TypedName) -> str:
 
 
 def _read_group(text: str) -> Group:
-    """The definition in a text, in which commas may stand between names."""
+    """Return the definition in a text. Commas may separate names."""
     text = text.replace(",", " ")
     try:
         return read_group(text)
@@ -191,7 +191,7 @@ def _read_group(text: str) -> Group:
 
 
 def _read_definition(text: str, kind: str) -> Group:
-    """Read the definition in a text, which has nothing else.
+    """Read the only definition in a text.
 
     Args:
         text: the text.
@@ -226,7 +226,7 @@ def begins_with_domain(path: Path) -> bool:
 
 
 def _definitions(path: Path) -> list[str]:
-    """The kinds of the definitions in a file; none if it cannot be read."""
+    """Return the kinds of the definitions in a file; no kinds if it cannot be read."""
     try:
         text = read_text(path)
     except InputError:
@@ -238,7 +238,7 @@ def read_text(path: Path) -> str:
     """Return the text of a file in UTF-8, whose comments may be in Latin-1.
 
     Raises:
-        InputError: it cannot be read, or something else than a comment is not in UTF-8.
+        InputError: the file cannot be read, or text outside comments is not in UTF-8.
     """
     content = io.BytesIO(read_content(path))
     text = io.TextIOWrapper(content, encoding="utf-8-sig", errors="surrogateescape").read()
@@ -267,7 +267,7 @@ def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> N
 
 
 def _refusal(group: Group, *, numbers: bool) -> str | None:
-    """The reason why a group is not taken, in words; None if it is, where numbers may be set or not."""
+    """Return the unsupported feature of a group, in words; None if the group is supported."""
     match group.items:
         case (Symbol("at"), Symbol(), Group()):
             return "facts that come true at a time"
@@ -283,7 +283,7 @@ def _refusal(group: Group, *, numbers: bool) -> str | None:
 
 
 def _remove_costs(group: Group) -> Group:
-    """The definition without functions, a metric, what increases a cost and what sets one at the start."""
+    """Return the definition without functions, metric, increases of costs, and initial values of costs."""
     kept: list[SExpr] = []
     for item in group.items:
         if not isinstance(item, Group):
@@ -302,7 +302,6 @@ def _is_cost(group: Group) -> bool:
 
 
 def _declared_predicates(group: Group) -> list[str]:
-    """The names of the predicates that a domain declares."""
     sections = _sections(group, ":predicates")
     return [head_of(item) for each in sections for item in each.items[1:] if isinstance(item, Group)]
 
@@ -321,16 +320,16 @@ def _groups(group: Group) -> Iterator[Group]:
 def refuse_findings(
     text: str, definition: Group, findings: Sequence[PddlFinding], vocabulary: Declarations
 ) -> None:
-    """Refuse a text because of findings.
+    """Raise an error for the first finding that stops a planner, with its position in the text.
 
     Args:
         text: the text.
-        definition: the expression ``(define ...)`` in it.
+        definition: the expression ``(define ...)`` in the text.
         findings: the findings.
-        vocabulary: the names that it may use.
+        vocabulary: the names that the text may use.
 
     Raises:
-        PddlError: for the first finding that a planner would not accept, at its place in the text.
+        PddlError: a planner would not accept the text.
     """
     names = {
         Violation.UNKNOWN_PREDICATE: (*vocabulary.predicates, *sorted(CONNECTIVES)),
@@ -346,6 +345,6 @@ def refuse_findings(
 
 
 def find_line(text: str, word: str) -> int:
-    """The line on which a word stands first, or 1."""
+    """Return the first line with a word, or 1 if no line has it."""
     found = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
     return 1 if found is None else text.count("\n", 0, found.start()) + 1

@@ -1,11 +1,11 @@
-"""The glossary of an export: a vocabulary's names in PDDL, and which of its parts have been used.
+"""The PDDL names of a vocabulary in an export, and a record of which names are used.
 
 Formulas of a declared domain become conditions of PDDL. Categories that quantifiers range over become types;
-"is of a category" becomes a static predicate; "exactly n" and pairings, which PDDL does not have, become
-quantifiers over that many different objects.
+"is of a category" becomes a static predicate. PDDL lacks "exactly n" and pairings: they become quantifiers
+over that many different objects.
 
-PDDL knows no upper case and few signs. A name that is PDDL as it stands, in lower case, keeps itself; in any
-other each strange sign becomes an underscore, and names that would be equal get numbers (`PddlNames`).
+PDDL ignores case and allows few special characters. A valid PDDL name in lower case stays as it is. In any
+other name each invalid character becomes an underscore, and equal names get numbers (`PddlNames`).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def negation(formula: f.Formula) -> f.Formula:
 
 
 def equality(left: f.Term, right: f.Term) -> f.Formula:
-    """The terms denote one object; constants of different names never do."""
+    """Return the equality of two terms, simplified: constants with different names are never equal."""
     if left == right:
         return f.TRUE
     return (
@@ -54,9 +54,9 @@ def equality(left: f.Term, right: f.Term) -> f.Formula:
 
 
 def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
-    """The formula with terms put for free variables.
+    """Return a formula with free variables replaced by terms.
 
-    No quantifier in it may bind a variable that is among the terms or is replaced by them.
+    No quantifier in the formula may bind a variable that is replaced or occurs in the new terms.
     """
     match formula:
         case f.Atom(predicate, arguments):
@@ -76,12 +76,12 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
 
 
 def substitute_term(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
-    """The term that stands for one."""
+    """Return the replacement of a term, or the term itself."""
     return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 
 def _junction(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
-    """The parts connected; the opposite of none of them is the whole, and so are two opposites."""
+    """Return a conjunction or disjunction, simplified if a part decides it or two parts are opposites."""
     found = dict.fromkeys(chain.from_iterable(f.operands(part, connective) for part in parts))
     decisive = negation(connective(()))
     if any(part == decisive or negation(part) in found for part in found):
@@ -106,16 +106,16 @@ _RESERVED = CONNECTIVES | {
     "hold-after",
     "preference",
 }
-"""Words of PDDL, those of preferences (PDDL 3) too, which VAL takes for what they are there."""
+"""Reserved words of PDDL, including words of preferences (PDDL 3), which VAL interprets."""
 
 
 class PddlNames(dict[str, str]):
-    """The PDDL names of one kind of thing (objects, predicates, operators, types), each given once.
+    """The PDDL names of one kind of thing (objects, predicates, operators, types), each used once.
 
-    Asked for a name that it does not have, it gives it a PDDL name that no other name has.
+    A lookup of a missing name adds it with a new PDDL name.
 
     Args:
-        names: what gets its name first, in order.
+        names: the names that are added first, in order.
     """
 
     def __init__(self, names: Iterable[str] = ()) -> None:
@@ -130,10 +130,10 @@ class PddlNames(dict[str, str]):
         return written
 
     def original_name(self, written: str) -> str:
-        """The name that a PDDL name stands for.
+        """Return the name that a PDDL name stands for.
 
         Raises:
-            KeyError: it stands for none.
+            KeyError: the PDDL name is unknown.
         """
         return self._meant[written]
 
@@ -149,26 +149,26 @@ class PddlNames(dict[str, str]):
 
 
 ORDER = "precedes"
-"""The static predicate that says of two objects that the first has the lower index."""
+"""The static predicate which states that the first of two objects has the lower index."""
 
 TermScope = Mapping[str, f.Term]
-"""The terms that stand in PDDL for the variables of a formula."""
+"""The PDDL term of each variable of a formula."""
 
 
 @dataclass(slots=True)
 class Glossary:
-    """The names of one export. What the methods give a name is thereby used.
+    """The names of one export. A name counts as used once a method has returned it.
 
     Attributes:
         vocabulary: the predicates of the declared domain.
-        predicates: names of predicates, and of what the export adds to them.
-        types: names of the categories of objects, and of those that quantifiers range over.
-        things: names of the objects that the domain names; the agent is one of them.
-        derived: derived predicates in use that have a formula.
-        frozen: derived predicates in use that have none.
-        kinds: categories that conditions ask for.
-        performed: operators that conditions ask for.
-        ordered: whether the order of the objects is in use.
+        predicates: names of predicates, and of predicates that the export adds.
+        types: names of the categories of objects and of quantified variables.
+        things: names of the objects that the domain names, including the agent.
+        derived: the used derived predicates with a formula.
+        frozen: the used derived predicates without a formula.
+        kinds: the predicate of each category that conditions ask for.
+        performed: the predicate of each operator whose execution conditions ask for.
+        ordered: whether the order of the objects is used.
     """
 
     vocabulary: Vocabulary
@@ -186,10 +186,10 @@ class Glossary:
         self.predicates = PddlNames([*stored, *self.vocabulary.derived_by_name])
 
     def predicate(self, name: str) -> str:
-        """The name of a stored or derived predicate.
+        """Return the PDDL name of a stored or derived predicate.
 
         Raises:
-            DomainError: it is not declared.
+            DomainError: the predicate is not declared.
         """
         derived = self.vocabulary.derived_by_name.get(name)
         if derived is not None and name not in self.derived:
@@ -203,31 +203,31 @@ class Glossary:
         return self.predicates[name]
 
     def use_types(self, scene: Scene, objects: int) -> None:
-        """Name the categories of some objects of a scene, given as a mask."""
+        """Add names for the categories of some objects of a scene, given as a mask."""
         for i in bits(objects):
             self.types[scene.objects[i].category]
 
     def kind_predicate(self, category: str) -> str:
-        """The static predicate of the objects of a category."""
+        """Return the static predicate of the objects of a category."""
         return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
 
     def history_predicate(self, operator: str) -> str:
-        """The predicate without arguments that says that an action has been taken."""
+        """Return the predicate without arguments which states that an action was executed."""
         return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
 
     def precedes(self, first: f.Term, second: f.Term) -> f.Atom:
-        """The first object has the lower index."""
+        """Return the atom which states that the first object has the lower index."""
         self.ordered = True
         return f.Atom(self.predicates[f" {ORDER}"], (first, second))
 
 
 class ConditionWriter:
-    """Conditions of one operator, axiom or goal: every variable bound in it has a name of its own.
+    """Writes conditions of one operator, axiom or goal. Each bound variable gets its own name.
 
     Args:
         glossary: the names.
-        things: names of the objects that may be spoken of; those of the glossary by default.
-        scene: the objects, without which there are no pairings.
+        things: names of the objects that conditions may use; those of the glossary by default.
+        scene: the objects, which pairings need; None if there are no pairings.
     """
 
     def __init__(
@@ -240,11 +240,11 @@ class ConditionWriter:
         self._scene = scene
 
     def parameters(self, variables: Sequence[f.Variable]) -> dict[str, f.Variable]:
-        """The variables that stand in PDDL for parameters, by the names of these, in order."""
+        """Return the PDDL variables of parameters, by the parameters' names, in order."""
         return {variable.name: f.Variable(self._variables[variable.name]) for variable in variables}
 
     def fresh(self, like: str, category: str | None = None) -> f.Variable:
-        """A variable that nothing else is called by."""
+        """Return a variable with a new name."""
         name = like
         while name in self._variables:
             self._count += 1
@@ -252,10 +252,10 @@ class ConditionWriter:
         return f.Variable(self._variables[name], None if category is None else self.glossary.types[category])
 
     def term(self, term: f.Term, scope: TermScope) -> f.Term:
-        """A variable or constant in PDDL.
+        """Return a variable or constant in PDDL.
 
         Raises:
-            DomainError: the variable is bound nowhere.
+            DomainError: the variable is not bound.
         """
         if isinstance(term, f.Constant):
             return f.Constant(self._things[term.name])
@@ -264,10 +264,10 @@ class ConditionWriter:
         return scope[term.name]
 
     def convert(self, formula: f.Formula, scope: TermScope) -> f.Formula:
-        """The condition that a state formula means.
+        """Return the PDDL condition of a state formula.
 
         Raises:
-            DomainError: it is not about one state, or uses what is not declared.
+            DomainError: the formula is not about one state, or uses an undeclared name.
         """
         match formula:
             case f.Atom(predicate, arguments):
@@ -302,7 +302,7 @@ class ConditionWriter:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
     def _exactly(self, count: int, variable: f.Variable, body: f.Formula, scope: TermScope) -> f.Formula:
-        """There are so many different ones, and every one is one of them."""
+        """Return the condition that exactly `count` different objects satisfy a body."""
         if self._scene is not None and count > self._scene.category(variable.category).bit_count():
             return f.FALSE
         chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
@@ -315,7 +315,10 @@ class ConditionWriter:
         return quantify(f.Exists, chosen, conjunction([*met, *_different(terms), only]))
 
     def _pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
-        """As many pairs as the smaller category has objects, or as are asked for, all different."""
+        """Return the condition of a pairing: different pairs, each satisfying a body.
+
+        There are as many pairs as the formula asks for, or as the smaller category has objects.
+        """
         if self._scene is None:
             raise DomainError("a pairing of objects has a PDDL form in goals only")
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
@@ -345,7 +348,7 @@ def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
 
 
 def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
-    """The predicates that no text may mention: invisible ones, and what is derived from them."""
+    """Return the predicates that no text may mention: invisible ones, and those derived from them."""
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
     return frozenset(
@@ -354,7 +357,10 @@ def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
 
 
 def replace_hidden(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
-    """The formula in which what is hidden is as the formula needs it (or, not ``positive``, is not)."""
+    """Return a formula without hidden atoms.
+
+    They are replaced so that the formula holds, or with `positive=False` fails, more easily.
+    """
     match formula:
         case f.Atom(predicate):
             return (f.TRUE if positive else f.FALSE) if predicate in hidden else formula

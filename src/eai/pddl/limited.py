@@ -1,11 +1,11 @@
-"""Run as a script: become another program, under limits, that does not outlive its parent.
+"""Become another program, under limits, that does not outlive its parent; to be run as a script.
 
     python limited.py PARENT CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENT...
 
-The limits are the operating system's, so the program cannot evade them; where the system knows how (Linux),
-it is also asked to kill the program when the parent dies, however the parent dies. PARENT is the number of
-that process: if it died before the system was asked, there is nobody left to ask for. Uses nothing but the
-standard library, since it is started without the package on the path.
+The limits are the operating system's, so the program cannot evade them. On Linux the system also kills the
+program when the parent dies for any reason. PARENT is the process id of the parent: if the parent died before
+this request, the script ends. The script uses only the standard library, since it starts without the package
+on the path.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import signal
 import sys
 
 _GRACE = 5
-"""Seconds of CPU time between the signal that a program can handle and the one that it cannot."""
+"""Seconds of CPU time between the signal that a program can handle and the final one."""
 _SET_PARENT_DEATH_SIGNAL = 1
 """``PR_SET_PDEATHSIG`` of ``prctl(2)``."""
 

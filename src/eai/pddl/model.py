@@ -1,8 +1,8 @@
-"""Domains, problems and operators as values.
+"""Domains, problems and operators of PDDL as values.
 
 Conditions are formulas (`eai.logic.formula`), with `Variable` for ``?x`` (the question mark belongs to the
-syntax) and `Constant` for everything else. Effects are a type of their own, since an effect is an instruction
-and not a proposition. Names are in lower case.
+syntax) and `Constant` for everything else. Effects have their own types, since an effect is an instruction,
+not a proposition. Names are in lower case.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ OBJECT = "object"
 
 @dataclass(frozen=True, slots=True)
 class Both:
-    """All parts take place together; none is "no effect"."""
+    """An effect whose parts take place together; without parts it has no effect."""
 
     parts: tuple[PddlEffect, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Each:
-    """The part takes place for every object of the variable's type."""
+    """An effect that takes place for every object of the variable's type."""
 
     variable: f.Variable
     part: PddlEffect
@@ -37,14 +37,14 @@ class Each:
 
 @dataclass(frozen=True, slots=True)
 class WhenEffect:
-    """The part takes place if the condition held before."""
+    """An effect that takes place if the condition held before."""
 
     condition: f.Formula
     part: PddlEffect
 
 
 PddlEffect: TypeAlias = Add | Delete | Both | Each | WhenEffect
-"""The effect of an action, all at once: an atom that one part adds becomes true even if one deletes it."""
+"""The effect of an action, all at once. An atom that is both added and deleted becomes true."""
 
 NO_EFFECT = Both(())
 
@@ -77,14 +77,14 @@ class PddlAction:
 
 @dataclass(frozen=True, slots=True)
 class PddlAxiom:
-    """A derived predicate: it holds of its parameters where the condition does."""
+    """A derived predicate: it holds for its parameters if the condition does."""
 
     name: str
     parameters: tuple[f.Variable, ...]
     condition: f.Formula
 
     def scope(self, objects: Sequence[str]) -> dict[str, str]:
-        """The objects that it holds of, by the names of the parameters that they stand for."""
+        """Return the object of each parameter, by the parameter's name."""
         return {p.name: thing for p, thing in zip(self.parameters, objects, strict=True)}
 
 
@@ -106,7 +106,10 @@ class PddlDomain:
 
 @dataclass(frozen=True, slots=True)
 class PddlProblem:
-    """A planning problem. What ``initial`` does not list is false; ``denied`` are the atoms that say so."""
+    """A planning problem.
+
+    Atoms outside ``initial`` are false; ``denied`` lists atoms that the text calls false.
+    """
 
     name: str
     domain: str
@@ -117,7 +120,7 @@ class PddlProblem:
 
 
 def type_of(variable: f.Variable) -> str:
-    """The type that a variable ranges over; a variable without a type ranges over everything."""
+    """Return the type that a variable ranges over; the root type if it has no type."""
     return variable.category or OBJECT
 
 
@@ -125,17 +128,17 @@ _EITHER = "(either "
 
 
 def either(types: Iterable[str]) -> str:
-    """The type of what is of any of some types, as PDDL writes it."""
+    """Return the PDDL text of a type with several alternatives."""
     return f"{_EITHER}{' '.join(types)})"
 
 
 def alternatives(name: str) -> tuple[str, ...]:
-    """The types any of which a type stands for: itself, or those of ``(either ...)``."""
+    """Return the alternatives of a type ``(either ...)``, or the type itself."""
     return tuple(name[len(_EITHER) : -1].split()) if name.startswith(_EITHER) else (name,)
 
 
 class _TypeMembers(dict[str, tuple[str, ...]]):
-    """The objects of every declared type, and so of alternatives of these."""
+    """The objects of each declared type, and of alternatives of types."""
 
     def __missing__(self, name: str) -> tuple[str, ...]:
         kinds = [self[each] for each in alternatives(name) if each in self]
@@ -143,12 +146,12 @@ class _TypeMembers(dict[str, tuple[str, ...]]):
 
 
 def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
-    """For each declared type the one right above it."""
+    """Return the direct supertype of each declared type."""
     return {declared.name: declared.type for declared in types}
 
 
 def supertypes(above: Mapping[str, str], name: str) -> list[str]:
-    """The type itself and everything above it, nearest first; the root comes last and always."""
+    """Return a type and all its supertypes, nearest first. The root is always last."""
     found: list[str] = []
     while name != OBJECT and name not in found:
         found.append(name)
@@ -157,7 +160,7 @@ def supertypes(above: Mapping[str, str], name: str) -> list[str]:
 
 
 def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tuple[str, ...]]:
-    """For every declared type its objects, constants first, in order of declaration."""
+    """Return the objects of each declared type, constants first, in order of declaration."""
     above = parents(domain.types)
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
     for item in (*domain.constants, *problem.objects):
@@ -169,7 +172,7 @@ def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tu
 def effect_parts(
     effect: PddlEffect, conditions: tuple[f.Formula, ...] = ()
 ) -> Iterator[tuple[Add | Delete, tuple[f.Formula, ...]]]:
-    """The parts of an effect that add and delete, left to right, and the conditions of each from outside."""
+    """Yield the additions and deletions of an effect, left to right, each with its outer conditions."""
     match effect:
         case Add() | Delete():
             yield effect, conditions
@@ -183,17 +186,17 @@ def effect_parts(
 
 
 def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
-    """The atoms that an effect adds or deletes, left to right."""
+    """Yield the atoms that an effect adds or deletes, left to right."""
     return (part.atom for part, _ in effect_parts(effect))
 
 
 def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
-    """The conditions of an effect's conditional parts, left to right, each as often as a part has it."""
+    """Yield the conditions of an effect's conditional parts, left to right, once for each part."""
     return (condition for _, conditions in effect_parts(effect) for condition in conditions)
 
 
 def effect_variables(effect: PddlEffect) -> frozenset[str]:
-    """The names of the variables of all that an effect adds and deletes, and of its conditions where free."""
+    """Return the names of the variables in an effect's atoms, and of the free variables of its conditions."""
     return frozenset[str]().union(*map(free_variables, (*effect_atoms(effect), *effect_conditions(effect))))
 
 
@@ -202,7 +205,7 @@ def map_effect_parts(
     change: Callable[[PddlEffect], PddlEffect],
     condition: Callable[[f.Formula], f.Formula],
 ) -> PddlEffect:
-    """The effect with its immediate parts and its own condition replaced."""
+    """Return an effect with its immediate parts and its own condition replaced."""
     match effect:
         case Both(parts):
             return Both(tuple([change(part) for part in parts]))
@@ -217,7 +220,7 @@ def map_effect_parts(
 def map_effect(
     effect: PddlEffect, condition: Callable[[f.Formula], f.Formula], atom: Callable[[f.Atom], f.Atom]
 ) -> PddlEffect:
-    """The effect with its conditions and its added and deleted atoms replaced."""
+    """Return an effect with its conditions and its added and deleted atoms replaced."""
     if isinstance(effect, (Add, Delete)):
         return type(effect)(atom(effect.atom))
     return map_effect_parts(effect, lambda part: map_effect(part, condition, atom), condition)
@@ -225,9 +228,9 @@ def map_effect(
 
 @dataclass(frozen=True, slots=True)
 class OperatorText:
-    """An operator as an answer writes it, before anything is understood.
+    """An operator as an answer writes it, before it is parsed.
 
-    It is the name and the text of its three parts, each a parenthesised list.
+    It has the name and the text of its three parts, each a parenthesised list.
     """
 
     name: str
@@ -237,7 +240,7 @@ class OperatorText:
 
     @property
     def size(self) -> int:
-        """How many characters its parts take."""
+        """The number of characters in the three parts."""
         return len(self.parameters) + len(self.precondition) + len(self.effect)
 
     @property

@@ -1,4 +1,4 @@
-"""Places of mistakes: the offset in a text of PDDL or BDDL at which the name of a finding stands."""
+"""Find the offset of a mistake: the position of a finding's name in a text of PDDL or BDDL."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SECTIONS: Final[Mapping[str, str]] = {
     "condition": ":derived",
     "derived predicate": ":derived",
 }
-"""The section of each place that `eai.pddl.check` names."""
+"""The section of each location that `eai.pddl.check` names."""
 
 _NAMED: Final = frozenset({":action", ":derived"})
 """Sections with a name: a definition may have several of each."""
@@ -32,9 +32,9 @@ _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpa
 
 
 def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations) -> int:
-    """Return the offset at which the mistake of a finding stands in a definition.
+    """Return the offset of a finding's mistake in a definition.
 
-    If the mistake stands nowhere, as a name that is missing, it is the offset of the section.
+    If the mistake has no position, such as a missing name, it is the offset of the section.
 
     Args:
         finding: the finding.
@@ -48,7 +48,7 @@ def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations)
 
 
 def _sections(definition: Group, place: str) -> Iterator[SExpr]:
-    """The expressions that a place in words means, such as ``effect of move``."""
+    """Yield the expressions that a location in words means, such as ``effect of move``."""
     kind, _, name = place.partition(" of ")
     if not name and place not in _SECTIONS:
         kind, _, name = place.rpartition(" ")
@@ -65,12 +65,12 @@ def _sections(definition: Group, place: str) -> Iterator[SExpr]:
 
 
 def _names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
-    """The words of some items, of lists the first ones."""
+    """Return the words of some items; of a list its first word."""
     return [item.text if isinstance(item, Symbol) else head_of(item) for item in items]
 
 
 def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) -> Iterator[int]:
-    """The offsets at which a section has the mistake of a finding, in the order of the text."""
+    """Yield the offsets at which a section has the mistake of a finding, in the order of the text."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)
@@ -94,7 +94,7 @@ def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) ->
 
 
 def _groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, frozenset[str]]]:
-    """All lists in an expression, each with the variables that quantifiers around it bind."""
+    """Yield all lists in an expression, each with the variables that enclosing quantifiers bind."""
     if isinstance(expression, Group):
         yield expression, bound
         inner = bound
@@ -106,7 +106,7 @@ def _groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, f
 
 
 def _types(group: Group) -> Iterator[Symbol]:
-    """The names of types in a typed list: behind a hyphen, or alternatives."""
+    """Yield the names of types in a typed list: after a hyphen, or as alternatives."""
     if head_of(group) == "either":
         yield from (item for item in group.items[1:] if isinstance(item, Symbol))
     for before, item in zip(group.items, group.items[1:], strict=False):
@@ -115,7 +115,7 @@ def _types(group: Group) -> Iterator[Symbol]:
 
 
 def _declarations(group: Group, name: str) -> Iterator[int]:
-    """The offsets at which a list declares a name: an operator, a predicate, a parameter or an object."""
+    """Yield the offsets at which a list declares an operator, a predicate, a parameter or an object."""
     words = (name, f"?{name}")
     match group.items:
         case (Symbol(":action"), Symbol(word) as symbol, *_):

@@ -1,4 +1,4 @@
-"""The planners that judge operators, by choice."""
+"""Choose the planner that judges operators."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
 FIRST_LIMITS = Limits(300)
-"""The limits of the built-in search before Fast Downward is asked, which is then the quicker of the two."""
+"""Limits of the built-in search that runs before Fast Downward; with larger limits it would be slower."""
 
 
 def resolve_choice(choice: PlannerChoice) -> PlannerChoice:
-    """The planner that a choice means in this environment: Fast Downward is used where it is installed."""
+    """Return the planner that a choice means in this environment.
+
+    Fast Downward is used if it is installed.
+    """
     if choice is not PlannerChoice.AUTO:
         return choice
     return PlannerChoice.FULL if FastDownward.is_installed() else PlannerChoice.BUILT_IN
@@ -23,15 +26,15 @@ def resolve_choice(choice: PlannerChoice) -> PlannerChoice:
 def make_planner(
     choice: PlannerChoice, cpu_seconds: int, terms: PlannerTerms | None = None
 ) -> PddlPlanner | None:
-    """The planner that may take so long for one task, or None if none is to be asked.
+    """Return a planner with a time limit for each task, or None if the choice is no planner.
 
     Args:
-        choice: which.
-        cpu_seconds: how long Fast Downward may take, where the terms do not say.
-        terms: on what terms it is asked.
+        choice: the choice of the planner.
+        cpu_seconds: CPU seconds of Fast Downward if the terms do not state a limit.
+        terms: the limits of the user.
 
     Raises:
-        DataError: Fast Downward is not installed; the message says how to install it.
+        DataError: Fast Downward is not installed. The message says how to install it.
     """
     terms = terms or PlannerTerms()
     match resolve_choice(choice):
@@ -46,7 +49,7 @@ def make_planner(
 
 
 def _make_fast_downward(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
-    """Fast Downward, of which no more run at a time than there is memory for."""
+    """Return Fast Downward, limited to as many calls at a time as fit into memory."""
     planner = FastDownward.find_installed(terms.seconds or cpu_seconds)
     memory = machine_memory_mib() if terms.memory_mib is None else terms.memory_mib
     remark = "" if planner.cpu_seconds == cpu_seconds else f" ({planner.cpu_seconds} s)"

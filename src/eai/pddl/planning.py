@@ -1,7 +1,7 @@
-"""Planning tasks and what planners make of them: the interface between scoring and planners.
+"""Planning tasks and the results of planners: the interface between scoring and planners.
 
-A planner never fails silently: every call ends in one of the outcomes of `PlannerOutcome`, and every plan
-is executed by `execute.Executor` before it counts.
+A planner never fails silently: every call ends in one of the outcomes of `PlannerOutcome`, and every plan is
+executed by `execute.Executor` before it counts.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from eai.pddl.model import PddlDomain, PddlProblem
 
 _MAX_LOOKS = 300_000
-"""How many objects the quantifiers of a plan may look at; a plan of the gold operators looks at hundreds."""
+"""Maximum number of objects that the quantifiers of a plan may visit; gold operators need hundreds."""
 
 
 class PlannerOutcome(str, Enum):
-    """How a planner call ended. The values are the wire strings."""
+    """The outcome of a planner call. The values are written to records."""
 
     SOLVED = "solved"
     UNSOLVABLE = "unsolvable"
@@ -39,26 +39,27 @@ class PlannerOutcome(str, Enum):
 
 
 class PlannerChoice(str, Enum):
-    """Which planner judges operators."""
+    """The planner that judges operators."""
 
     AUTO = "auto"
-    """``full`` where Fast Downward is installed, else ``built_in``."""
+    """``full`` if Fast Downward is installed, else ``built_in``."""
     FULL = "full"
-    """The built-in search, and Fast Downward for what it cannot decide."""
+    """The built-in search, then Fast Downward for undecided tasks."""
     BUILT_IN = "built_in"
-    """The built-in search alone; what it cannot decide counts as not solved."""
+    """The built-in search only; undecided tasks count as not solved."""
     FAST_DOWNWARD = "fast_downward"
     NONE = "none"
 
 
 @dataclass(frozen=True, slots=True)
 class PlannerTerms:
-    """On what terms planners are asked, where the benchmark's are not to count.
+    """Limits of planners that replace the benchmark's.
 
     Attributes:
         seconds: CPU seconds of each process of a call; the benchmark's if None.
-        memory_mib: what all planners together may use at a time; what there is if None.
-        folder: where processes that plan together share seats (`eai.pddl.fast_downward`); None where none do.
+        memory_mib: memory for all planners at a time, in MiB; all memory of the machine if None.
+        folder: the folder through which processes share slots (`eai.pddl.fast_downward`); None if they do
+            not.
     """
 
     seconds: int | None = None
@@ -68,7 +69,7 @@ class PlannerTerms:
 
 @dataclass(frozen=True, slots=True)
 class PlannerResult:
-    """The outcome, the plan if there is one, and in words what the outcome rests on."""
+    """The outcome, the plan if there is one, and the reason for the outcome in words."""
 
     outcome: PlannerOutcome
     plan: tuple[PlanStep, ...] = ()
@@ -79,8 +80,8 @@ class PlannerResult:
 class PlanningTask:
     """The task of a planner.
 
-    ``fatal`` is an atom whose mere reachability counts as a crash of the planner; it stands for additions
-    of atoms with unbound variables (`scope`).
+    ``fatal`` is an atom that crashes the planner if it is reachable. It stands for additions of atoms with
+    unbound variables (`scope`).
     """
 
     domain: PddlDomain
@@ -89,26 +90,26 @@ class PlanningTask:
 
 
 def refuse_task(finding: PddlFinding) -> PlannerResult:
-    """The result of a task that no planner needs to see, for the offence that makes it unacceptable."""
+    """Return the result of a task that no planner needs to see, because a violation makes it unacceptable."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 
 
 class PddlPlanner(Protocol):
-    """Anything that solves planning tasks; the same task always has the same result, resources permitting."""
+    """A planner for planning tasks. Equal tasks have equal results if resources suffice."""
 
     @property
     def name(self) -> str:
-        """Its name in records: with its version, for that decides the numbers."""
+        """The name of the planner in records, with its version, as results depend on it."""
         ...
 
     def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan."""
+        """Search for a plan."""
         ...
 
 
 def check_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
-    """The result of a planner that claims to have found a plan, after executing it."""
+    """Return the result of a planner that claims to have found a plan, after executing the plan."""
     from eai.pddl.execute import Executor
     from eai.planning.search import Effort
 

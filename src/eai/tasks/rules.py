@@ -98,7 +98,7 @@ class DomainRules:
         }
 
     def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
-        """Return the rules of some operators, with definitions of their and the formulas' derived predicates."""
+        """Return the rules of some operators, and the definitions of derived predicates that are used."""
         shown = [each for each in self.operators if each.name in operators]
         named = list(
             dict.fromkeys([*predicates_of(*formulas), *(n for each in shown for n in self._reads[each.name])])
