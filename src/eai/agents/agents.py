@@ -78,7 +78,7 @@ def novel_agent(game: Game, seed: int = 0) -> Agent:
             return DONE
         rng.shuffle(actions)
         domain, state = game.stage.domain, game.state
-        new = (each for each in actions[:_MAX_TRIES] if domain.apply(state, each) not in visited)
+        new = (action for action in actions[:_MAX_TRIES] if domain.apply(state, action) not in visited)
         return game.stage.commands.write(next(new, actions[0]))
 
     return command

@@ -88,7 +88,9 @@ def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
     if not scored:
         return verdicts[0]
     added = [contributions(verdict) for verdict in scored]
-    mean = {name: Share(*map(fmean, zip(*(each[name] for each in added), strict=True))) for name in added[0]}
+    mean = {
+        name: Share(*map(fmean, zip(*(shares[name] for shares in added), strict=True))) for name in added[0]
+    }
     return replace(scored[0], mean=mean)
 
 

@@ -134,7 +134,9 @@ class EpisodeServer:
             InputError: a journal was changed or has another setting, or the folder cannot be written.
         """
         begun = self._find_begun()
-        write_whole(group_pairs((self._find_response_file(each), self._make_answer(each)) for each in begun))
+        write_whole(
+            group_pairs((self._find_response_file(episode), self._make_answer(episode)) for episode in begun)
+        )
         self._written.update(begun)
 
     def _append(self, place: AnswerKey) -> None:
@@ -161,14 +163,14 @@ class EpisodeServer:
     def _find_begun(self) -> list[AnswerKey]:
         """Return all episodes that have begun in the folder, in the order of the tasks."""
         order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
-        found: list[AnswerKey] = []
+        begun: list[AnswerKey] = []
         for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
             task_id = unquote(path.name.removesuffix(_ENDING))
             if task_id not in order:
                 raise InputError(f"{path}: {self._suite.domain} has no task {task_id!r}; give another --out")
             if is_begun(path):
-                found.append((task_id, int(path.parent.name)))
-        return sorted(found, key=lambda place: (place[1], order[place[0]]))
+                begun.append((task_id, int(path.parent.name)))
+        return sorted(begun, key=lambda place: (place[1], order[place[0]]))
 
     def _open_episode(self, place: AnswerKey) -> tuple[Session, Journal]:
         """Return an episode with its journal. It begins if it has not begun."""

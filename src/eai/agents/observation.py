@@ -93,7 +93,9 @@ class Observer:
         self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
         self._get_kind = cache(partial(wording.describe_kind, task))
         self.agent = task.scene.agent
-        self._egocentric_predicates = {each.name for each in wording.domain.egocentric if view == "scene"}
+        self._egocentric_predicates = {
+            predicate.name for predicate in wording.domain.egocentric if view == "scene"
+        }
         landmarks = wording.domain.find_landmarks(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(bits(landmarks))
         everything = range(len(task.scene.objects))
@@ -110,7 +112,7 @@ class Observer:
         return _Observation(
             state,
             visible,
-            [self._make_visible_facts(each, state, visible) for each in self._wording.state_listings],
+            [self._make_visible_facts(listing, state, visible) for listing in self._wording.state_listings],
         )
 
     def render_objects(self, chosen: Collection[int]) -> str:
@@ -353,7 +355,7 @@ _FEEDBACK: Mapping[Feedback, str] = {
 def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
     """Return the manual of a world: its predicates, and its actions."""
     egocentric = benchmark.domain.egocentric if rules.view == "scene" else ()
-    names, told = " and ".join([each.name for each in egocentric]), _FEEDBACK[rules.feedback]
+    names, told = " and ".join([predicate.name for predicate in egocentric]), _FEEDBACK[rules.feedback]
     told = f"{told} {names}: of yourself alone." if names else told
     wording = benchmark.observed_wording()
     values = {

@@ -216,7 +216,7 @@ def reward_func(
 
     paid = unwrap_single([grade.value or 0.0 for grade in grades])
     logs = {metric: unwrap_single([grade.metrics[metric] for grade in grades]) for metric in METRICS}
-    logs[PROMPT_NOT_FOUND] = unwrap_single([float(each) for each in is_lost])
+    logs[PROMPT_NOT_FOUND] = unwrap_single([float(value) for value in is_lost])
     return {"rewards": paid, "scores": paid, "extra_logs": logs}
 
 

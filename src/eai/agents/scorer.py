@@ -234,8 +234,8 @@ def _report_turn(turn: Turn, game: Game) -> StepReport:
         turn.said,
         fault,
         "" if fault == EXECUTED else reason,
-        added=tuple([fact(each) for sign, each in game.memory.changes if sign == "+"]),
-        removed=tuple([fact(each) for sign, each in game.memory.changes if sign == "-"]),
+        added=tuple([fact(changed_fact) for sign, changed_fact in game.memory.changes if sign == "+"]),
+        removed=tuple([fact(changed_fact) for sign, changed_fact in game.memory.changes if sign == "-"]),
         call=Statement(turn.said, None)
         if game.action is None
         else to_statement(game.action, game.task.scene),

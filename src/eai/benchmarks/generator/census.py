@@ -123,7 +123,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_of_agent(p, scene)])
     weights = _weigh_patterns(tasks, courses, listings)
     if not kinds:
-        wanted.update(product([each.predicate for each in listings], (True, False)))
+        wanted.update(product([listing.predicate for listing in listings], (True, False)))
         for pattern in _make_all_patterns(wanted, states):
             weights[pattern] += _FACT_WEIGHT
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
@@ -266,8 +266,8 @@ def _find_fact_patterns(
     things = state.scene.objects
     return {
         Pattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
-        for each in listings
-        for fact in each.facts(state, objects)
+        for listing in listings
+        for fact in listing.facts(state, objects)
     }
 
 
@@ -276,9 +276,11 @@ def _count_excess_pairs(
 ) -> Counter[str]:
     """Return how many pairs each relation has above `MAX_MEAN_TARGETS` for each source."""
     crowds: Counter[str] = Counter()
-    for each in listings:
-        pairs = [fact.arguments for fact in each.facts(state, objects) if len(fact.arguments) == 2]
-        crowds[each.predicate] = round(len(pairs) - MAX_MEAN_TARGETS * len({source for source, _ in pairs}))
+    for listing in listings:
+        pairs = [fact.arguments for fact in listing.facts(state, objects) if len(fact.arguments) == 2]
+        crowds[listing.predicate] = round(
+            len(pairs) - MAX_MEAN_TARGETS * len({source for source, _ in pairs})
+        )
     return crowds
 
 

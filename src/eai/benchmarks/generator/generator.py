@@ -125,7 +125,7 @@ class _ObjectionFinder:
         if len(task.script) > most:
             return Reason.TOO_LONG
         reached = zip(task.goals, GoalTest(task).find_reached(task.initial, ()), strict=True)
-        if any(holds for each, holds in reached if not each.is_over_time):
+        if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
             return Reason.HOLDS_ALREADY
         if not solves(self._domain, task, task.script):
             return Reason.NO_CERTIFICATE
@@ -277,7 +277,9 @@ class Generator:
             temporal = TemporalGoalFinder(task, self.benchmark.domain, listings, proposals, rng, begin).find()
             if temporal is None:
                 return Reason.NO_ORDER
-            instruction = words.make_instruction([*(each.formula for each in task.goals), temporal.goal], rng)
+            instruction = words.make_instruction(
+                [*(task_goal.formula for task_goal in task.goals), temporal.goal], rng
+            )
             goals, plan = (*task.goals, goal(temporal.goal)), tuple(temporal.plan)
             tempting = {"temptation": list_plan(replace(task, script=tuple(temporal.temptation)))}
             return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)

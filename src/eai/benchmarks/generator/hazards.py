@@ -147,8 +147,8 @@ def add_hazards(
     """
     ways = _SafePlanFinder(task, start, *guide)
     idle, execution = Trajectory((task.initial,), ()), ways.execute(task.script)
-    broken = [each for each in guards if each.holds_in(idle) and not each.holds_in(execution)]
-    if rng.random() > max([each.kept for each in broken], default=0.0):
+    broken = [guard for guard in guards if guard.holds_in(idle) and not guard.holds_in(execution)]
+    if rng.random() > max([guard.kept for guard in broken], default=0.0):
         return None
     plan: Sequence[Action] | None = task.script
     for number in range(1, len(broken) + 1):
@@ -189,7 +189,7 @@ class _SafePlanFinder:
 
     @cached_property
     def _goals(self) -> Sequence[f.Formula]:
-        return [each.formula for each in self.task.goals]
+        return [task_goal.formula for task_goal in self.task.goals]
 
     def execute(self, plan: Sequence[Action]) -> Trajectory:
         """Return the execution of a plan."""
@@ -228,7 +228,9 @@ class _SafePlanFinder:
         )
         parts = {part for invariant in invariants for part in parts_of(invariant)}
         safe = [guard.safe for guard in guards if guard.safe is not None]
-        calm, last = [[each for each in self._goals if (each in parts) == late] for late in (False, True)]
+        calm, last = [
+            [condition for condition in self._goals if (condition in parts) == late] for late in (False, True)
+        ]
         for ordered in (self._goals, [*calm, *safe, *last]):
             walk = Walk(planner, self.start)
             if reach_all(walk, ordered):
@@ -239,7 +241,7 @@ class _SafePlanFinder:
         walk = Walk(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
         is_shut = walk.follow(self.task.script, self._goals) and all(
-            walk.holds(each, walk.state) or walk.reach(each) for each in safe
+            walk.holds(condition, walk.state) or walk.reach(condition) for condition in safe
         )
         return is_shut and all(guard.holds_in(self.execute(walk.trail)) for guard in guards)
 

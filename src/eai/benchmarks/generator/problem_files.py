@@ -45,7 +45,7 @@ def find_problem_files(paths: Iterable[Path]) -> list[Path]:
     for path in paths:
         if path.is_dir():
             inside = files_below(path, f"*{BDDL}", f"*{PDDL}")
-            files = [each for each in inside if not is_domain_file(each)]
+            files = [file for file in inside if not is_domain_file(file)]
             if not files:
                 raise InputError(f"{path}: expected problems in files *{BDDL} or *{PDDL}")
             problem_files += files

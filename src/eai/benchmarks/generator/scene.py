@@ -252,10 +252,10 @@ def _find_states(index: int, state: State) -> Iterator[str]:
 
 
 def _make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
-    taken = {number[0] for each in objects if (number := re.search(r"\d+$", each.name))}
+    taken = {number[0] for other in objects if (number := re.search(r"\d+$", other.name))}
     stem = re.sub(r"\d+$", "", name)
     stem = f"{stem}_" if stem == name else stem
-    if name not in {each.name for each in objects} and name.removeprefix(stem) not in taken:
+    if name not in {other.name for other in objects} and name.removeprefix(stem) not in taken:
         return name
     return next(f"{stem}{number}" for number in count(len(objects)) if str(number) not in taken)
 

@@ -167,7 +167,7 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
     fingerprints = list(map(fingerprint_task, tasks))
     return {
         "tasks": len(tasks),
-        "same": sum(each in known_fingerprints for each in fingerprints),
+        "same": sum(pair in known_fingerprints for pair in fingerprints),
         "same_goals": sum(goals in known_goals for goals, _ in fingerprints),
         "solved_by_lookup": sum(map(table.solves, tasks)),
     }
@@ -207,7 +207,9 @@ def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -
     files = sorted(folder.iterdir()) if folder.is_dir() else []
     others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
     read = [open_task_files(file) for file in others if file.stat().st_size]
-    return {each.name: list(each.tasks(domain).values()) for each in read if each.base == base}
+    return {
+        task_file.name: list(task_file.tasks(domain).values()) for task_file in read if task_file.base == base
+    }
 
 
 def make_manifest_entry(
@@ -223,18 +225,20 @@ def make_manifest_entry(
     The entry also holds counts of rejected seeds, and the shape of the tasks.
     """
     reasons = Counter(rejected)
-    hazardous = [(each, special) for each in made if isinstance(special := each.task.special, Hazards)]
+    hazardous = [
+        (generated, special) for generated in made if isinstance(special := generated.task.special, Hazards)
+    ]
     hazards = Counter(name for _, special in hazardous for name in special.hazards)
     price = [
-        len(each.task.script) - len(tempting)
-        for each, _ in hazardous
-        for tempting in [each.about["temptation"]]
+        len(generated.task.script) - len(tempting)
+        for generated, _ in hazardous
+        for tempting in [generated.about["temptation"]]
         if isinstance(tempting, list)
     ]
     dangers: dict[str, Json] = {}
     if price:
         dangers = {"hazards": dict(hazards.most_common()), "steps_for_safety": _find_quartiles(price)}
-        dangers[SHUT_LAST] = sum(each.about.get(SHUT_LAST) is True for each in made)
+        dangers[SHUT_LAST] = sum(generated.about.get(SHUT_LAST) is True for generated in made)
     return {
         "spec": {
             name: value.value if hasattr(value, "value") else value for name, value in asdict(spec).items()
@@ -245,7 +249,7 @@ def make_manifest_entry(
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
-        "shape": measure_shape([each.task for each in made]),
+        "shape": measure_shape([generated.task for generated in made]),
         **dangers,
     }
 
@@ -319,11 +323,11 @@ def write_manifest(
     file = folder / MANIFEST
     sets, known = (_read_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
     common: dict[str, dict[str, dict[str, int]]] = {
-        name: {other: found for other, found in others.items() if split not in (name, other)}
+        name: {other: counts for other, counts in others.items() if split not in (name, other)}
         for name, others in known.items()
     }
-    for (name, other), found in overlap.items():
-        common.setdefault(name, {})[other] = found
+    for (name, other), counts in overlap.items():
+        common.setdefault(name, {})[other] = counts
     common = {name: others for name, others in common.items() if others}
     content = {"canary": CANARY, "sets": {**sets, split: entry}, "overlap": common}
     write_whole({file: f"{json.dumps(content, indent=2)}\n"})

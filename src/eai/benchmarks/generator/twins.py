@@ -88,8 +88,8 @@ def make_possible_pair(
 
 
 def _looks_possible(task: Task, planner: Planner) -> bool:
-    goals = (each.formula for each in task.goals)
-    return all(planner.looks_reachable(task.initial, each, task.planning_objects) for each in goals)
+    goals = (formula.formula for formula in task.goals)
+    return all(planner.looks_reachable(task.initial, formula, task.planning_objects) for formula in goals)
 
 
 def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
@@ -103,7 +103,7 @@ def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> I
 def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     """Return the property, whether goals name its object, and whether they quantify over its category."""
     (thing,) = fact.arguments
-    parts = (part for each in task.goals for part in walk(each.formula))
+    parts = (part for task_goal in task.goals for part in walk(task_goal.formula))
     kinds = {variable.category for part in parts for variable in bound_variables(part)}
     return fact.predicate, thing in task.find_named_objects(task.goals), _get_kind(fact, task)[1] in kinds
 
@@ -114,7 +114,7 @@ def _get_kind(fact: Fact, task: Task) -> tuple[str, str]:
 
 
 def _remove_fact(task: Task, fact: Fact) -> Task:
-    return replace(task, initial=task.scene.state(each for each in task.initial.facts() if each != fact))
+    return replace(task, initial=task.scene.state(other for other in task.initial.facts() if other != fact))
 
 
 def _draw_ids(task: Task, rng: random.Random) -> list[str]:
@@ -170,7 +170,11 @@ def _does_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
     if said is None or len(said.arguments) == 1:
         return False
     place = said.arguments[1:]
-    there = {each[1][0] for each in seen if (each[0], each[1][1:]) == (said.predicate, place)}
+    there = {
+        other_fact[1][0]
+        for other_fact in seen
+        if (other_fact[0], other_fact[1][1:]) == (said.predicate, place)
+    }
     return {thing, len(words.scene.objects) - 1} <= there
 
 
@@ -178,7 +182,7 @@ def _make_with_same_words(
     task: Task, words: Words, states: tuple[State, State], thing: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
     """Return the clear and the ambiguous task, or None if the instruction does not read back as the goals."""
-    ids, formulas = _draw_ids(task, rng), [each.formula for each in task.goals]
+    ids, formulas = _draw_ids(task, rng), [task_goal.formula for task_goal in task.goals]
     instruction = words.make_instruction(formulas, rng)
     if not words.is_read_back(instruction, formulas):
         return None
@@ -213,7 +217,7 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 
     return replace(
         task,
-        initial=scene.state(Fact(each.predicate, exchange(each.arguments)) for each in task.initial.facts()),
+        initial=scene.state(Fact(fact.predicate, exchange(fact.arguments)) for fact in task.initial.facts()),
         goals=_exchange_in_goals(task.goals, names),
         script=tuple([Action(step.operator, exchange(step.arguments)) for step in task.script]),
     )
@@ -221,14 +225,14 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 
 def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """Return the goal that the wishes for the first object are not fulfilled for the second."""
-    asked = [each for each in goals if names[0] in object_names(each.formula)]
-    done = tuple([each.formula for each in _exchange_in_goals(asked, names)])
+    asked = [task_goal for task_goal in goals if names[0] in object_names(task_goal.formula)]
+    done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
 def _exchange_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
     """Return goals with two objects exchanged."""
-    return tuple([goal(rename_objects(each.formula, _swap(names))) for each in goals])
+    return tuple([goal(rename_objects(task_goal.formula, _swap(names))) for task_goal in goals])
 
 
 def _swap(names: Sequence[str]) -> Mapping[str, str]:

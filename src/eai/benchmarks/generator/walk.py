@@ -174,7 +174,7 @@ def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
             for action in generator.applicable(parent):
                 after = domain.apply(parent.state, action)
                 node = Node(after, depth=length, parent=parent, actions=(action,))
-                operators = [each.operator for each in node.plan()]
+                operators = [step.operator for step in node.plan()]
                 if all(at_the_end.find_reached(after, operators)) and (
                     not test.has_goals_over_time
                     or all(test.find_reached(after, operators, _trace_node(node)))
@@ -248,7 +248,7 @@ class TemporalGoalFinder:
             return None
         ways = [self._find_after_detour, self._find_tidiness, self._find_order]
         candidates = (way() for way in self.rng.sample(ways, len(ways)))
-        return next((each for each in candidates if each is not None), None)
+        return next((candidate for candidate in candidates if candidate is not None), None)
 
     @cached_property
     def _goals(self) -> Sequence[f.Formula]:
@@ -336,7 +336,7 @@ class TemporalGoalFinder:
         self.rng.shuffle(candidates)
         candidates.sort(key=itemgetter(0))
         kept = (_make_if_distinguishing(goal, self._certificate, other) for _, goal in candidates)
-        return next((found for found in kept if found is not None), None)
+        return next((candidate for candidate in kept if candidate is not None), None)
 
     def _list_candidates(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
         """Yield goals that may hold for the certificate only, and whether their facts share no object."""
@@ -360,11 +360,11 @@ class TemporalGoalFinder:
         """Return the facts that become true and may be goals, with the numbers of their states."""
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         new_facts: dict[Fact, list[int]] = {}
-        for each in self.listings:
-            if (each.predicate, True) in self.proposals.prior.goal_counts:
-                at_start = set(each.facts(states[0], about))
+        for listing in self.listings:
+            if (listing.predicate, True) in self.proposals.prior.goal_counts:
+                at_start = set(listing.facts(states[0], about))
                 for number, state in enumerate(states):
-                    for fact in each.facts(state, about):
+                    for fact in listing.facts(state, about):
                         if fact not in at_start:
                             new_facts.setdefault(fact, []).append(number)
         return {

@@ -54,7 +54,7 @@ class Words:
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
-        seen = [fact for each in wording.goal_listings for fact in each.facts(initial, everything)]
+        seen = [fact for listing in wording.goal_listings for fact in listing.facts(initial, everything)]
         return Words(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
@@ -374,20 +374,20 @@ class _Reader:
             if is_ground and not several:
                 yield atom(*[f.Constant(name) for name in named if name is not None])
             return
-        found = _QUANTIFIED.fullmatch(words[0])
-        if found is None:
+        quantifier = _QUANTIFIED.fullmatch(words[0])
+        if quantifier is None:
             return
-        number = found["number"] or ""
+        number = quantifier["number"] or ""
         count = self._counts.get(number) or (int(number) if _NUMBER.fullmatch(number) else None)
-        category = (self._plurals if several else self._categories).get(found["noun"])
+        category = (self._plurals if several else self._categories).get(quantifier["noun"])
         if category is None or several != (count not in (None, 1)):
             return
         x = f.Variable("x", category)
         if is_ground:
             yield from _interpret_quantified(
-                found, count, x, atom(_X, *rest), negated=negated, request=request
+                quantifier, count, x, atom(_X, *rest), negated=negated, request=request
             )
-        elif found["every"] and not negated:
+        elif quantifier["every"] and not negated:
             inner = _INNER.fullmatch(words[1])
             target = None if inner is None else self._categories.get(next(filter(None, inner.groups())))
             if inner is not None and target is not None:
