@@ -1,4 +1,4 @@
-"""Made-up answers of nine models to tasks that are near copies, and what analyses make of them."""
+"""Made-up answers of nine models to similar tasks, and the effects that analyses find in them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Answer(NamedTuple):
 
 
 def answers(generator: random.Random, sizes: Sequence[int]) -> list[Answer]:
-    """Answers of models of different ability to tasks of names of these sizes."""
+    """Return answers of models with different abilities, to tasks of names of the given sizes."""
     found = []
     for name, size in enumerate(sizes):
         hardness, shared = generator.gauss(0, 2), generator.gauss(0, 1)
@@ -40,13 +40,13 @@ def answers(generator: random.Random, sizes: Sequence[int]) -> list[Answer]:
 
 
 def log_odds(run: Sequence[Answer]) -> Estimate:
-    """The effect of the cofactor, as the adjusted table has it."""
+    """Return the effect of the cofactor in the adjusted table."""
     columns = np.array([[e.cofactor, *(float(e.model == m) for m in range(MODELS))] for e in run])
     return fit_logit(columns, np.array([float(e.success) for e in run]), [e.name for e in run])[0]
 
 
 def correlation(run: Sequence[Answer]) -> Estimate:
-    """The rank correlation of one model's success with the cofactor."""
+    """Return the rank correlation of one model's success with the cofactor."""
     of_model = [each for each in run if each.model == MODELS // 2]
     names = [each.name for each in of_model]
     return rank_correlation([float(e.success) for e in of_model], [e.cofactor for e in of_model], names)

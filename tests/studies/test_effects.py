@@ -1,4 +1,4 @@
-"""How often the intervals of analyses hold the truth; ``bench/coverage.py`` does the same at length."""
+"""The coverage of intervals in analyses; ``bench/coverage.py`` measures it at length."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
 
 
 def test_closed_containers_are_the_most_overlooked_precondition() -> None:
-    """The paper says so without a number; here it is of nine models, 219 of 410 errors."""
+    """The paper gives no number; nine models make 219 of 410 such errors."""
     found = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
     why = error_tables(found.answers, found.clauses, examples=3, explorer=None)[1]
     together = {row["check"]: row["share"].numerator for row in rows(why) if row["model"] == "all models"}
@@ -88,7 +88,6 @@ finally:
 
 
 def test_the_analysis_of_errors_loads_no_engine_of_benchmarks(tmp_path: Path) -> None:
-    """Nor do its plots, which name benchmarks."""
     write_records(tmp_path / "records.jsonl", action_run())
     arguments = ["analyze", "errors", str(tmp_path), "--out", str(tmp_path / "out")]
     command = [sys.executable, "-c", COUNTED, *arguments]

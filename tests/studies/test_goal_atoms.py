@@ -51,6 +51,6 @@ def test_two_fifths_of_wrong_goals_hold_at_the_start(nine: dict[str, list[dict[s
 
 
 def test_a_goal_that_all_models_miss_is_listed(nine: dict[str, list[dict[str, Any]]]) -> None:
-    """The paper's example: that the shoes are to be on the floor is said by none."""
+    """The paper's example: no model states that the shoes must be on the floor."""
     missed = {row["goal"] for row in nine["shared"] if row["missing"] == row["models"] == 9}
     assert {f"onfloor(gym_shoe.n.01_{i}, floor.n.01_1)" for i in range(1, 5)} <= missed

@@ -109,7 +109,7 @@ def test_an_unknown_study_is_refused_with_similar_names(eai: Command, tmp_path: 
 
 
 def test_the_study_of_errors_imports_few_modules(tmp_path: Path) -> None:
-    """No benchmark is opened, for titles of plots neither, and no other study."""
+    """It opens no benchmark for the titles of plots, and imports no other study."""
     runs = write_runs(tmp_path / "runs", [action_run("first")])
     words = [sys.executable, "-c", ENTERED, "analyze", "errors", str(runs), "--out", str(tmp_path / "out")]
     done = subprocess.run(words, capture_output=True, text=True, check=True)

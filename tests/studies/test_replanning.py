@@ -1,4 +1,4 @@
-"""What further attempts are worth: from made-up trials whose every outcome is known."""
+"""Gains of further attempts, on made-up trials with known outcomes."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def made_of(cell: Cell) -> tuple[float | None, float | None]:
 def by(
     table: Table, column: str, rate: str, **wanted: str
 ) -> Mapping[Cell, tuple[float | None, float | None]]:
-    """A column's values with what the rates of their rows are made of."""
+    """Return the values of a column, with the fractions of the rates in their rows."""
     rows = table.row_dicts()
     return {
         row[column]: made_of(row[rate])
@@ -78,7 +78,7 @@ def test_the_share_of_reached_goals_by_predicate_equals_the_papers(gpt_4o: dict[
 
 
 def test_the_number_of_objects_has_no_effect_beside_the_length_of_plans() -> None:
-    """Alone it lowers the chance of success; beside length and the other features nothing is left of that."""
+    """Without other features it lowers success; with length and other features it has no effect."""
     made = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
     nine = cofactor_tables(made, width=10, measure="score")
     adjusted = {row[3]: row[4:6] for row in nine[0].rows}

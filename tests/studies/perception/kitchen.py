@@ -1,4 +1,4 @@
-"""A small world to look at: a robot puts a cup into a box, a box onto a table, and lights a lamp."""
+"""A small world: a robot puts a cup into a box and a box onto a table, and lights a lamp."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DOMAIN = w.Domain("kitchen", w.Vocabulary((HOLDS, IN, ON, LIT, CAN_LIGHT)), (TAK
 
 
 def kitchen_task() -> Task:
-    """A cup in a box on a table, two lamps, one lit; all shall be lit, and the cup on the table."""
+    """Return a task: light two lamps, and put a cup from a box onto the table."""
     names = ("robot", "cup_1", "box_1", "table_1", "lamp_1", "lamp_2")
     scene = w.Scene(DOMAIN.vocabulary, [w.WorldObject(n, n.partition("_")[0]) for n in names], agent=0)
     facts = [("in", (1, 2)), ("on", (2, 3)), ("lit", (4,)), ("can_light", (4,)), ("can_light", (5,))]

@@ -12,7 +12,7 @@ ALL = ("in cup_1 box_1", "on box_1 table_1", "lit lamp_1")
 
 
 def plan(graph: SceneGraph) -> list[str]:
-    """What a planner does that believes its eyes."""
+    """Return a plan for the perceived scene."""
     task = apply_scene_graph(kitchen_task(), WORDS, graph)
     found = find_plan(task, Planner(DOMAIN))
     return [

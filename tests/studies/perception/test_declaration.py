@@ -1,4 +1,4 @@
-"""Scene graphs as an ability: they are asked for, judged, recorded and compared as any other is."""
+"""The ability scene_graph: its questions, verdicts, records and comparisons."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The noise channel: what it does, and that it does it as often as it says."""
+"""The noise of perception: its errors and their frequency."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_noise_depends_only_on_the_task_and_the_seed() -> None:
 
 @pytest.mark.parametrize("kind", ["missing", "misplaced", "unseen", "invented"])
 def test_errors_at_a_rate_also_occur_at_a_higher_rate(kind: str) -> None:
-    """As far as facts and objects go; a misplaced thing may have to go elsewhere where more is misplaced."""
+    """Only a misplaced object may move elsewhere if more objects are misplaced."""
 
     def errors(rate: float, stream: int) -> set[object]:
         graph = perceive(kitchen_task(), WORDS, parse_noise([f"{kind}={rate}"]), str(stream))
@@ -84,7 +84,7 @@ def test_invalid_settings_of_noise_are_refused(settings: list[str], told: str) -
 
 
 def occasions(kind: str, perceived: Perceived, told: int) -> tuple[int, int]:
-    """How often an error was made, and how often it could have been; of so many things something is told."""
+    """Return how often an error was made, and how often it was possible."""
     return {
         "missing": (perceived.missing, perceived.facts),
         "misplaced": (perceived.misplaced, perceived.relations),
@@ -102,7 +102,7 @@ KINDS = [field.name for field in fields(Noise) if field.name != "seed"]
 def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
     name: str, kind: str, data_store: Store
 ) -> None:
-    """Within three standard errors, of occasions; a fact that has no other place keeps the one it has."""
+    """Within three standard errors. A relation without another possible place is not counted."""
     benchmark, tasks = tasks_of(name, data_store, 2)
     words, rate, made, possible = scene_words(benchmark), 0.15, 0, 0
     for task in tasks:
@@ -120,7 +120,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
 
 
 def test_an_invented_object_counts_as_a_name_and_by_its_facts() -> None:
-    """Object hallucinations are facts with a name that is not; the paper's object error is of names."""
+    """Object hallucinations are facts with an unknown name; the paper's object error counts names."""
     double = seen("in cup_1 box_1", "on box_1 table_1", "lit lamp_1", "lit lamp_7", "on cup_7 lamp_7")
     shares = perception_shares(perception_errors(kitchen_task(), WORDS, double))
     assert shares["invented"] == Share(2, 5)
@@ -167,7 +167,7 @@ CURVE = ("behavior", "misplaced")
     ("name", "kind"), [CURVE, *swept(*(each for each in product(HOUSEHOLDS, KINDS) if each != CURVE))]
 )
 def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_store: Store) -> None:
-    """By more than a standard error from the first to the last, and nowhere does it rise by two."""
+    """Success falls by over a standard error in all, and never rises by two."""
     every, rates = CURVES[name]
     benchmark, tasks = tasks_of(name, data_store, every)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))

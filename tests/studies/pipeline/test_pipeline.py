@@ -1,4 +1,4 @@
-"""Where a pipeline loses: tables that add up, on made-up runs and on the paper's own answers."""
+"""Tables of pipelines, on made-up runs and on the paper's own answers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COUNTS = (Confusion(2, 0, 0), Confusion(2, 1, 0), Confusion(1, 1, 1), None)
 
 
 def piped(plain: list[Record]) -> list[Record]:
-    """Of four tasks one has right goals and is solved, one others too, one lacks one, one has no stage 1."""
+    """Return four tasks: solved with right goals, with others too, with one missing, without stage 1."""
     made = []
     for number, record in enumerate(plain):
         counts = COUNTS[number % 4]

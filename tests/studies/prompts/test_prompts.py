@@ -1,4 +1,4 @@
-"""Prompts side by side: matrices of known order, and what must be refused."""
+"""Comparison of prompts: matrices of known order, and refused runs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def run(model: str, successes: int, tasks: int = 20) -> list[Record]:
 
 
 def tables_of(matrix: dict[str, dict[str, int]]) -> dict[str, Table]:
-    """The tables of a matrix: prompt -> model -> successes."""
+    """Return the tables of a matrix: prompt -> model -> successes."""
     runs = [(prompt, run(model, n)) for prompt, row in matrix.items() for model, n in row.items()]
     return {table.name: table for table in prompt_tables(runs, SUCCESS)}
 

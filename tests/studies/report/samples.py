@@ -1,4 +1,4 @@
-"""Made-up runs of every ability, some of whose answers try to be more than text."""
+"""Made-up runs of every ability, with markup in some answers."""
 
 from __future__ import annotations
 
@@ -198,12 +198,12 @@ def all_runs() -> list[list[Record]]:
 
 
 def cell_at(row: RankedModel, place: int) -> Score:
-    """The number of a row in the column at a place."""
+    """Return the number of a row in a column."""
     return [*row.cells.values()][place]
 
 
 def rate_at(row: RankedModel, place: int) -> Rate:
-    """The rate of a row in the column at a place."""
+    """Return the rate of a row in a column."""
     score = cell_at(row, place)
     assert score.numerator is not None
     assert score.denominator is not None

@@ -34,7 +34,7 @@ def test_compare_prints_both_runs_and_the_tasks_that_differ(runs: Path) -> None:
 
 
 def test_old_records_get_a_note_on_their_intervals(tmp_path: Path) -> None:
-    """Their tasks count as independent, which a reader must know wherever an interval stands."""
+    """Their tasks count as independent, which readers of intervals must know."""
     old = [[replace(each, task=None) for each in action_run(model)] for model in ("first", "second")]
     runs = write_runs(tmp_path / "runs", old)
     compared = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1")])

@@ -1,4 +1,4 @@
-"""Experiments stand in tables of their own: no single-answer table, rank or plot knows of them."""
+"""Experiments have tables of their own; all other tables, ranks and plots leave them out."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def runs(tmp_path: Path) -> Path:
 
 
 def report(runs: Path, out: Path) -> dict[str, list[str]]:
-    """The models of each table, and what else is in the folder of the report."""
+    """Return the models of each table, and the other files of the report."""
     result = RUNNER.invoke(app, ["report", str(runs), "--out", str(out), "--no-prompts", "--paper"])
     assert result.exit_code == 0, result.output
     tables = json.loads((out / "tables.json").read_text(encoding="utf-8"))["tables"]

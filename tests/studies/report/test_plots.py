@@ -1,4 +1,4 @@
-"""Which plots are drawn and which are left out; figures are inspected, not rendered."""
+"""The plots of a report; figures are inspected, not rendered."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def test_old_records_have_no_plot_of_difficulty() -> None:
 
 
 def test_labels_of_losses_do_not_overlap() -> None:
-    """Few are lost to names, right before many to a step: both would stand on one line."""
+    """Few answers are lost to names, and many to the next stage: both labels would be on one line."""
     unknown = failed(FaultKind.HALLUCINATION)
     run = [*of_length(3, [True] * 50 + [False] * 48), *[record(f"x{i}_1", unknown) for i in range(2)]]
     figure = draw_flow([summary(run)])

@@ -33,7 +33,7 @@ def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
 def table(
     name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
 ) -> Ranking | None:
-    """A table without its floor, whose footnotes are the last."""
+    """Return a table without its null models and their footnotes."""
     found = whole_table(name, runs, protocol, with_paper=with_paper)
     if found is None:
         return None
@@ -205,7 +205,7 @@ def test_the_order_of_records_does_not_change_rankings() -> None:
 
 @pytest.mark.parametrize(("known", "first"), [(True, "honest"), (False, "asserting")])
 def test_the_share_of_working_plans_ranks_if_it_is_known(known: bool, first: str) -> None:
-    """Planner success keeps its column; operators that assert everything have plans of which none works."""
+    """Planner success keeps its column. Operators that assert everything have plans, but none works."""
 
     def planned(plans: int, working: int, model: str) -> Run:
         verdicts: list[Verdict] = []

@@ -356,7 +356,7 @@ def _bin(low: int, high: int) -> str:
 
 
 def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """Draw the log odds of each feature, alone (hollow) and together with the others; None without rows."""
+    """Draw the log odds of each feature, alone (hollow) and with all others (filled); None without rows."""
     if not rows:
         return None
     figure = make_figure(COLUMN, 1.12 + _EFFECT_ROW * len(rows))

@@ -123,11 +123,11 @@ class Perception(Variation):
 
     @property
     def heading(self) -> str:
-        """One line that says how the scene is shown."""
+        """One line with the format of the scene."""
         return f"scene: {self.label}"
 
     def record_choice(self, study: str) -> None:
-        """Return None: the stage states how the scene is shown."""
+        """Return None: the stage records the format of the scene."""
 
     @property
     def captioner(self) -> str | None:
@@ -151,7 +151,7 @@ class Perception(Variation):
 
     @property
     def can_look_again(self) -> bool:
-        """Whether a changed scene can be shown: neither a model nor the user's own files show it."""
+        """Whether questions can show a changed scene; models and the user's own pictures cannot."""
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:

@@ -143,7 +143,7 @@ class _NoisyObserver:
         return graph_of([*self._seen_names, *doubles.values()], in_order)
 
     def _misplace(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
-        """Return the relation with another possible second object, or the same relation if there is none."""
+        """Return the relation with another possible second object; unchanged if no other is possible."""
         seen, objects = set(facts.values()), list(self._described_names)
         self._seed_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)

@@ -129,7 +129,7 @@ class Supports:
             self._below.setdefault(fact.arguments[0], []).append(fact.arguments[1])
 
     def would_support_twice(self, fact: NamedFact) -> bool:
-        """Whether a fact gives a support to an object that already has one."""
+        """Whether a fact gives a second support to an object."""
         return fact.predicate in self._predicates and fact.arguments[0] in self._below
 
     def would_close_circle(self, fact: NamedFact) -> bool:

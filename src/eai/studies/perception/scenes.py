@@ -42,7 +42,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 
 
 def _make_beliefs(label: str, beliefs: Mapping[str, Belief], **more: Any) -> BeliefSet:
-    """Return scenes as beliefs; ``label`` says how questions show them."""
+    """Return scenes as beliefs; ``label`` is the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_name_choice("scene", "scene", label, _PLACE)})
     return BeliefSet(beliefs, experiment, lacking, **more)

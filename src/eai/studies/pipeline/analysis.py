@@ -92,7 +92,7 @@ class _PipelinePair:
 
     @property
     def chain(self) -> str:
-        """The kind of the pipeline: whether it states subgoals, and what else its run varies."""
+        """The kind of the pipeline: its stated goals or subgoals, and the label of other studies."""
         experiment = self.pipeline[0].experiment or Experiment()
         rest = experiment.drop_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS

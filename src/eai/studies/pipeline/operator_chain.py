@@ -129,7 +129,7 @@ class _OperatorChain:
         return notation.join(notation.write(meant, task.scene)) if len(meant) == len(steps) else None
 
     def _is_planned(self, task_id: str) -> bool:
-        """Whether action sequencing has the task and does not exclude it."""
+        """Whether action sequencing includes the task and scores it."""
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
