@@ -76,7 +76,7 @@ _NEED_OPTIONS = frozenset({"run", "check"})
 
 
 class _Commands(TyperGroup):
-    """The group of all commands. It imports a command only when it runs, and reports interrupts."""
+    """The commands of a group. They are imported only when used, and can be interrupted."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
@@ -91,7 +91,7 @@ class _Commands(TyperGroup):
         return list(self.commands)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command as the help of the group shows it, without importing it."""
+        """Return the command for the group's help, without importing it."""
         command = self._shown.get(cmd_name)
         if command is not None and command.callback is None and command.help is None:
             command.help = _summary(_points()[cmd_name])
@@ -103,12 +103,12 @@ class _Commands(TyperGroup):
         super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that the arguments name."""
+        """Return the named command."""
         name, found, rest = super().resolve_command(ctx, args)
         return name, found and _imported(found), rest
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the chosen command. An interrupt without a message of its own prints one line."""
+        """Run the chosen command; an unhandled interrupt prints one line."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
@@ -145,7 +145,7 @@ def _summary(point: EntryPoint) -> str:
 
 @cache
 def _imported(shown: Any) -> Any:
-    """Return a command without its options, for the help of the group."""
+    """Import the command behind an entry of the group's help."""
     if shown.callback is not None:
         return shown
     command = _load(shown.name, shown.rich_help_panel)
@@ -180,7 +180,7 @@ def _help_mode() -> MarkupMode:
 
 
 def _with_those_below(command: Any) -> Iterator[Any]:
-    """Yield a command and, if it is a group, all its commands."""
+    """Return a command, with all commands below it if it is a group."""
     yield command
     if isinstance(command, TyperGroup):
         for each in command.commands.values():
@@ -188,10 +188,10 @@ def _with_those_below(command: Any) -> Iterator[Any]:
 
 
 def _label(command: Any) -> None:
-    """Adapt the help of a command: show values by their metavars only, and fill paragraphs.
+    """Make the help of a command name values by their metavars only, and fill its paragraphs.
 
-    The meaning of each option is below ``Options:`` in the docstring. Without this, Typer would add the
-    Python type of each value, break lines as the docstring does, and show ``--no-paper`` beside ``--paper``.
+    The docstring describes each option below ``Options:``. Typer would add Python types to values, keep the
+    docstring's line breaks, and show ``--no-paper`` beside ``--paper``, which is off by default.
     """
     text, told = (command.help or "").partition("\n\nOptions:\n")[0], read_meanings(command.help, "Options")
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))

@@ -82,7 +82,7 @@ def analyze(
 
 
 def _listing() -> Iterator[str]:
-    """Return a list of the studies and their options in Markdown."""
+    """Return the studies and the options of their analyses, in Markdown."""
     yield "| study, option | if not given | meaning |"
     yield "|---|---|---|"
     for name in study_names():
@@ -102,7 +102,7 @@ def _refuse_unknown(name: str) -> None:
 
 
 def _studies(name: str) -> list[Study]:
-    """Return the named study, or all studies for `all`."""
+    """Return the study with a name, or all studies that are made together."""
     if name == ALL:
         return [each for each in map(find_study, study_names()) if each.included_in_all]
     return [] if name == TABLE else [find_study(name)]
@@ -111,9 +111,9 @@ def _studies(name: str) -> list[Study]:
 def _write_all(
     name: str, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
-    """Write the analyses of one or more studies, and yield the JSON of each.
+    """Write the analyses of one study, or of all that are made together; yield the JSON of each.
 
-    If several studies run, a study without suitable records is skipped with a remark.
+    Of several studies, one without enough records is left out with a remark.
     """
     studies = _studies(name)
     if name != ALL:
@@ -133,10 +133,10 @@ def _write_all(
 def _write_study(
     study: Study, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
-    """Write the tables of a study's analyses, and figures if wanted; yield the JSON of each analysis.
+    """Write the tables of a study's analyses, and figures if wanted; yield the JSON of each.
 
     Raises:
-        InputError: The study has no analysis, or the folder cannot be written.
+        InputError: the study has no analysis, or the folder cannot be written.
     """
     if study.analyze is None:
         raise InputError(f"{study.name}: is a study of runs, and has no analysis")
@@ -151,10 +151,10 @@ def _write_study(
 
 
 def _draw_figures(figures: Figures, folder: Path) -> int:
-    """Write figures in every format and return their number; without matplotlib, print a remark and return 0.
+    """Write figures in every format, and return their number; 0 with a remark without matplotlib.
 
     Raises:
-        InputError: The folder cannot be written.
+        InputError: the folder cannot be written.
     """
     drawn = 0
     with convert_write_errors(folder):
@@ -170,7 +170,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
 
 
 def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
-    """Print the tables for the screen with all remarks, or one line about the written files."""
+    """Show the tables for the screen with all remarks, or say in one line what was written."""
     if not analysis.screen_tables:
         say(f"{counted(len(analysis.tables), 'table')}, {counted(drawn, 'plot')}; in {folder}")
         return
@@ -182,7 +182,7 @@ def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
 
 
 def _for_the_screen(table: Table) -> Table:
-    """Return a table without the columns that are equal in all rows; its title contains their values."""
+    """Return a table whose title names the suite and other values that all its rows share."""
     rows = table.row_dicts()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title

@@ -85,7 +85,7 @@ def compare(
 
 
 def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
-    """Return the JSON of a comparison, with unrounded percentages and all differing tasks."""
+    """Return the ``--json`` output of two runs: unrounded percentages, and all differing tasks."""
     key = one.key
     return {
         "domain": key.domain,
@@ -115,7 +115,7 @@ def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
 
 
 def _note_planners(totals: Mapping[str, Totals]) -> None:
-    """Print a note on standard error if different planners judged the operators of the two runs."""
+    """Note on standard error if different planners judged the operators of the two runs."""
     found = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(found.values())) > 1:
         named = "; ".join(f"{side}: {names}" for side, names in found.items())
@@ -123,7 +123,7 @@ def _note_planners(totals: Mapping[str, Totals]) -> None:
 
 
 class _Place(NamedTuple):
-    """A suite under one protocol, and the rules of the game, if they are not the standard rules."""
+    """A suite under one protocol, with the rules of the game if they are not the standard rules."""
 
     domain: str
     ability: str
@@ -153,9 +153,9 @@ def _runs(path: Path) -> Mapping[_Place, Run]:
 
 
 def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
-    """Return the runs by the name of the benchmark with their tasks, for names with exactly one run.
+    """Return the runs by the benchmark of their tasks, if one name has one run.
 
-    Abilities that ask questions from files have one run, whatever the name of the file is.
+    The file name does not matter for an ability with files of its own.
     """
     places = {}
     for place, run in runs.items():
@@ -196,7 +196,7 @@ def _print(place: _Place, one: Run, other: Run, found: RunComparison, listed: in
 
 
 def _caption(found: RunComparison) -> str:
-    """Return the caption with the tests that give the p values."""
+    """Return the names of the tests behind the p values."""
     kinds = {difference.yes_no for difference in found.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"
@@ -204,7 +204,7 @@ def _caption(found: RunComparison) -> str:
 
 
 def _with_name(record: Record) -> str:
-    """Return a task's id, followed by its title if the id does not contain it."""
+    """Return a task's id, with the name that similar tasks share unless the id contains it."""
     name = "" if record.task is None else record.task.name
     return f"{record.task_id} {name}" if name and not record.task_id.startswith(name) else record.task_id
 
@@ -216,7 +216,7 @@ def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
 
 
 def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
-    """Return rows with the difference; for near copies also the difference if tasks were independent."""
+    """Return the difference, and that for independent tasks if tasks share names."""
     certainty, points = difference.certainty, difference.points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (
@@ -234,7 +234,7 @@ def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...
 
 
 def _tasks(certainty: Certainty | None) -> str:
-    """Return the effective number of independent tasks."""
+    """Return the number of independent tasks with the same certainty."""
     effective = None if certainty is None else certainty.effective_tasks
     return "-" if effective is None else f"{effective:.0f}"
 

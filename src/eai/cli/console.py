@@ -1,4 +1,4 @@
-"""Consoles, and lines that several commands print."""
+"""Consoles of all commands, and lines that several commands print."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ class _SafeConsole(Console):
 
 
 def output() -> Console:
-    """Return the console of results, standard output."""
+    """Return the console for results."""
     return _SafeConsole(markup=False)
 
 
 def errors() -> Console:
-    """Return the console of notes and errors, standard error."""
+    """Return the console for everything but results."""
     return _SafeConsole(stderr=True, markup=False)
 
 
@@ -104,12 +104,12 @@ _SHOWN = 5
 
 
 def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> None:
-    """Print the findings of a check and end with status 2 if there are any.
+    """Print the findings of a check, the first few of each file, and end with status 2.
 
     Args:
-        findings: The findings by file or section. Only the first ones of each are listed, the others counted.
-        fine: Text that is printed if there are no findings.
-        as_json: Whether all findings are printed as JSON.
+        findings: the findings.
+        fine: the text to print without findings.
+        as_json: whether all findings are printed as JSON.
     """
     if as_json:
         print_json([{"place": each.place, "problem": each.problem} for each in findings])
@@ -127,7 +127,7 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> N
 
 
 def asked_by_default(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
-    """Return the abilities that a benchmark asks by default, and print a note about the others."""
+    """Return the abilities of a benchmark that are asked if none is named; note why others are left out."""
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:
         if each in reasons:
@@ -152,7 +152,7 @@ inspect_needed = partial(require_extra, "run", "model runs and their logs need")
 
 
 def need_inspect() -> None:
-    """Raise before anything is fetched if a command needs Inspect and it is missing.
+    """Raise at once if Inspect is missing, before a command fetches data.
 
     Raises:
         EaiError: Inspect is not installed.
@@ -168,5 +168,5 @@ def counted(number: int, noun: str) -> str:
 
 
 def dollars(amount: float) -> str:
-    """Return an amount of money: to the cent from one dollar on, with more digits below."""
+    """Return an amount in dollars: with cents from one dollar on, more digits below."""
     return f"${amount:.2f}" if amount >= 1 else f"${amount:.4f}"
