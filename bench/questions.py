@@ -11,8 +11,13 @@ import argparse
 import time
 
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
-from eai.extensions.questions.question import Form, Kind
-from eai.extensions.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
+from eai.extensions.questions.question import QuestionForm, QuestionKind
+from eai.extensions.questions.shortcuts import (
+    answer_entropy,
+    best_shortcut,
+    guess_probabilities,
+    shortcut_rates,
+)
 from eai.extensions.questions.writer import Writer
 
 WARM = 1_000
@@ -28,17 +33,19 @@ def main() -> None:
     for domain in arguments.domain:
         writer = Writer(find_benchmark(domain))
         list(writer.write(number=WARM))
-        for kind in Kind:
+        for kind in QuestionKind:
             start = time.process_time()
             questions = list(writer.write([kind], number=arguments.n))
             seconds = time.process_time() - start
-            guesses = guesses_of(questions)
+            guesses = guess_probabilities(questions)
             chances = [
-                chances_of([question for question in questions if question.form is form], guesses)
-                for form in Form
+                shortcut_rates([question for question in questions if question.form is form], guesses)
+                for form in QuestionForm
             ]
-            best = [f"{each[name].percent:.0f} ({name})" for each in chances for name in [best_chance(each)]]
-            even = [entropy_of(questions, kind, form) or 0.0 for form in Form]
+            best = [
+                f"{each[name].percent:.0f} ({name})" for each in chances for name in [best_shortcut(each)]
+            ]
+            even = [answer_entropy(questions, kind, form) or 0.0 for form in QuestionForm]
             size = sum(len(question.prompt) for question in questions) / max(1, len(questions))
             print(
                 f"{domain} {kind.value}: {len(questions)} questions, {len(questions) / seconds:.0f} a CPU s, "

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
 
-from eai.extensions.questions.question import Form, Kind, Question
+from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
 from eai.logic.formula import Formula
 from eai.world.condition import ConditionCompiler
 from eai.world.domain import Domain
@@ -136,9 +136,9 @@ def answer_of(question: Question, domain: Domain, goals: list[Formula]) -> froze
     world = read_world(question.prompt, domain)
     asked = _Asked(question, world, goals)
     right = asked.right()
-    if question.form is Form.OPEN:
+    if question.form is QuestionForm.OPEN:
         return frozenset(right)
-    if question.form is Form.CHOICE:
+    if question.form is QuestionForm.CHOICE:
         choices = CHOICE.findall(question.prompt)
         assert len(choices) == question.options
         return frozenset(letter for letter, text in choices if asked.is_right(text))
@@ -161,18 +161,18 @@ class _Asked:
     def statement(self) -> str:
         """The answer to a question of yes or no."""
         patterns = {
-            Kind.FORWARD: r"Does (.+) hold afterwards",
-            Kind.BACKWARD: r"Is (.+) possible now, and",
-            Kind.INVERSE: r"Can the action be (.+)\?",
-            Kind.STATE: r"Does (.+) hold at the end",
-            Kind.APPLICABILITY: r"Is (.+) possible now",
-            Kind.WHY_NOT: r"Is its (requirement \d+) among",
-            Kind.COUNTERFACTUAL: r"what happens: (.+)\?",
-            Kind.VALIDATION: r"what happens: (.+)\?",
-            Kind.JUSTIFICATION: r"left out: (.+)\?",
-            Kind.REACHABILITY: r"Can (.+) become true",
-            Kind.NEXT_ACTION: r"begin with (.+)\?",
-            Kind.LANDMARKS: r"take (.+\))\?",
+            QuestionKind.FORWARD: r"Does (.+) hold afterwards",
+            QuestionKind.BACKWARD: r"Is (.+) possible now, and",
+            QuestionKind.INVERSE: r"Can the action be (.+)\?",
+            QuestionKind.STATE: r"Does (.+) hold at the end",
+            QuestionKind.APPLICABILITY: r"Is (.+) possible now",
+            QuestionKind.WHY_NOT: r"Is its (requirement \d+) among",
+            QuestionKind.COUNTERFACTUAL: r"what happens: (.+)\?",
+            QuestionKind.VALIDATION: r"what happens: (.+)\?",
+            QuestionKind.JUSTIFICATION: r"left out: (.+)\?",
+            QuestionKind.REACHABILITY: r"Can (.+) become true",
+            QuestionKind.NEXT_ACTION: r"begin with (.+)\?",
+            QuestionKind.LANDMARKS: r"take (.+\))\?",
         }
         found = re.findall(patterns[self.question.kind], self.text)
         assert len(found) == 1, self.text
@@ -195,25 +195,25 @@ class _Asked:
         """Whether a choice is right, by itself."""
         world, kind = self.world, self.question.kind
         match kind:
-            case Kind.FORWARD | Kind.STATE:
+            case QuestionKind.FORWARD | QuestionKind.STATE:
                 return world.fact(text) in self.final()
-            case Kind.REACHABILITY:
+            case QuestionKind.REACHABILITY:
                 return any(world.fact(text) in facts for facts in self.reached()[0])
-            case Kind.BACKWARD | Kind.INVERSE | Kind.APPLICABILITY:
+            case QuestionKind.BACKWARD | QuestionKind.INVERSE | QuestionKind.APPLICABILITY:
                 return self.fits(world.act(text))
-            case Kind.WHY_NOT | Kind.JUSTIFICATION:
+            case QuestionKind.WHY_NOT | QuestionKind.JUSTIFICATION:
                 return text.split()[1] in self.right()
-            case Kind.COUNTERFACTUAL | Kind.VALIDATION:
+            case QuestionKind.COUNTERFACTUAL | QuestionKind.VALIDATION:
                 (first, *_) = self.right()
                 if "cannot be carried out" in text:
                     return text.startswith(f"{first} is the first")
                 return ("goal" in first) if "not all goals hold" in text else first == "works"
-            case Kind.NEXT_ACTION | Kind.LANDMARKS:
+            case QuestionKind.NEXT_ACTION | QuestionKind.LANDMARKS:
                 return text in self.right()
 
     def final(self) -> Facts:
         """The facts that hold after the actions."""
-        if self.question.kind is Kind.FORWARD:
+        if self.question.kind is QuestionKind.FORWARD:
             (text,) = re.findall(r"Now (.+\)) is taken", self.text)
             plan = [text]
         else:
@@ -229,9 +229,9 @@ class _Asked:
         """Whether an action is possible, and does what is asked for."""
         world = self.world
         after = world.after(world.start, act)
-        if after is None or self.question.kind is Kind.APPLICABILITY:
+        if after is None or self.question.kind is QuestionKind.APPLICABILITY:
             return after is not None
-        if self.question.kind is Kind.INVERSE:
+        if self.question.kind is QuestionKind.INVERSE:
             changes = [line for line in self.listed() if line.removeprefix("not ") == line]
             gone = [line.removeprefix("not ") for line in self.listed() if line.startswith("not ")]
             before, now = world.seen(world.start), world.seen(after)
@@ -245,32 +245,32 @@ class _Asked:
         """All right answers in open form."""
         world = self.world
         match self.question.kind:
-            case Kind.FORWARD:
+            case QuestionKind.FORWARD:
                 before, now = world.seen(world.start), world.seen(self.final())
                 return [*map(world.said, now - before), *(f"not {world.said(f)}" for f in before - now)]
-            case Kind.STATE:
-                if self.question.form is not Form.OPEN:
+            case QuestionKind.STATE:
+                if self.question.form is not QuestionForm.OPEN:
                     return []
                 (name,) = re.findall(r"What holds of (\S+) at the end", self.text)
                 about = world.scene.index[name]
                 return [world.said(f) for f in world.seen(self.final()) if about in f.arguments]
-            case Kind.BACKWARD | Kind.INVERSE:
-                if self.question.form is not Form.OPEN:
+            case QuestionKind.BACKWARD | QuestionKind.INVERSE:
+                if self.question.form is not QuestionForm.OPEN:
                     return []
                 return [world.said(act) for act in world.all_acts() if self.fits(act)]
-            case Kind.APPLICABILITY:
+            case QuestionKind.APPLICABILITY:
                 return [text for text in self.listed() if self.fits(world.act(text))]
-            case Kind.WHY_NOT:
+            case QuestionKind.WHY_NOT:
                 (text,) = re.findall(r"At present (.+\)) is not possible", self.text)
                 return [str(n) for n in world.unmet(world.start, world.act(text))]
-            case Kind.COUNTERFACTUAL:
+            case QuestionKind.COUNTERFACTUAL:
                 plan = [(n, world.act(text)) for n, text in enumerate(self.numbered(), 1)]
                 assert world.outcome(plan, self.goals) == ["works"]
                 return world.outcome(self.changed(plan), self.goals)
-            case Kind.VALIDATION:
+            case QuestionKind.VALIDATION:
                 steps = enumerate(map(world.act, self.numbered(1)), 1)
                 return world.outcome(steps, self.goals)
-            case Kind.JUSTIFICATION:
+            case QuestionKind.JUSTIFICATION:
                 plan = [(n, world.act(text)) for n, text in enumerate(self.numbered(), 1)]
                 assert world.outcome(plan, self.goals) == ["works"]
                 return [
@@ -278,14 +278,14 @@ class _Asked:
                     for n, _ in plan
                     if world.outcome([step for step in plan if step[0] != n], self.goals) == ["works"]
                 ]
-            case Kind.REACHABILITY:
+            case QuestionKind.REACHABILITY:
                 reached = frozenset().union(*self.reached()[0])
                 asked = self.text.partition("\nWhich of these can")[2]
                 facts = re.findall(r"^- (.+)$", asked, re.MULTILINE)
                 return [text for text in facts if world.fact(text) in reached]
-            case Kind.NEXT_ACTION:
+            case QuestionKind.NEXT_ACTION:
                 return self.first_steps()
-            case Kind.LANDMARKS:
+            case QuestionKind.LANDMARKS:
                 wanted = {world.fact(text) for text in self.numbered()}
                 return [
                     text

@@ -10,8 +10,8 @@ from eai.base.errors import InputError
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.extensions.questions.declaration import _QuestionVerdict, open_questions
-from eai.extensions.questions.question import Form, Kind, Question, questions_content
-from eai.extensions.questions.shortcuts import entropy_of
+from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
+from eai.extensions.questions.shortcuts import answer_entropy
 from eai.results.batch import score_run
 from eai.results.certainty import certainty_of_rate
 from eai.results.codec import record_from_json, record_to_json
@@ -24,16 +24,16 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.summary import cases_of, summarise
 
 
-def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -> Question:
+def asked(number: int, form: QuestionForm, answer: tuple[str, ...], **changes: object) -> Question:
     values = {
         "id": f"{form.value}-{number}",
         "domain": "d",
         "task": f"t{number // 2}",
         "title": "t",
-        "kind": Kind.STATE,
+        "kind": QuestionKind.STATE,
         "form": form,
         "depth": 1,
-        "options": {Form.YES_NO: 2, Form.CHOICE: 4, Form.OPEN: 0}[form],
+        "options": {QuestionForm.YES_NO: 2, QuestionForm.CHOICE: 4, QuestionForm.OPEN: 0}[form],
         "prompt": f"{number}?",
         "answer": answer,
     }
@@ -41,14 +41,14 @@ def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -
 
 
 QUESTIONS = [
-    asked(0, Form.YES_NO, ("yes",)),
-    asked(1, Form.YES_NO, ("no",)),
-    asked(2, Form.CHOICE, ("B",), depth=2),
-    asked(3, Form.CHOICE, ("D",), depth=8),
-    asked(4, Form.OPEN, ("1", "2")),
-    asked(5, Form.OPEN, ("1",)),
-    asked(6, Form.OPEN, ("1",)),
-    asked(7, Form.OPEN, ("a", "b"), kind=Kind.BACKWARD, accept="any"),
+    asked(0, QuestionForm.YES_NO, ("yes",)),
+    asked(1, QuestionForm.YES_NO, ("no",)),
+    asked(2, QuestionForm.CHOICE, ("B",), depth=2),
+    asked(3, QuestionForm.CHOICE, ("D",), depth=8),
+    asked(4, QuestionForm.OPEN, ("1", "2")),
+    asked(5, QuestionForm.OPEN, ("1",)),
+    asked(6, QuestionForm.OPEN, ("1",)),
+    asked(7, QuestionForm.OPEN, ("a", "b"), kind=QuestionKind.BACKWARD, accept="any"),
 ]
 ANSWERS = {
     "yes_no-0": "yes",
@@ -65,7 +65,7 @@ WORLD_MODEL = Ability("world_model")
 def scored(folder: Path, questions: Sequence[Question], answers: Mapping[str, str]) -> list[Record]:
     """The records of answers to questions, which stand in a file."""
     file = folder / f"{len(list(folder.iterdir()))}.jsonl"
-    file.write_bytes(questions_content(questions))
+    file.write_bytes(questions_to_bytes(questions))
     suite = open_suite(str(file), WORLD_MODEL)
     given = tuple([Response(each.id, answers[each.id]) for each in questions if each.id in answers])
     missing = {each.id: "no answer" for each in questions if each.id not in answers}
@@ -106,16 +106,16 @@ def test_guessing_is_a_random_choice_or_the_most_common_answer(tmp_path: Path) -
 
 def test_a_shortcut_guesses_where_there_is_none(tmp_path: Path) -> None:
     questions = [
-        asked(n, Form.CHOICE, ("A",), shortcuts={"names": n < 2, "longest": 0.25}) for n in range(4)
-    ] + [asked(4, Form.YES_NO, ("yes",), shortcuts={"longest": 0})]
+        asked(n, QuestionForm.CHOICE, ("A",), shortcuts={"names": n < 2, "longest": 0.25}) for n in range(4)
+    ] + [asked(4, QuestionForm.YES_NO, ("yes",), shortcuts={"longest": 0})]
     found = rates(scored(tmp_path, questions, {}))
     ways = {way: found[f"chance.{way}"].numerator for way in ("guess", "names", "longest", "text")}
     assert ways == {"guess": 1.5, "names": 2.5, "longest": 1.0, "text": 1.5}
 
 
 def test_questions_about_one_task_count_together(tmp_path: Path) -> None:
-    independent = [asked(2 * n, Form.YES_NO, ("yes",)) for n in range(40)]
-    alike = [asked(n, Form.YES_NO, ("yes",)) for n in range(40)]
+    independent = [asked(2 * n, QuestionForm.YES_NO, ("yes",)) for n in range(40)]
+    alike = [asked(n, QuestionForm.YES_NO, ("yes",)) for n in range(40)]
     wide = []
     for some in (independent, alike):
         given = {q.id: "yes" if i % 4 < 2 else "no" for i, q in enumerate(some)}
@@ -137,7 +137,7 @@ def test_a_record_says_what_was_asked_and_is_read_as_it_was_written(tmp_path: Pa
     assert [record_from_json(record_to_json(record)) for record in records] == records
     verdict = records[4].verdict
     assert isinstance(verdict, _QuestionVerdict)
-    assert (verdict.counts, verdict.gold, verdict.kind) == ((1, 0, 1), ("1", "2"), Kind.STATE)
+    assert (verdict.counts, verdict.gold, verdict.kind) == ((1, 0, 1), ("1", "2"), QuestionKind.STATE)
     assert records[0].task is not None
     assert records[0].task.name == QUESTIONS[0].task
 
@@ -151,38 +151,40 @@ def test_other_questions_of_the_same_ids_are_not_compared(tmp_path: Path) -> Non
 
 def test_a_file_of_questions_is_asked_of_nothing_else(tmp_path: Path) -> None:
     file = tmp_path / "q.jsonl"
-    file.write_bytes(questions_content(QUESTIONS))
+    file.write_bytes(questions_to_bytes(QUESTIONS))
     assert find_benchmark(str(file)).name == "d-q"
-    with pytest.raises(InputError, match=r"q\.jsonl: give --ability world_model, as action_sequ"):
+    with pytest.raises(InputError, match=r"q\.jsonl: give --ability world_model, as this file has no tasks"):
         open_suite(str(file), Ability.ACTION_SEQUENCING)
     with pytest.raises(InputError, match="virtualhome: expected a file that eai export questions writes"):
         open_suite("virtualhome", WORLD_MODEL)
 
 
 def test_how_even_answers_are() -> None:
-    assert entropy_of(QUESTIONS, Kind.STATE, Form.YES_NO) == 1.0
-    assert entropy_of(QUESTIONS, Kind.STATE, Form.CHOICE) == 0.5
-    assert entropy_of(QUESTIONS, Kind.BACKWARD, Form.OPEN) is None
-    same = [asked(n, Form.YES_NO, ("yes",)) for n in range(3)]
-    assert entropy_of(same, Kind.STATE, Form.YES_NO) == 0.0
+    assert answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.YES_NO) == 1.0
+    assert answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.CHOICE) == 0.5
+    assert answer_entropy(QUESTIONS, QuestionKind.BACKWARD, QuestionForm.OPEN) is None
+    same = [asked(n, QuestionForm.YES_NO, ("yes",)) for n in range(3)]
+    assert answer_entropy(same, QuestionKind.STATE, QuestionForm.YES_NO) == 0.0
     plans = [
-        asked(n, Form.OPEN, answer, kind=Kind.VALIDATION)
+        asked(n, QuestionForm.OPEN, answer, kind=QuestionKind.VALIDATION)
         for n, answer in enumerate([("works",), ("goal 1",), ("step 2", "requirement 1")])
     ]
-    assert entropy_of(plans, Kind.VALIDATION, Form.OPEN) == pytest.approx(1.0)
+    assert answer_entropy(plans, QuestionKind.VALIDATION, QuestionForm.OPEN) == pytest.approx(1.0)
 
 
 def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_does() -> None:
-    def entropy(kind: Kind, *told: str) -> float | None:
+    def entropy(kind: QuestionKind, *told: str) -> float | None:
         asked = [
-            QUESTIONS[0].model_copy(update={"kind": kind, "form": Form.OPEN, "answer": (a,), "options": 0})
+            QUESTIONS[0].model_copy(
+                update={"kind": kind, "form": QuestionForm.OPEN, "answer": (a,), "options": 0}
+            )
             for a in told
         ]
-        return entropy_of(asked, kind, Form.OPEN)
+        return answer_entropy(asked, kind, QuestionForm.OPEN)
 
-    for kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
+    for kind in (QuestionKind.COUNTERFACTUAL, QuestionKind.VALIDATION):
         assert entropy(kind, "fails 1", "fails 2", "fails 3") == 0
-    assert entropy(Kind.STATE, "at ball", "at box") == 1
+    assert entropy(QuestionKind.STATE, "at ball", "at box") == 1
 
 
 def test_a_task_file_is_none_of_questions(tmp_path: Path) -> None:

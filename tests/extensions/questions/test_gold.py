@@ -10,7 +10,7 @@ import pytest
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.questions.question import Form, Kind, Question
+from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
 from eai.extensions.questions.writer import Writer
 from eai.logic.traversal import object_names
 from eai.tasks.source import Source
@@ -18,7 +18,7 @@ from eai.tasks.task import GoalKind
 from extensions.questions.naive import answer_of, read_world
 from sweeps import swept
 
-CELLS = len(Kind) * len(Form)
+CELLS = len(QuestionKind) * len(QuestionForm)
 
 
 def recomputed(question: Question, benchmark: Benchmark, source: Source) -> frozenset[str]:
@@ -34,7 +34,7 @@ def recomputed(question: Question, benchmark: Benchmark, source: Source) -> froz
 
 def differing(benchmark: Benchmark, source: Source, number: int, seed: int = 0) -> list[str]:
     questions = list(Writer(benchmark, source).write(number=number, seed=seed))
-    assert {question.kind for question in questions} == set(Kind)
+    assert {question.kind for question in questions} == set(QuestionKind)
     return [
         f"{question.id}: {sorted(question.answer)} is {sorted(naive)}"
         for question in questions
@@ -76,12 +76,12 @@ def test_in_pddl(tmp_path: Path) -> None:
     assert differing(blocks, Source(), 3 * CELLS) == []
 
 
-@pytest.mark.parametrize("kind", [Kind.FORWARD, Kind.STATE])
-def test_what_held_before_does_not_tell(kind: Kind, data_store: Store) -> None:
+@pytest.mark.parametrize("kind", [QuestionKind.FORWARD, QuestionKind.STATE])
+def test_what_held_before_does_not_tell(kind: QuestionKind, data_store: Store) -> None:
     """Who says that all is as it was is right about half the time."""
     behavior = find_benchmark("behavior")
     right = 0
-    for question in Writer(behavior, Source(data_store)).write((kind,), (Form.YES_NO,), 160):
+    for question in Writer(behavior, Source(data_store)).write((kind,), (QuestionForm.YES_NO,), 160):
         world = read_world(question.prompt, behavior.domain)
         (statement,) = re.findall(r"Does (.+) hold a", question.prompt)
         held = world.fact(statement) in world.start

@@ -11,17 +11,17 @@ import pytest
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.questions.question import Form, Kind, Question, questions_content
+from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.writer import Writer
 from golden_files import assert_golden
 
-CELLS = len(Kind) * len(Form)
+CELLS = len(QuestionKind) * len(QuestionForm)
 
 
 def told(questions: Sequence[Question]) -> list[str]:
     return [
         f"{question.id}: {len(question.answer)} of {len(question.prompt)} characters, "
-        f"{hashlib.sha256(questions_content([question])).hexdigest()[:12]}"
+        f"{hashlib.sha256(questions_to_bytes([question])).hexdigest()[:12]}"
         for question in questions
     ]
 

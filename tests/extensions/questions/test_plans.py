@@ -1,4 +1,4 @@
-"""Aims of questions about ways: how far they are, and that each asks for something."""
+"""Goals of questions about all plans: their distance, and that each has facts."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from eai.world.state import Fact
 
 
 @dataclass
-class _Ways:
-    """States by how many actions they are away, and what is new in each."""
+class _FakeGraph:
+    """States with their depths and their added facts."""
 
     depths: Sequence[int]
-    gained: Sequence[Sequence[Fact]]
+    added_facts: Sequence[Sequence[Fact]]
 
 
 @pytest.mark.parametrize(
@@ -27,26 +27,26 @@ class _Ways:
         ([2, 3, 4, 5], 0, 2),
         ([2, 3, 4, 5], 1, 3),
         ([2, 3, 4, 5], 2, 4),
-        ([4, 5], 0, 4),  # the nearest to what is wanted
-        ([2], 2, None),  # what is as far gains nothing
+        ([4, 5], 0, 4),  # the nearest distance to the wanted one
+        ([2], 2, None),  # no state at this distance has added facts
         ([1], 0, None),
         ([], 0, None),
     ],
 )
-def test_an_aim_is_as_far_as_the_number_says_where_there_is_one(
+def test_a_goal_has_the_distance_that_the_number_asks_for_if_possible(
     monkeypatch: pytest.MonkeyPatch, gained: Sequence[int], number: int, distance: int | None
 ) -> None:
     depths = list(range(6))
-    found = _Ways(depths, [[Fact("lit", (depth,))] if depth in gained else [] for depth in depths])
+    graph = _FakeGraph(depths, [[Fact("lit", (depth,))] if depth in gained else [] for depth in depths])
     made: list[Sequence[Fact]] = []
 
-    class Noted(module._Aim):
-        def __init__(self, ways: Any, facts: Sequence[Fact]) -> None:
+    class RecordedGoal(module._DistantGoal):
+        def __init__(self, graph: Any, facts: Sequence[Fact]) -> None:
             made.append(facts)
-            super().__init__(ways, facts)
+            super().__init__(graph, facts)
 
-    monkeypatch.setattr(module, "_some_ways", lambda setting, rng: found)
-    monkeypatch.setattr(module, "_Aim", Noted)
-    aim = module._some_aim(None, random.Random(0), number)  # type: ignore[arg-type]
-    assert (aim.distance if aim else None) == distance
-    assert all(made), "what gains nothing asks for nothing"
+    monkeypatch.setattr(module, "_draw_state_graph", lambda setting, rng: graph)
+    monkeypatch.setattr(module, "_DistantGoal", RecordedGoal)
+    goal = module._draw_distant_goal(None, random.Random(0), number)  # type: ignore[arg-type]
+    assert (goal.distance if goal else None) == distance
+    assert all(made), "a goal without facts"

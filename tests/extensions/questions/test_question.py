@@ -10,24 +10,24 @@ from eai.abilities.verdict import Confusion
 from eai.base.errors import InputError
 from eai.extensions.questions.question import (
     Accept,
-    Form,
-    Kind,
     Question,
-    gold_text,
-    grade,
-    questions_content,
+    QuestionForm,
+    QuestionKind,
+    format_gold_answer,
+    grade_answer,
+    questions_to_bytes,
     read_questions,
 )
 
 
 def lines(*questions: Question) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in questions_content(questions).splitlines()]
+    return [json.loads(line) for line in questions_to_bytes(questions).splitlines()]
 
 
 def test_what_is_written_is_read_again(tmp_path: Path) -> None:
     questions = (FACTS, ANY.model_copy(update={"id": "r", "prompt": 'Où?\n\n"x"'}))
     file = tmp_path / "questions.jsonl"
-    file.write_bytes(questions_content(questions))
+    file.write_bytes(questions_to_bytes(questions))
     assert read_questions(file)[0] == questions
 
 
@@ -71,18 +71,18 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
 
 
 def test_equal_questions_are_equal_bytes() -> None:
-    assert questions_content([question(FACTS.form, "a")]) == questions_content([question(FACTS.form, "a")])
+    assert questions_to_bytes([question(FACTS.form, "a")]) == questions_to_bytes([question(FACTS.form, "a")])
 
 
 def question(
-    form: Form, *answer: str, accept: Accept = "all", options: int = 0, question_id: str = "q"
+    form: QuestionForm, *answer: str, accept: Accept = "all", options: int = 0, question_id: str = "q"
 ) -> Question:
     return Question(
         id=question_id,
         domain="d",
         task="t",
         title="t",
-        kind=Kind.STATE,
+        kind=QuestionKind.STATE,
         form=form,
         depth=1,
         options=options,
@@ -92,11 +92,11 @@ def question(
     )
 
 
-YES = question(Form.YES_NO, "yes", options=2)
-LETTER = question(Form.CHOICE, "B", options=4)
-FACTS = question(Form.OPEN, "at(robot, box)", "not lit(lamp_1)")
-NOTHING = question(Form.OPEN)
-ANY = question(Form.OPEN, "GO(box)", "GO(ball)", accept="any")
+YES = question(QuestionForm.YES_NO, "yes", options=2)
+LETTER = question(QuestionForm.CHOICE, "B", options=4)
+FACTS = question(QuestionForm.OPEN, "at(robot, box)", "not lit(lamp_1)")
+NOTHING = question(QuestionForm.OPEN)
+ANY = question(QuestionForm.OPEN, "GO(box)", "GO(ball)", accept="any")
 
 
 @pytest.mark.parametrize(
@@ -122,13 +122,13 @@ ANY = question(Form.OPEN, "GO(box)", "GO(ball)", accept="any")
         (ANY, '["GO(lamp_1)"]', False, (0, 1, 1)),
         (ANY, '["GO(ball)", "GO(lamp_1)"]', False, (1, 1, 0)),
         (ANY, '["GO(ball)", "GO(box)"]', False, (2, 0, 0)),
-        (question(Form.OPEN, "1", "3"), "[1, 3]", True, (2, 0, 0)),
+        (question(QuestionForm.OPEN, "1", "3"), "[1, 3]", True, (2, 0, 0)),
     ],
 )
 def test_an_answer_is_as_right_as_its_parts(
     asked: Question, text: str, exact: bool, counts: tuple[int, int, int]
 ) -> None:
-    graded = grade(asked, text)
+    graded = grade_answer(asked, text)
     assert (graded.exact, graded.counts, graded.readable) == (exact, Confusion(*counts), True)
 
 
@@ -149,16 +149,16 @@ def test_an_answer_is_as_right_as_its_parts(
 def test_what_cannot_be_read_is_wrong_and_repaired_by_no_guess(
     asked: Question, text: str, missed: int
 ) -> None:
-    graded = grade(asked, text)
+    graded = grade_answer(asked, text)
     assert (graded.exact, graded.counts, graded.readable) == (False, Confusion(0, 0, missed), False)
 
 
 def test_repairs_are_named() -> None:
-    assert grade(YES, "yes").repairs == ()
-    assert grade(YES, "It does: yes").repairs == ("prose",)
-    assert grade(FACTS, 'So: ["at(robot, box)"]').repairs == ("prose",)
+    assert grade_answer(YES, "yes").repairs == ()
+    assert grade_answer(YES, "It does: yes").repairs == ("prose",)
+    assert grade_answer(FACTS, 'So: ["at(robot, box)"]').repairs == ("prose",)
 
 
 @pytest.mark.parametrize("asked", [YES, LETTER, FACTS, NOTHING, ANY])
 def test_the_gold_answer_is_right(asked: Question) -> None:
-    assert grade(asked, gold_text(asked)).exact
+    assert grade_answer(asked, format_gold_answer(asked)).exact

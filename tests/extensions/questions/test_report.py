@@ -10,7 +10,7 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.questions.question import gold_text, questions_content
+from eai.extensions.questions.question import format_gold_answer, questions_to_bytes
 from eai.extensions.questions.writer import Writer
 
 LAMPS = ROOT / "examples" / "lamps"
@@ -23,9 +23,9 @@ def scored(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     monkeypatch.syspath_prepend(LAMPS)
     asked = list(Writer(find_benchmark("lamps:lamps")).write(number=36))
     file = tmp_path / "questions.jsonl"
-    file.write_bytes(questions_content(asked))
+    file.write_bytes(questions_to_bytes(asked))
     for name, kept in (("sure", 36), ("unsure", 20)):
-        answers = {each.id: gold_text(each) if n < kept else "?" for n, each in enumerate(asked)}
+        answers = {each.id: format_gold_answer(each) if n < kept else "?" for n, each in enumerate(asked)}
         rows = [{"identifier": name, "llm_output": text} for name, text in answers.items()]
         Path(f"{name}_outputs.json").write_text(json.dumps(rows))
         suite = ("--ability", "world_model", "--domain", file)

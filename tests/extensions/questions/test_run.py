@@ -10,7 +10,7 @@ import pytest
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.questions.question import Kind, questions_content
+from eai.extensions.questions.question import QuestionKind, questions_to_bytes
 from eai.extensions.questions.writer import Writer
 from eai.run.registry import TASKS
 from eai.tasks.source import Source
@@ -20,9 +20,9 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
 
 def test_a_task_asks_the_questions_of_a_file_and_scores_in_the_log(data_store: Store, tmp_path: Path) -> None:
     writer = Writer(find_benchmark("behavior"), Source(data_store))
-    questions = list(writer.write((Kind.FORWARD, Kind.WHY_NOT), number=12))
+    questions = list(writer.write((QuestionKind.FORWARD, QuestionKind.WHY_NOT), number=12))
     file = tmp_path / "questions.jsonl"
-    file.write_bytes(questions_content(questions))
+    file.write_bytes(questions_to_bytes(questions))
     task = TASKS["world_model"](domain=str(file))
     assert [sample.id for sample in task.dataset] == [question.id for question in questions]
     assert [sample.input[0].text for sample in task.dataset] == [q.prompt for q in questions]  # type: ignore[union-attr]

@@ -13,13 +13,13 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions import setting as settings
 from eai.extensions.questions.setting import (
-    Setting,
-    exhaust,
-    listed,
-    numbered,
-    open_setting,
-    some,
-    with_counterparts,
+    QuestionSetting,
+    draw_in_order,
+    explore_states,
+    find_texts_with_counterpart,
+    format_list,
+    format_numbered_list,
+    make_setting,
 )
 from eai.planning.planner import Planner
 from eai.tasks.rules import DomainRules
@@ -37,8 +37,8 @@ def light(lamps: Benchmark) -> Task:
 
 
 @pytest.fixture
-def opened(lamps: Benchmark) -> Callable[[Task], Setting]:
-    return lambda task: open_setting(task, DomainRules(lamps.domain), Planner(lamps.domain), "0")
+def opened(lamps: Benchmark) -> Callable[[Task], QuestionSetting]:
+    return lambda task: make_setting(task, DomainRules(lamps.domain), Planner(lamps.domain), "0")
 
 
 def steps(task: Task, way: str) -> tuple[Action, ...]:
@@ -46,9 +46,9 @@ def steps(task: Task, way: str) -> tuple[Action, ...]:
     return tuple([Action(name, tuple([task.scene.index[each] for each in about])) for name, *about in words])
 
 
-def texts(setting: Setting) -> str:
+def texts(setting: QuestionSetting) -> str:
     names = setting.scene.objects
-    return "; ".join(" ".join([name, *(names[i].name for i in about)]) for name, about in setting.way)
+    return "; ".join(" ".join([name, *(names[i].name for i in about)]) for name, about in setting.path)
 
 
 @pytest.mark.parametrize(
@@ -62,15 +62,15 @@ def texts(setting: Setting) -> str:
     ],
 )
 def test_the_way_is_the_tasks_own_plan(
-    light: Task, opened: Callable[[Task], Setting], script: str, way: str
+    light: Task, opened: Callable[[Task], QuestionSetting], script: str, way: str
 ) -> None:
     setting = opened(replace(light, script=steps(light, script)))
     assert texts(setting) == way
-    assert len(setting.states) == len(setting.way) + 1
+    assert len(setting.states) == len(setting.path) + 1
 
 
 def test_where_there_is_no_plan_one_is_sought_among_sixty_states(
-    light: Task, opened: Callable[[Task], Setting], monkeypatch: pytest.MonkeyPatch
+    light: Task, opened: Callable[[Task], QuestionSetting], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = settings.find_plan
     limits = []
@@ -80,89 +80,98 @@ def test_where_there_is_no_plan_one_is_sought_among_sixty_states(
         lambda task, planner, limit: limits.append(limit) or found(task, planner, limit),
     )
     setting = opened(light)
-    assert sorted(name for name, _ in setting.way) == ["GO", "GO", "PRESS", "PRESS"]
-    assert setting.works
+    assert sorted(name for name, _ in setting.path) == ["GO", "GO", "PRESS", "PRESS"]
+    assert setting.path_reaches_goals
     assert [limit.states for limit in limits] == [60]
-    assert len(opened(replace(light, goals=())).way) == 6, "at random"
+    assert len(opened(replace(light, goals=())).path) == 6, "at random"
     assert len(limits) == 1
 
 
 def test_a_way_works_if_it_reaches_goals_that_did_not_hold(
-    light: Task, opened: Callable[[Task], Setting]
+    light: Task, opened: Callable[[Task], QuestionSetting]
 ) -> None:
-    assert opened(replace(light, script=steps(light, WAY))).works
-    assert not opened(replace(light, script=steps(light, "GO lamp_1"))).works
+    assert opened(replace(light, script=steps(light, WAY))).path_reaches_goals
+    assert not opened(replace(light, script=steps(light, "GO lamp_1"))).path_reaches_goals
     lit = light.scene.state([Fact("lit", (light.scene.index[name],)) for name in ("lamp_1", "lamp_2")])
-    assert not opened(replace(light, initial=lit, script=steps(light, "GO lamp_1"))).works
+    assert not opened(replace(light, initial=lit, script=steps(light, "GO lamp_1"))).path_reaches_goals
 
 
-def test_nothing_is_there_but_what_is_shown_and_used(light: Task, opened: Callable[[Task], Setting]) -> None:
+def test_nothing_is_there_but_what_is_shown_and_used(
+    light: Task, opened: Callable[[Task], QuestionSetting]
+) -> None:
     few = opened(replace(light, relevant=(2,), script=steps(light, "GO ball"), goals=()))
     assert [thing.name for thing in few.scene.objects] == ["robot", "lamp_2", "ball"]
-    assert few.things == (1, 2)
+    assert few.non_agents == (1, 2)
     assert few.scene.agent == 0
 
 
-def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], Setting]) -> None:
+def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], QuestionSetting]) -> None:
     setting = opened(replace(light, script=steps(light, WAY)))
     start, there, lit = setting.states[:3]
     press = Action("PRESS", (setting.scene.index["lamp_1"],))
-    assert setting.after(start, press) is None
-    assert setting.after(there, press) == lit
-    assert (setting.failing(start, press), setting.failing(there, press), setting.failing(lit, press)) == (
+    assert setting.find_next_state(start, press) is None
+    assert setting.find_next_state(there, press) == lit
+    assert (
+        setting.find_unmet_requirements(start, press),
+        setting.find_unmet_requirements(there, press),
+        setting.find_unmet_requirements(lit, press),
+    ) == (
         (3,),
         (),
         (2,),
     )
     ball = Action("PRESS", (setting.scene.index["ball"],))
-    assert setting.failing(start, ball) == (1, 3)
-    assert setting.changes(there, lit) == ("lit(lamp_1)",)
-    assert setting.changes(lit, there) == ("not lit(lamp_1)",)
-    assert setting.changes(start, there) == ("at(robot, lamp_1)",)
-    assert setting.alike(lit, lit)
-    assert not setting.alike(there, lit)
-    assert not setting.alike(lit, there)
-    assert list(map(setting.text_of, setting.facts(lit))) == ["lit(lamp_1)", "at(robot, lamp_1)"]
-    assert setting.text_of(press) == "PRESS(lamp_1)"
-    assert setting.reached(lit) == (False,)
+    assert setting.find_unmet_requirements(start, ball) == (1, 3)
+    assert setting.format_changes(there, lit) == ("lit(lamp_1)",)
+    assert setting.format_changes(lit, there) == ("not lit(lamp_1)",)
+    assert setting.format_changes(start, there) == ("at(robot, lamp_1)",)
+    assert setting.is_same_state(lit, lit)
+    assert not setting.is_same_state(there, lit)
+    assert not setting.is_same_state(lit, there)
+    assert list(map(setting.to_text, setting.list_changeable_facts(lit))) == [
+        "lit(lamp_1)",
+        "at(robot, lamp_1)",
+    ]
+    assert setting.to_text(press) == "PRESS(lamp_1)"
+    assert setting.evaluate_goals(lit) == (False,)
 
 
 def test_actions_at_random_are_of_each_operator_alike_and_seldom_absurd(
-    light: Task, opened: Callable[[Task], Setting]
+    light: Task, opened: Callable[[Task], QuestionSetting]
 ) -> None:
     setting, rng = opened(light), random.Random(0)
     start = setting.states[0]
-    possible = [setting.some_action(rng, start, possible=True) for _ in range(50)]
+    possible = [setting.draw_action(rng, start, possible=True) for _ in range(50)]
     assert {action.operator for action in possible if action} == {"GO"}
-    assert all(action and setting.after(start, action) is not None for action in possible)
-    assert setting.some_action(rng, start, possible=True, operators=["PRESS"]) is None
-    impossible = [setting.some_action(rng, start, possible=False, operators=["PRESS"]) for _ in range(400)]
-    assert all(action and setting.after(start, action) is None for action in impossible)
+    assert all(action and setting.find_next_state(start, action) is not None for action in possible)
+    assert setting.draw_action(rng, start, possible=True, operators=["PRESS"]) is None
+    impossible = [setting.draw_action(rng, start, possible=False, operators=["PRESS"]) for _ in range(400)]
+    assert all(action and setting.find_next_state(start, action) is None for action in impossible)
     on_lamps = sum(
         setting.scene.objects[action.arguments[0]].category == "lamp" for action in impossible if action
     )
     assert on_lamps / 400 == pytest.approx(2 / (2 + 2 / 4), abs=0.06)  # of what is no lamp one in four
     operators = {
-        each.operator for each in (setting.some_action(rng, start, possible=False) for _ in range(99)) if each
+        each.operator for each in (setting.draw_action(rng, start, possible=False) for _ in range(99)) if each
     }
     assert operators == {"PRESS", "OPEN", "TAKE", "PUT"}
 
 
 def test_texts_that_have_a_counterpart_with_the_other_answer() -> None:
     right, wrong = ["a 1", "a 2", "b 1"], ["a 3", "c 1"]
-    assert with_counterparts(right, wrong, lambda text: text[0]) == {"a 1", "a 2", "a 3"}
+    assert find_texts_with_counterpart(right, wrong, lambda text: text[0]) == {"a 1", "a 2", "a 3"}
 
 
 def test_some_of_many_keep_their_order() -> None:
     rng, letters = random.Random(0), list("abcdef")
-    assert some(rng, letters, 6) == letters
-    found = {tuple(some(rng, letters, 5)) for _ in range(60)}
+    assert draw_in_order(rng, letters, 6) == letters
+    found = {tuple(draw_in_order(rng, letters, 5)) for _ in range(60)}
     assert found == {tuple(letters[:i] + letters[i + 1 :]) for i in range(6)}
 
 
 def test_lists_are_numbered_from_one_or_have_dashes() -> None:
-    assert numbered(["x", "y"]) == "1. x\n2. y"
-    assert listed(["x", "y"]) == "- x\n- y"
+    assert format_numbered_list(["x", "y"]) == "1. x\n2. y"
+    assert format_list(["x", "y"]) == "- x\n- y"
 
 
 PUT = """\
@@ -255,16 +264,16 @@ TO_LAMP_1, TO_LAMP_2 = Action("GO", (LAMP_1,)), Action("GO", (LAMP_2,))
 PRESS_1, PRESS_2 = Action("PRESS", (LAMP_1,)), Action("PRESS", (LAMP_2,))
 
 
-def setting(lamps: Benchmark, task: str = "light") -> Setting:
+def setting(lamps: Benchmark, task: str = "light") -> QuestionSetting:
     rules, planner = DomainRules(lamps.domain), Planner(lamps.domain)
-    return open_setting(lamps.tasks(Source())[task], rules, planner, "0")
+    return make_setting(lamps.tasks(Source())[task], rules, planner, "0")
 
 
 def test_everything_that_some_actions_lead_to_is_found_nearest_first(lamps: Benchmark) -> None:
     world = setting(lamps)
-    ways = exhaust(world, world.states[0], [TO_LAMP_1, PRESS_1, PRESS_2], 100)
+    ways = explore_states(world, world.states[0], [TO_LAMP_1, PRESS_1, PRESS_2], 100)
     assert ways is not None
-    assert [world.facts(state) for state in ways.states[1:]] == [
+    assert [world.list_changeable_facts(state) for state in ways.states[1:]] == [
         [("at", (ROBOT, LAMP_1))],
         [("lit", (LAMP_1,)), ("at", (ROBOT, LAMP_1))],
     ]
@@ -275,16 +284,16 @@ def test_everything_that_some_actions_lead_to_is_found_nearest_first(lamps: Benc
 def test_what_some_of_the_actions_lead_to_is_what_they_lead_to_by_themselves(lamps: Benchmark) -> None:
     world = setting(lamps)
     actions = [TO_LAMP_1, PRESS_2, TO_LAMP_2, PRESS_1]
-    at_a_lamp = world.after(world.states[0], TO_LAMP_1)
+    at_a_lamp = world.find_next_state(world.states[0], TO_LAMP_1)
     assert at_a_lamp is not None
     for start in (at_a_lamp, world.states[0]):  # to the first of them one may come back
-        ways = exhaust(world, start, actions, 100)
+        ways = explore_states(world, start, actions, 100)
         assert ways is not None
         for kept in ([], [0], [0, 3], [1, 2], [0, 1, 2, 3], [0, 2, 3]):
-            alone = exhaust(world, start, [actions[n] for n in kept], 100)
-            assert ways.within(kept) == alone
+            alone = explore_states(world, start, [actions[n] for n in kept], 100)
+            assert ways.restrict_to_actions(kept) == alone
     assert ways is not None
-    assert ways.becoming_true == {
+    assert ways.reachable_facts == {
         Fact("lit", (LAMP_1,)),
         Fact("lit", (LAMP_2,)),
         Fact("at", (ROBOT, LAMP_1)),
@@ -294,28 +303,28 @@ def test_what_some_of_the_actions_lead_to_is_what_they_lead_to_by_themselves(lam
 
 def test_distances_with_all_and_without_one_action(lamps: Benchmark) -> None:
     world = setting(lamps)
-    ways = exhaust(world, world.states[0], [TO_LAMP_1, TO_LAMP_2, PRESS_1, PRESS_2], 100)
+    ways = explore_states(world, world.states[0], [TO_LAMP_1, TO_LAMP_2, PRESS_1, PRESS_2], 100)
     assert ways is not None
 
     both_lit = [n for n, state in enumerate(ways.states) if state.mask("lit").bit_count() == 2]
     assert ways.depths[both_lit[0]] == 4
-    fewer = [ways.within([other for other in range(4) if other != n]) for n in range(4)]
+    fewer = [ways.restrict_to_actions([other for other in range(4) if other != n]) for n in range(4)]
     assert not any(state.mask("lit").bit_count() == 2 for each in fewer for state in each.states)
-    left = ways.distances_to(both_lit)
+    left = ways.find_distances(both_lit)
     assert left[0] == 4
     assert {left[n] for n in both_lit} == {0}
     assert {left[target] for _, target in ways.edges[0]} == {3}
-    assert ways.distances_to([]) == {}
+    assert ways.find_distances([]) == {}
 
 
 def test_more_states_than_may_be_are_no_answer(lamps: Benchmark) -> None:
     world = setting(lamps)
-    assert exhaust(world, world.states[0], [TO_LAMP_1, PRESS_1], 3) is not None
-    assert exhaust(world, world.states[0], [TO_LAMP_1, PRESS_1], 2) is None
+    assert explore_states(world, world.states[0], [TO_LAMP_1, PRESS_1], 3) is not None
+    assert explore_states(world, world.states[0], [TO_LAMP_1, PRESS_1], 2) is None
 
 
 def test_a_setting_without_a_plan_of_its_own_takes_what_search_finds(lamps: Benchmark) -> None:
     world = setting(lamps, "pack")
-    assert world.works
-    assert [action.operator for action in world.way] == ["GO", "OPEN", "GO", "TAKE", "GO", "PUT"]
-    assert len(world.states) == len(world.way) + 1
+    assert world.path_reaches_goals
+    assert [action.operator for action in world.path] == ["GO", "OPEN", "GO", "TAKE", "GO", "PUT"]
+    assert len(world.states) == len(world.path) + 1

@@ -12,17 +12,17 @@ import pytest
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.questions.question import Form, Kind, Question
-from eai.extensions.questions.setting import Item, open_setting, with_counterparts
+from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
+from eai.extensions.questions.setting import Item, find_texts_with_counterpart, make_setting
 from eai.extensions.questions.shortcuts import (
     SHORTCUTS,
-    Ledger,
-    Posed,
-    best_chance,
-    chances_of,
-    glance_at,
-    guesses_of,
-    pose,
+    ClosedQuestion,
+    ShortcutLedger,
+    best_shortcut,
+    draw_closed_question,
+    guess_probabilities,
+    make_feature_reader,
+    shortcut_rates,
 )
 from eai.extensions.questions.writer import Writer
 from eai.planning.planner import Planner
@@ -35,8 +35,10 @@ SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]
 """The first shares a name with each of the others, and none of these shares more."""
 
 
-def posed(shown: list[str], right: int | None, asked: str = "", holding: tuple[str, ...] = ()) -> Posed:
-    return Posed(shown, right, glance_at(asked, holding, {}))
+def posed(
+    shown: list[str], right: int | None, asked: str = "", holding: tuple[str, ...] = ()
+) -> ClosedQuestion:
+    return ClosedQuestion(shown, right, make_feature_reader(asked, holding, {}))
 
 
 @pytest.mark.parametrize(
@@ -54,16 +56,16 @@ def posed(shown: list[str], right: int | None, asked: str = "", holding: tuple[s
         (posed(["on(cup)"], None), "operator", 0.5),
     ],
 )
-def test_what_a_shortcut_gets_right(question: Posed, shortcut: str, share: float) -> None:
-    assert Ledger().add(question)[shortcut] == pytest.approx(share)
+def test_what_a_shortcut_gets_right(question: ClosedQuestion, shortcut: str, share: float) -> None:
+    assert ShortcutLedger().add(question)[shortcut] == pytest.approx(share)
 
 
 def test_what_was_right_before_is_learned() -> None:
-    ledger = Ledger()
+    ledger = ShortcutLedger()
     for place in range(4):
         ledger.add(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
     assert ledger.add(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))["operator"] == 1
-    closed = Ledger()
+    closed = ShortcutLedger()
     for _ in range(3):
         closed.add(posed(["on(cup)"], None, "the cup"))
     hits = closed.add(posed(["on(pan)"], 0, "the pan"))
@@ -72,20 +74,20 @@ def test_what_was_right_before_is_learned() -> None:
 
 def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     shown = ["A(1)", "B(1)", "C(1)", "nothing"]
-    glance = glance_at("", (), {"nothing": ()})
-    ledger = Ledger()
+    glance = make_feature_reader("", (), {"nothing": ()})
+    ledger = ShortcutLedger()
     for right in (0, 1, 2):
-        ledger.add(Posed(shown, right, glance))
-    learned = ledger.add(Posed(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
+        ledger.add(ClosedQuestion(shown, right, glance))
+    learned = ledger.add(ClosedQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
     assert learned["operator"] == 1, "one in three was right, and by chance one in four"
 
 
 def test_a_question_that_evens_out_is_always_welcome() -> None:
-    ledger = Ledger()
-    assert ledger.excess(posed(["on(cup)"], 0)) == 0
-    while not ledger.excess(posed(["on(cup)"], 0)):
+    ledger = ShortcutLedger()
+    assert ledger.find_excess(posed(["on(cup)"], 0)) == 0
+    while not ledger.find_excess(posed(["on(cup)"], 0)):
         ledger.add(posed(["on(cup)"], 0))
-    assert ledger.excess(posed(["on(cup)"], None)) == 0
+    assert ledger.find_excess(posed(["on(cup)"], None)) == 0
 
 
 def test_what_is_tolerated_grows_with_every_ten_questions() -> None:
@@ -93,10 +95,10 @@ def test_what_is_tolerated_grows_with_every_ten_questions() -> None:
 
     def excess(number: int) -> int:
         """That of one question more of a kind of which there were eight too many among so many."""
-        ledger = Ledger()
+        ledger = ShortcutLedger()
         for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
             ledger.add(question)
-        return ledger.excess(right)
+        return ledger.find_excess(right)
 
     assert excess(8) > 0
     assert excess(10) < excess(8)
@@ -105,40 +107,47 @@ def test_what_is_tolerated_grows_with_every_ten_questions() -> None:
     ]
 
 
-KINDS = (Kind.BACKWARD, Kind.INVERSE, Kind.LANDMARKS)
+KINDS = (QuestionKind.BACKWARD, QuestionKind.INVERSE, QuestionKind.LANDMARKS)
 EACH = 40
 
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
 def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
-    forms = Form.CHOICE, Form.YES_NO
+    forms = QuestionForm.CHOICE, QuestionForm.YES_NO
     writer = Writer(find_benchmark(domain), Source(data_store))
     questions = list(writer.write(KINDS, forms, 2 * EACH * len(KINDS), seed=5))
-    guesses = guesses_of(questions)
+    guesses = guess_probabilities(questions)
     for kind in KINDS:
         for form in forms:
             some = [each for each in questions if (each.kind, each.form) == (kind, form)]
             assert len(some) == EACH
-            chances = chances_of(some, guesses)
+            chances = shortcut_rates(some, guesses)
             assert set(chances) == {"guess", *SHORTCUTS}
-            assert (chances[best_chance(chances)].share or 0) <= (0.3 if form is Form.CHOICE else 0.55)
-    choices = [each for each in questions if each.form is Form.CHOICE]
+            assert (chances[best_shortcut(chances)].share or 0) <= (
+                0.3 if form is QuestionForm.CHOICE else 0.55
+            )
+    choices = [each for each in questions if each.form is QuestionForm.CHOICE]
     assert sum(map(most_shared, choices)) == pytest.approx(sum(q.shortcuts["names"] for q in choices))
 
 
 def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answer(lamps: Benchmark) -> None:
     operators = {"step 1": "TOUCH", "step 2": "GRAB", "step 3": "GRAB", "step 4": "OPEN"}
     right, wrong = ["step 1", "step 2"], ["step 3", "step 4"]
-    world = open_setting(
+    world = make_setting(
         lamps.tasks(Source())["light"], DomainRules(lamps.domain), Planner(lamps.domain), "0"
     )
     about = {step: [name] for step, name in operators.items()}
-    item = Item(world.states[0], (), 4, right, wrong, (), about=about)
+    item = Item(world.states[0], (), 4, right, wrong, (), labels=about)
 
     def shown(item: Item, turn: int) -> set[str]:
-        asked = with_counterparts(item.right, item.wrong, operators.__getitem__)
-        item = replace(item, yes_no=asked)
-        drawn = [pose(item, world, Form.YES_NO, "", Ledger(), random.Random(n), turn) for n in range(20)]
+        asked = find_texts_with_counterpart(item.right, item.wrong, operators.__getitem__)
+        item = replace(item, yes_no_texts=asked)
+        drawn = [
+            draw_closed_question(
+                item, world, QuestionForm.YES_NO, "", ShortcutLedger(), random.Random(n), turn
+            )
+            for n in range(20)
+        ]
         return {text for each in drawn if each is not None for text in each[1].shown}
 
     assert [shown(item, turn) for turn in (0, 1)] == [{"step 2"}, {"step 3"}]
@@ -149,7 +158,7 @@ def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
     """No step to touch or to look at a thing is needed: these are not asked about."""
     asked: dict[str, list[str]] = {}
     writer = Writer(find_benchmark("virtualhome"), Source(data_store))
-    for question in writer.write([Kind.JUSTIFICATION], [Form.YES_NO], 2 * EACH, seed=5):
+    for question in writer.write([QuestionKind.JUSTIFICATION], [QuestionForm.YES_NO], 2 * EACH, seed=5):
         (number,) = re.findall(r"left out: step (\d+)\?", question.prompt)
         (operator, *_) = re.findall(rf"^{number}\. ([\w-]+)\(", question.prompt, re.MULTILINE)
         asked.setdefault(operator, []).extend(question.answer)

@@ -4,7 +4,7 @@ from random import Random
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.questions import one_step
-from eai.extensions.questions.setting import open_setting
+from eai.extensions.questions.setting import make_setting
 from eai.planning.planner import get_planner
 from eai.tasks.rules import DomainRules
 from eai.tasks.source import Source
@@ -16,10 +16,10 @@ SHARED = (wide,)
 
 
 def test_a_question_about_too_many_actions_is_not_asked(wide: Benchmark) -> None:
-    setting = open_setting(
+    setting = make_setting(
         wide.tasks(Source())["one"], DomainRules(wide.domain), get_planner(wide.domain), "1"
     )
     state, action = setting.states[0], Action("wide", tuple(range(1, 9)))
     changed = {"r", "w", "p"}
-    asked = one_step._which_action(setting, Random(1), state, action, changed, lambda _: True, {})
+    asked = one_step._make_which_action_item(setting, Random(1), state, action, changed, lambda _: True, {})
     assert asked is None

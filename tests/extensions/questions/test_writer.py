@@ -11,18 +11,20 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.command import questions as command
-from eai.extensions.questions.question import Form, Kind, questions_content
-from eai.extensions.questions.shortcuts import entropy_of
+from eai.extensions.questions.question import QuestionForm, QuestionKind, questions_to_bytes
+from eai.extensions.questions.shortcuts import answer_entropy
 from eai.extensions.questions.writer import Writer
 from eai.tasks.prompts.template import Templates, template_names
 from eai.tasks.source import Source
 from sweeps import swept
 
-CELLS = [(kind, form) for kind in Kind for form in Form]
+CELLS = [(kind, form) for kind in QuestionKind for form in QuestionForm]
 
 
 def test_equal_arguments_give_equal_bytes_and_other_seeds_other_questions(lamps: Benchmark) -> None:
-    first, again, other = (questions_content(Writer(lamps).write(number=72, seed=seed)) for seed in (3, 3, 4))
+    first, again, other = (
+        questions_to_bytes(Writer(lamps).write(number=72, seed=seed)) for seed in (3, 3, 4)
+    )
     assert first == again
     assert first != other
 
@@ -30,8 +32,8 @@ def test_equal_arguments_give_equal_bytes_and_other_seeds_other_questions(lamps:
 def test_what_was_written_before_changes_nothing(lamps: Benchmark) -> None:
     writer = Writer(lamps)
     list(writer.write(number=20, seed=1))
-    again = questions_content(writer.write(number=40, seed=3))
-    assert again == questions_content(Writer(lamps).write(number=40, seed=3))
+    again = questions_to_bytes(writer.write(number=40, seed=3))
+    assert again == questions_to_bytes(Writer(lamps).write(number=40, seed=3))
 
 
 def test_any_first_part_is_as_evenly_spread(lamps: Benchmark) -> None:
@@ -44,16 +46,18 @@ def test_any_first_part_is_as_evenly_spread(lamps: Benchmark) -> None:
 
 
 def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
-    questions = list(Writer(lamps).write((Kind.STATE, Kind.WHY_NOT), (Form.OPEN,), 9, 0))
+    questions = list(
+        Writer(lamps).write((QuestionKind.STATE, QuestionKind.WHY_NOT), (QuestionForm.OPEN,), 9, 0)
+    )
     assert len(questions) == 9
     assert {(question.kind, question.form) for question in questions} == {
-        (Kind.STATE, Form.OPEN),
-        (Kind.WHY_NOT, Form.OPEN),
+        (QuestionKind.STATE, QuestionForm.OPEN),
+        (QuestionKind.WHY_NOT, QuestionForm.OPEN),
     }
 
 
 def test_where_the_tasks_give_no_more_there_are_fewer(lamps: Benchmark) -> None:
-    questions = list(Writer(lamps).write((Kind.WHY_NOT,), (Form.OPEN,), 100_000))
+    questions = list(Writer(lamps).write((QuestionKind.WHY_NOT,), (QuestionForm.OPEN,), 100_000))
     assert 10 < len(questions) < 100_000
 
 
@@ -71,8 +75,8 @@ def test_what_gives_no_question_five_times_in_a_row_is_given_up(
     monkeypatch.setattr(
         Writer, "_drafts", lambda self, tasks, cell, number, seed: tried.append(cell.kind) or ()
     )
-    assert list(Writer(lamps).write((Kind.STATE, Kind.FORWARD), (Form.OPEN,))) == []
-    assert tried == [Kind.STATE, Kind.FORWARD] * 5
+    assert list(Writer(lamps).write((QuestionKind.STATE, QuestionKind.FORWARD), (QuestionForm.OPEN,))) == []
+    assert tried == [QuestionKind.STATE, QuestionKind.FORWARD] * 5
 
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
@@ -82,7 +86,7 @@ def test_answers_are_even(domain: str, data_store: Store) -> None:
     uneven = [
         (kind.value, form.value, entropy)
         for kind, form in CELLS
-        if (entropy := entropy_of(questions, kind, form)) is None or entropy < 0.8
+        if (entropy := answer_entropy(questions, kind, form)) is None or entropy < 0.8
     ]
     assert uneven == []
 
@@ -93,7 +97,9 @@ def test_every_kind_and_form_has_words_and_own_ones_take_their_place(
     assert {f"questions/{kind.value}.{form.value}.txt" for kind, form in CELLS} <= template_names()
     (tmp_path / "questions").mkdir()
     (tmp_path / "questions" / "answer.yes_no.txt").write_text("Ja oder nein?")
-    (question,) = Writer(lamps, templates=Templates(tmp_path)).write((Kind.FORWARD,), (Form.YES_NO,), 1)
+    (question,) = Writer(lamps, templates=Templates(tmp_path)).write(
+        (QuestionKind.FORWARD,), (QuestionForm.YES_NO,), 1
+    )
     assert question.prompt.endswith("Ja oder nein?")
 
 
@@ -103,9 +109,9 @@ def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
     assert (len(told), len(closed)) == (108, 93)
     left_out = {(told[each].kind, told[each].form) for each in told.keys() - closed.keys()}
     assert left_out == {
-        *((Kind.WHY_NOT, form) for form in Form),
-        (Kind.COUNTERFACTUAL, Form.OPEN),
-        (Kind.VALIDATION, Form.OPEN),
+        *((QuestionKind.WHY_NOT, form) for form in QuestionForm),
+        (QuestionKind.COUNTERFACTUAL, QuestionForm.OPEN),
+        (QuestionKind.VALIDATION, QuestionForm.OPEN),
     }
     for name, question in closed.items():
         assert question.model_copy(update={"prompt": told[name].prompt}) == told[name]
@@ -114,7 +120,7 @@ def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
         assert all(
             head in question.prompt for head in rules if head.partition("(")[0] in lamps.domain.arities
         )
-    assert list(Writer(lamps).write((Kind.WHY_NOT,), rules=False)) == []
+    assert list(Writer(lamps).write((QuestionKind.WHY_NOT,), rules=False)) == []
 
 
 PROMPT = """\

@@ -16,8 +16,13 @@ from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import counted, output, tell
 from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, opened_source
 from eai.cli.table import PERCENT
-from eai.extensions.questions.question import Form, Kind, Question, questions_content
-from eai.extensions.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
+from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
+from eai.extensions.questions.shortcuts import (
+    answer_entropy,
+    best_shortcut,
+    guess_probabilities,
+    shortcut_rates,
+)
 from eai.extensions.questions.writer import Writer
 from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
@@ -30,10 +35,10 @@ def questions(
     domain: OfDomain,
     out: Annotated[Path, flag(metavar="FILE")],
     kind: Annotated[
-        list[Kind] | None, flag(help=f"{', '.join(Kind)}. All if not given.", metavar="KIND")
+        list[QuestionKind] | None, flag(help=f"{', '.join(QuestionKind)}. All if not given.", metavar="KIND")
     ] = None,
     form: Annotated[
-        list[Form] | None, flag(help=f"{', '.join(Form)}. All if not given.", metavar="FORM")
+        list[QuestionForm] | None, flag(help=f"{', '.join(QuestionForm)}. All if not given.", metavar="FORM")
     ] = None,
     n: Annotated[int, flag(min=1)] = 500,
     seed: Seed = 0,
@@ -54,14 +59,16 @@ def questions(
     """
     with opened_source(data) as source:
         writer = Writer(find_benchmark(domain), source, Templates(prompts))
-        found = list(writer.write(kind or tuple(Kind), form or tuple(Form), n, seed, rules=rules))
+        found = list(
+            writer.write(kind or tuple(QuestionKind), form or tuple(QuestionForm), n, seed, rules=rules)
+        )
     if not found:
         raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
-    write_whole({out: questions_content(found)})
-    chances = _chances(found)
+    write_whole({out: questions_to_bytes(found)})
+    chances = _shortcut_rates(found)
     if not as_json:
         _print_balance(found)
-        _print_chances(found, chances)
+        _print_best_shortcuts(found, chances)
     fewer = "" if len(found) == n else f"; the tasks yield no more, {n:,} were requested"
     line = f"{counted(len(found), 'question')} written to {out}{fewer}"
     chance: dict[str, Json] = {
@@ -72,11 +79,11 @@ def questions(
     tell(line, value=value, as_json=as_json)
 
 
-_Asked: TypeAlias = tuple[Kind, Form]
+_KindAndForm: TypeAlias = tuple[QuestionKind, QuestionForm]
 
 
 def _print_by_form(
-    title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_Asked], Cell]]
+    title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_KindAndForm], Cell]]
 ) -> None:
     """Print a table with a row for each kind, and with the given columns for each form."""
     kinds = list(dict.fromkeys([question.kind for question in questions]))
@@ -91,8 +98,8 @@ def _print_by_form(
 def _print_balance(questions: Sequence[Question]) -> None:
     numbers = Counter((question.kind, question.form) for question in questions)
 
-    def entropy(asked: _Asked) -> str:
-        found = entropy_of(questions, *asked)
+    def entropy(asked: _KindAndForm) -> str:
+        found = answer_entropy(questions, *asked)
         return "-" if found is None else f"{found:.2f}"
 
     columns = {
@@ -102,9 +109,11 @@ def _print_balance(questions: Sequence[Question]) -> None:
     _print_by_form("Number of questions, and entropy of their answers (1: evenly spread)", questions, columns)
 
 
-def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mapping[str, Rate]]) -> None:
+def _print_best_shortcuts(
+    questions: Sequence[Question], chances: Mapping[_KindAndForm, Mapping[str, Rate]]
+) -> None:
     """Print the best rate of guessing and shortcuts for each kind and form."""
-    best = {asked: best_chance(rates) for asked, rates in chances.items()}
+    best = {asked: best_shortcut(rates) for asked, rates in chances.items()}
     columns = {
         replace(PERCENT, name="chance"): lambda asked: (
             Estimate.from_rate(chances[asked][best[asked]]) if asked in best else "-"
@@ -114,7 +123,7 @@ def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mappi
     _print_by_form("Best rate without knowledge of the world, in percent", questions, columns)
 
 
-def _chances(questions: Sequence[Question]) -> dict[_Asked, dict[str, Rate]]:
-    guesses = guesses_of(questions)
+def _shortcut_rates(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
+    guesses = guess_probabilities(questions)
     alike = group_pairs(((question.kind, question.form), question) for question in questions)
-    return {cell: chances_of(some, guesses) for cell, some in alike.items()}
+    return {cell: shortcut_rates(some, guesses) for cell, some in alike.items()}

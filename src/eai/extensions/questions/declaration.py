@@ -25,16 +25,23 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import EMPTY_SHARE, Confusion, ErrorReport, Verdict, confusion_shares, share_of_one
-from eai.extensions.questions.question import Form, Kind, Question, gold_text, grade, read_questions
-from eai.extensions.questions.shortcuts import GUESS, SHORTCUTS, guesses_of
+from eai.extensions.questions.question import (
+    Question,
+    QuestionForm,
+    QuestionKind,
+    format_gold_answer,
+    grade_answer,
+    read_questions,
+)
+from eai.extensions.questions.shortcuts import GUESS, SHORTCUTS, guess_probabilities
 from eai.tasks.share import Share
 from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
 
-DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
+MIN_DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
 """Minimum number of actions of a question, for each depth column. The next minimum ends the column."""
 
-WAYS = (GUESS, *SHORTCUTS)
+GUESS_AND_SHORTCUTS = (GUESS, *SHORTCUTS)
 """Names of guessing and of all shortcuts, which answer without knowledge of the world."""
 
 
@@ -45,10 +52,10 @@ class _AskedQuestion(NamedTuple):
     """
 
     question: Question
-    guess: float
+    guess_probability: float
 
 
-_NONE = Confusion(0, 0, 0)
+_NO_COUNTS = Confusion(0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +73,9 @@ class _QuestionVerdict(Verdict):
     """
 
     success: bool = False
-    counts: Confusion = _NONE
-    kind: Kind | None = None
-    form: Form | None = None
+    counts: Confusion = _NO_COUNTS
+    kind: QuestionKind | None = None
+    form: QuestionForm | None = None
     depth: int = 0
     gold: tuple[str, ...] = ()
     chances: Mapping[str, float] = field(default_factory=dict)
@@ -82,7 +89,7 @@ class _QuestionScorer(Scorer):
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an answer. An unreadable answer is wrong."""
-        question, graded = self._question, grade(self._question, text)
+        question, graded = self._question, grade_answer(self._question, text)
         error = ErrorReport(FaultKind.PARSING, None, f"there is no answer of the form {question.form.value}")
         verdict = _QuestionVerdict(
             error=None if graded.readable else error,
@@ -93,12 +100,12 @@ class _QuestionScorer(Scorer):
             form=question.form,
             depth=question.depth,
             gold=question.answer,
-            chances={way: question.shortcuts.get(way, self._guess) for way in WAYS},
+            chances={way: question.shortcuts.get(way, self._guess) for way in GUESS_AND_SHORTCUTS},
         )
-        return Assessment(verdict, partial(_explanation, question, graded.repairs))
+        return Assessment(verdict, partial(_make_explanation, question, graded.repairs))
 
 
-def _explanation(question: Question, repairs: Sequence[str]) -> Explanation:
+def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation:
     wanted = f"right is {question.accept} of {', '.join(question.answer)}"
     return Explanation(notes=(wanted, *repair_notes(repairs)))
 
@@ -110,26 +117,26 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     probability that guessing or a shortcut is right. ``f1``: for open form only, the F1 of the items.
     """
     right = share_of_one(verdict.success)
-    is_open = verdict.form is Form.OPEN
-    depth = next((name for name, least in reversed(DEPTHS.items()) if least <= verdict.depth), "")
+    is_open = verdict.form is QuestionForm.OPEN
+    depth = next((name for name, least in reversed(MIN_DEPTHS.items()) if least <= verdict.depth), "")
     return {
         "right": right,
-        **{kind.value: right if kind is verdict.kind else EMPTY_SHARE for kind in Kind},
-        **{f"form.{form.value}": right if form is verdict.form else EMPTY_SHARE for form in Form},
+        **{kind.value: right if kind is verdict.kind else EMPTY_SHARE for kind in QuestionKind},
+        **{f"form.{form.value}": right if form is verdict.form else EMPTY_SHARE for form in QuestionForm},
         "f1": confusion_shares("", verdict.counts)[".f1"] if is_open else EMPTY_SHARE,
         "parsing": share_of_one(verdict.error is not None),
-        **{f"chance.{way}": Share(verdict.chances.get(way, 0.0), 1) for way in WAYS},
+        **{f"chance.{way}": Share(verdict.chances.get(way, 0.0), 1) for way in GUESS_AND_SHORTCUTS},
         **{
             f"{kind.value}.depth.{name}": right if (kind, name) == (verdict.kind, depth) else EMPTY_SHARE
-            for kind in Kind
-            for name in DEPTHS
+            for kind in QuestionKind
+            for name in MIN_DEPTHS
         },
         **{
             f"{kind.value}.chance.{way}": Share(verdict.chances[way], 1)
             if kind is verdict.kind
             else EMPTY_SHARE
-            for kind in Kind
-            for way in WAYS
+            for kind in QuestionKind
+            for way in GUESS_AND_SHORTCUTS
         },
     }
 
@@ -141,12 +148,12 @@ def outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
     return error_outcome(verdict) or counts_outcome(verdict.counts, enough=False)
 
 
-def alike(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
+def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
     """Whether two verdicts are about the same question, shown with or without the rules."""
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 
-_QUESTION = re.compile(rb'\{"id":(?!.*?"base":)')
+_QUESTION_FILE_START = re.compile(rb'\{"id":(?!.*?"base":)')
 """The beginning of a question file. A task file also begins with an id, but its next field is `base`."""
 
 
@@ -157,34 +164,40 @@ def open_questions(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
         InputError: the file begins with a question but cannot be read.
     """
     with path.open("rb") as file:
-        if not _QUESTION.match(file.readline()):
+        if not _QUESTION_FILE_START.match(file.readline()):
             return None
     questions, sha256 = read_questions(path)
-    guesses = guesses_of(questions)
+    guesses = guess_probabilities(questions)
     asked = {each.id: _AskedQuestion(each, guesses[each.id]) for each in questions}
     return f"{questions[0].domain}-{path.stem}", TaskSet(asked, asked.__getitem__, sha256)
 
 
-def _pose(world: AbilityWorld, asked: _AskedQuestion) -> QuestionAndAnswer:
-    return asked.question.prompt, gold_text(asked.question)
+def _get_prompt_and_answer(world: AbilityWorld, asked: _AskedQuestion) -> QuestionAndAnswer:
+    return asked.question.prompt, format_gold_answer(asked.question)
 
 
-def _features(asked: _AskedQuestion) -> TaskFeatures:
+def _get_features(asked: _AskedQuestion) -> TaskFeatures:
     """Return the group of a question: its task, so that questions about one task count together."""
     return TaskFeatures(asked.question.task, None, 0)
 
 
-_KINDS = tuple(MetricColumn(kind.value, "Right, by kind", label_of(kind.value)) for kind in Kind)
-_FORMS = tuple(MetricColumn(f"form.{form.value}", "By form", label_of(form.value)) for form in Form)
-_CHANCE = tuple(MetricColumn(f"chance.{way}", "Without knowing the world", label_of(way)) for way in WAYS)
+_KIND_COLUMNS = tuple(
+    MetricColumn(kind.value, "Right, by kind", label_of(kind.value)) for kind in QuestionKind
+)
+_FORM_COLUMNS = tuple(
+    MetricColumn(f"form.{form.value}", "By form", label_of(form.value)) for form in QuestionForm
+)
+_CHANCE_COLUMNS = tuple(
+    MetricColumn(f"chance.{way}", "Without knowing the world", label_of(way)) for way in GUESS_AND_SHORTCUTS
+)
 
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
     interaction=Interaction(
         lambda world: _QuestionScorer,
-        _pose,
+        _get_prompt_and_answer,
         open_file=open_questions,
-        features=_features,
+        features=_get_features,
         task_command="eai export questions",
     ),
     title="World-model questions",
@@ -194,21 +207,21 @@ WORLD_MODEL = AbilityDeclaration(
     outcome=outcome,
     columns=(
         MetricColumn("right", "All", "Right"),
-        *_KINDS,
-        *_FORMS,
+        *_KIND_COLUMNS,
+        *_FORM_COLUMNS,
         MetricColumn("f1", "Open form", "F1"),
         MetricColumn("parsing", "Grammar errors", "Unreadable", False),
-        *_CHANCE,
+        *_CHANCE_COLUMNS,
     ),
     terminal_metrics=(
         "right",
-        *(column.metric for column in (*_KINDS, *_FORMS)),
+        *(column.metric for column in (*_KIND_COLUMNS, *_FORM_COLUMNS)),
         "f1",
         "parsing",
         f"chance.{GUESS}",
     ),
-    overview_headings={"right": "Right", **{kind.value: label_of(kind.value) for kind in Kind}},
+    overview_headings={"right": "Right", **{kind.value: label_of(kind.value) for kind in QuestionKind}},
     averaged_metrics=(),
-    yes_no_metrics=frozenset({"right", *(kind.value for kind in Kind)}),
-    is_same_task=alike,
+    yes_no_metrics=frozenset({"right", *(kind.value for kind in QuestionKind)}),
+    is_same_task=is_same_question,
 )

@@ -9,193 +9,202 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.extensions.questions.one_step import never_true, statements
+from eai.extensions.questions.one_step import draw_statements, draw_untrue_facts
 from eai.extensions.questions.question import Accept
 from eai.extensions.questions.setting import (
     Item,
-    Repertoire,
-    Setting,
-    exhaust,
-    listed,
-    numbered,
-    some,
-    with_counterparts,
+    QuestionSetting,
+    StateGraph,
+    draw_in_order,
+    explore_states,
+    find_texts_with_counterpart,
+    format_list,
+    format_numbered_list,
 )
 from eai.tasks.goal_text import write_goal
 from eai.world.action import Action
 from eai.world.state import Fact, State
 
-_MOST_FACTS = 12
+_MAX_FACTS = 12
 """Maximum number of facts about one object in an answer."""
 
-_TRIES = 12
+_MAX_PLAN_CHANGES = 12
 """Maximum number of plan changes that are tried to get the wanted outcome."""
 
-_CHOICES = 3
+_WRONG_CHOICES = 3
 """Number of wrong choices beside the right one."""
 
-_DETOURS = 3
+_MAX_DETOURS = 3
 """Maximum number of unneeded actions that are inserted into a plan."""
 
-_OWN = 0.75
+_PLAN_OPERATOR_PROBABILITY = 0.75
 """Probability that an inserted action uses an operator of the plan, so that its name reveals nothing."""
 
-_WANTED = ("works", "fails", "misses", "fails")
+_WANTED_OUTCOMES = ("works", "fails", "misses", "fails")
 """Wanted outcomes, in turn. Half of the plans fail, as two of four choices name a failing step."""
 
-_ACTIONS = 8
+_MAX_ACTIONS = 8
 """Maximum number of available actions in a question about all plans."""
 
-_LEAST_ACTIONS = 5
+_MIN_ACTIONS = 5
 """Minimum number of available actions in a question about all plans."""
 
-_STATES = 150
+_MAX_STATES = 150
 """Maximum number of explored states. If the actions lead to more states, there is no question."""
 
-_REPERTOIRES = 4
+_MAX_STATE_GRAPHS = 4
 """Maximum number of sets of available actions for each task."""
 
-_CANDIDATES = 4
+_MAX_FACTS_PER_ANSWER = 4
 """Maximum number of reachable facts and of unreachable facts in a question."""
 
-_LEAST_DISTANCE = 2
+_MIN_DISTANCE = 2
 """Minimum number of actions of a shortest plan for a goal."""
 
-_MOST_GOALS = 3
+_MAX_GOALS = 3
 """Maximum number of facts in a goal."""
 
 _DISTANCES = 4
 """Number of different goal distances; questions take them in turn."""
 
-_AIMS = 8
+_GOAL_CANDIDATES = 8
 """Number of goals that are tried to get the wanted distance."""
 
-_Steps: TypeAlias = Sequence[tuple[int, Action]]
+_NumberedSteps: TypeAlias = Sequence[tuple[int, Action]]
 """Steps of a changed plan, each with its number in the plan that the question shows; 0 for an added step."""
 
 
-class _Outcome(NamedTuple):
+class _PlanOutcome(NamedTuple):
     """The outcome of a plan.
 
     Attributes:
-        missed: numbers, from 1, of the goals that do not hold at the end.
-        step: 0-based position of the first impossible step.
-        requirement: number, from 1, of that step's first unmet requirement; 0 if all steps are possible.
+        missed_goals: numbers, from 1, of the goals that do not hold at the end.
+        failing_step: 0-based position of the first impossible step.
+        unmet_requirement: number, from 1, of that step's first unmet requirement; 0 if there is none.
     """
 
-    missed: tuple[int, ...] = ()
-    step: int = 0
-    requirement: int = 0
+    missed_goals: tuple[int, ...] = ()
+    failing_step: int = 0
+    unmet_requirement: int = 0
 
     @property
     def result(self) -> str:
         """Whether the plan works, misses a goal or fails at a step."""
-        return "fails" if self.requirement else "misses" if self.missed else "works"
+        return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
 
-def _outcome_of(setting: Setting, start: State, plan: Sequence[Action], done: int = 0) -> _Outcome:
+def _find_outcome(
+    setting: QuestionSetting, start: State, plan: Sequence[Action], done: int = 0
+) -> _PlanOutcome:
     """Return the outcome of a plan whose first `done` steps already led to the given state."""
-    states = _states_along(setting, start, plan[done:])
+    states = _find_states(setting, start, plan[done:])
     place = done + len(states) - 1
     if place < len(plan):
-        return _Outcome((), place, setting.failing(states[-1], plan[place])[0])
-    return _Outcome(tuple([n for n, held in enumerate(setting.reached(states[-1]), 1) if not held]))
+        return _PlanOutcome((), place, setting.find_unmet_requirements(states[-1], plan[place])[0])
+    return _PlanOutcome(
+        tuple([n for n, held in enumerate(setting.evaluate_goals(states[-1]), 1) if not held])
+    )
 
 
-def _states_along(setting: Setting, start: State, plan: Sequence[Action]) -> list[State]:
+def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action]) -> list[State]:
     """Return the state before each step up to the first impossible step, or up to the end."""
     states = [start]
     for action in plan:
-        after = setting.after(states[-1], action)
+        after = setting.find_next_state(states[-1], action)
         if after is None:
             break
         states.append(after)
     return states
 
 
-def state_tracking(setting: Setting, rng: random.Random, number: int) -> Item | None:
+def make_state_tracking_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which facts hold after several actions; in open form, for all facts about one object."""
-    if not setting.way:
+    if not setting.path:
         return None
-    first = rng.randrange(len(setting.way))
-    last = rng.randrange(first + 1, len(setting.way) + 1)
-    states, plan = setting.states[first : last + 1], setting.way[first:last]
-    right, wrong = statements(setting, rng, states)
+    first = rng.randrange(len(setting.path))
+    last = rng.randrange(first + 1, len(setting.path) + 1)
+    states, plan = setting.states[first : last + 1], setting.path[first:last]
+    right, wrong = draw_statements(setting, rng, states)
     thing = rng.choice([i for action in plan for i in action.arguments] or [0])
-    about = [fact for fact in setting.facts(states[-1]) if thing in fact.arguments]
-    if len(about) > _MOST_FACTS:
+    about = [fact for fact in setting.list_changeable_facts(states[-1]) if thing in fact.arguments]
+    if len(about) > _MAX_FACTS:
         return None
-    values = {"plan": numbered(setting.texts(plan)), "object": setting.scene.objects[thing].name}
-    return Item(states[0], _operators(plan), len(plan), right, wrong, setting.texts(about), values=values)
+    values = {
+        "plan": format_numbered_list(setting.to_texts(plan)),
+        "object": setting.scene.objects[thing].name,
+    }
+    return Item(
+        states[0], _operator_names(plan), len(plan), right, wrong, setting.to_texts(about), values=values
+    )
 
 
-def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | None:
+def make_counterfactual_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask for the outcome of a working plan after a step is omitted, added, or swapped with the next."""
-    if not setting.works:
+    if not setting.path_reaches_goals:
         return None
-    for _ in range(_TRIES):
-        variant = _variant(setting, rng)
+    for _ in range(_MAX_PLAN_CHANGES):
+        variant = _change_plan(setting, rng)
         if variant is None:
             continue
         steps, place, change = variant
         plan = [action for _, action in steps]
-        outcome = _outcome_of(setting, setting.states[place], plan, place)
-        if outcome.result == _WANTED[number % len(_WANTED)]:
-            operators = _operators([*plan, *setting.way])
-            values = {"plan": numbered(setting.texts(setting.way)), "change": change}
-            return _of_plan(setting, rng, outcome, steps, operators, values)
+        outcome = _find_outcome(setting, setting.states[place], plan, place)
+        if outcome.result == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
+            operators = _operator_names([*plan, *setting.path])
+            values = {"plan": format_numbered_list(setting.to_texts(setting.path)), "change": change}
+            return _make_outcome_item(setting, rng, outcome, steps, operators, values)
     return None
 
 
-def validation(setting: Setting, rng: random.Random, number: int) -> Item | None:
+def make_validation_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask at which step a plan fails and why, or whether it works."""
-    if not setting.works:
+    if not setting.path_reaches_goals:
         return None
-    sound, states = _with_detours(setting, rng)
-    plan, outcome, wanted = sound, _Outcome(), _WANTED[number % len(_WANTED)]
+    sound, states = _insert_detours(setting, rng)
+    plan, outcome, wanted = sound, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
     if wanted != outcome.result:
-        for _ in range(_TRIES):
+        for _ in range(_MAX_PLAN_CHANGES):
             place = rng.randrange(len(sound))
-            plan = _corrupted(setting, sound, place, rng)
-            outcome = _outcome_of(setting, states[place], plan, place)
+            plan = _corrupt_plan(setting, sound, place, rng)
+            outcome = _find_outcome(setting, states[place], plan, place)
             if plan and outcome.result == wanted:
                 break
         else:
             return None
-    values = {"plan": numbered(setting.texts(plan))}
-    return _of_plan(setting, rng, outcome, list(enumerate(plan, 1)), _operators(plan), values)
+    values = {"plan": format_numbered_list(setting.to_texts(plan))}
+    return _make_outcome_item(setting, rng, outcome, list(enumerate(plan, 1)), _operator_names(plan), values)
 
 
-def justification(setting: Setting, rng: random.Random, number: int) -> Item | None:
+def make_justification_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which single steps of a plan can be left out."""
-    if not setting.works:
+    if not setting.path_reaches_goals:
         return None
-    plan, states = _with_detours(setting, rng)
+    plan, states = _insert_detours(setting, rng)
     needless = [
         number
         for number, before in enumerate(states[:-1], 1)
-        if _outcome_of(setting, before, plan[number:]).result == "works"
+        if _find_outcome(setting, before, plan[number:]).result == "works"
     ]
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
     right = [f"step {number}" for number in needless]
     wrong = [step for step in operators if step not in right]
     return Item(
         setting.states[0],
-        _operators(plan),
+        _operator_names(plan),
         len(plan),
         right,
         wrong,
         list(map(str, needless)),
-        values={"plan": numbered(setting.texts(plan)), "goals": _goals(setting)},
+        values={"plan": format_numbered_list(setting.to_texts(plan)), "goals": _format_goals(setting)},
         formulas=setting.goals,
-        about={step: (operator,) for step, operator in operators.items()},
-        yes_no=with_counterparts(right, wrong, operators.__getitem__),
+        labels={step: (operator,) for step, operator in operators.items()},
+        yes_no_texts=find_texts_with_counterpart(right, wrong, operators.__getitem__),
     )
 
 
-def _variant(setting: Setting, rng: random.Random) -> tuple[_Steps, int, str] | None:
+def _change_plan(setting: QuestionSetting, rng: random.Random) -> tuple[_NumberedSteps, int, str] | None:
     """Change a plan at random; return its steps, the position of the change, and the change in words."""
-    steps = list(enumerate(setting.way, 1))
+    steps = list(enumerate(setting.path, 1))
     place = rng.randrange(len(steps))
     match rng.choice(("leave out", "exchange", "put in")):
         case "leave out" if len(steps) > 1:
@@ -204,19 +213,19 @@ def _variant(setting: Setting, rng: random.Random) -> tuple[_Steps, int, str] | 
             steps[place : place + 2] = reversed(steps[place : place + 2])
             return steps, place, f"steps {place + 1} and {place + 2} change places"
         case "put in":
-            action = setting.some_action(rng, setting.states[place], possible=True)
+            action = setting.draw_action(rng, setting.states[place], possible=True)
             if action is not None:
                 steps.insert(place, (0, action))
-                change = f"just before step {place + 1}, {setting.text_of(action)} is carried out"
+                change = f"just before step {place + 1}, {setting.to_text(action)} is carried out"
                 return steps, place, change
     return None
 
 
-def _of_plan(
-    setting: Setting,
+def _make_outcome_item(
+    setting: QuestionSetting,
     rng: random.Random,
-    outcome: _Outcome,
-    plan: _Steps,
+    outcome: _PlanOutcome,
+    plan: _NumberedSteps,
     operators: set[str],
     values: Mapping[str, str],
 ) -> Item | None:
@@ -224,8 +233,8 @@ def _of_plan(
 
     The choices are always the same: it works, it misses a goal, or one of two steps fails.
     """
-    failing = plan[outcome.step][0] if outcome.requirement else 0
-    if outcome.requirement and not failing:
+    failing = plan[outcome.failing_step][0] if outcome.unmet_requirement else 0
+    if outcome.unmet_requirement and not failing:
         return None
     sentences = {
         "works": "every step can be carried out, and all goals hold at the end",
@@ -233,9 +242,9 @@ def _of_plan(
     }
     fails = {n: f"step {n} is the first that cannot be carried out" for n, _ in plan if n}
     right = fails[failing] if failing else sentences[outcome.result]
-    answer = [f"goal {n}" for n in outcome.missed] or ["works"]
+    answer = [f"goal {n}" for n in outcome.missed_goals] or ["works"]
     if failing:
-        answer = [f"step {failing}", f"requirement {outcome.requirement}"]
+        answer = [f"step {failing}", f"requirement {outcome.unmet_requirement}"]
     classes = [text for text in sentences.values() if text != right]
     steps = [text for text in fails.values() if text != right]
     return Item(
@@ -243,18 +252,20 @@ def _of_plan(
         operators,
         len(plan),
         [right],
-        [*classes, *some(rng, steps, _CHOICES - len(classes))],
+        [*classes, *draw_in_order(rng, steps, _WRONG_CHOICES - len(classes))],
         answer,
-        values={**values, "goals": _goals(setting)},
+        values={**values, "goals": _format_goals(setting)},
         formulas=setting.goals,
-        about={
+        labels={
             **{text: (text,) for text in sentences.values()},
             **{fails[n]: (action.operator, "a step fails") for n, action in plan if n},
         },
     )
 
 
-def _corrupted(setting: Setting, plan: Sequence[Action], place: int, rng: random.Random) -> list[Action]:
+def _corrupt_plan(
+    setting: QuestionSetting, plan: Sequence[Action], place: int, rng: random.Random
+) -> list[Action]:
     """Remove a step, swap it with the next, or replace one of its objects or its operator."""
     action, corrupted = plan[place], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
@@ -264,7 +275,7 @@ def _corrupted(setting: Setting, plan: Sequence[Action], place: int, rng: random
             corrupted[place : place + 2] = reversed(corrupted[place : place + 2])
         case "object" if action.arguments:
             changed = list(action.arguments)
-            changed[rng.randrange(len(changed))] = rng.choice(setting.things)
+            changed[rng.randrange(len(changed))] = rng.choice(setting.non_agents)
             corrupted[place] = Action(action.operator, tuple(changed))
         case _:
             alike = [o.name for o in setting.rules.operators if o.arity == len(action.arguments)]
@@ -272,147 +283,151 @@ def _corrupted(setting: Setting, plan: Sequence[Action], place: int, rng: random
     return corrupted
 
 
-def _with_detours(setting: Setting, rng: random.Random) -> tuple[list[Action], list[State]]:
+def _insert_detours(setting: QuestionSetting, rng: random.Random) -> tuple[list[Action], list[State]]:
     """Return the path with up to three unneeded actions inserted, and its states."""
-    plan, states = list(setting.way), list(setting.states)
-    length = len(plan) + rng.randint(0, _DETOURS)
-    for _ in range(_TRIES):
+    plan, states = list(setting.path), list(setting.states)
+    length = len(plan) + rng.randint(0, _MAX_DETOURS)
+    for _ in range(_MAX_PLAN_CHANGES):
         if len(plan) == length:
             break
         place = rng.randrange(len(plan) + 1)
-        own = [step.operator for step in plan] if rng.random() < _OWN else ()
-        action = setting.some_action(rng, states[place], possible=True, operators=own)
+        own = [step.operator for step in plan] if rng.random() < _PLAN_OPERATOR_PROBABILITY else ()
+        action = setting.draw_action(rng, states[place], possible=True, operators=own)
         if action is None:
             continue
         rest = [action, *plan[place:]]
-        along = _states_along(setting, states[place], rest)
-        if len(along) > len(rest) and all(setting.reached(along[-1])):
+        along = _find_states(setting, states[place], rest)
+        if len(along) > len(rest) and all(setting.evaluate_goals(along[-1])):
             plan[place:], states[place:] = rest, along
     return plan, states
 
 
-def _operators(plan: Sequence[Action]) -> set[str]:
+def _operator_names(plan: Sequence[Action]) -> set[str]:
     return {action.operator for action in plan}
 
 
-def _goals(setting: Setting) -> str:
-    return numbered([write_goal(goal) for goal in setting.goals])
+def _format_goals(setting: QuestionSetting) -> str:
+    return format_numbered_list([write_goal(goal) for goal in setting.goals])
 
 
-def reachability(setting: Setting, rng: random.Random, number: int) -> Item | None:
+def make_reachability_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which facts the available actions can make true, and which never become true."""
-    wider = _some_ways(setting, rng)
+    wider = _draw_state_graph(setting, rng)
     if wider is None:
         return None
-    narrower = wider.within(some(rng, range(len(wider.actions)), len(wider.actions) - 2))
-    within = narrower.becoming_true
-    beyond = wider.becoming_true - within
-    right = setting.texts(some(rng, sorted(within), _CANDIDATES))
-    ever = within.union(setting.facts(wider.states[0]))
-    tempting = some(rng, sorted(beyond), _CANDIDATES)
-    others = [fact for fact in never_true(setting, rng, ever, _CANDIDATES) if fact not in tempting]
-    wrong = setting.texts([*tempting, *others][:_CANDIDATES])
+    narrower = wider.restrict_to_actions(
+        draw_in_order(rng, range(len(wider.actions)), len(wider.actions) - 2)
+    )
+    within = narrower.reachable_facts
+    beyond = wider.reachable_facts - within
+    right = setting.to_texts(draw_in_order(rng, sorted(within), _MAX_FACTS_PER_ANSWER))
+    ever = within.union(setting.list_changeable_facts(wider.states[0]))
+    tempting = draw_in_order(rng, sorted(beyond), _MAX_FACTS_PER_ANSWER)
+    others = [
+        fact for fact in draw_untrue_facts(setting, rng, ever, _MAX_FACTS_PER_ANSWER) if fact not in tempting
+    ]
+    wrong = setting.to_texts([*tempting, *others][:_MAX_FACTS_PER_ANSWER])
     if not right or not wrong:
         return None
     together = rng.sample([*right, *wrong], len(right) + len(wrong))
-    values = {"actions": listed(setting.texts(narrower.actions)), "facts": listed(together)}
-    shown = _operators(narrower.actions)
+    values = {"actions": format_list(setting.to_texts(narrower.actions)), "facts": format_list(together)}
+    shown = _operator_names(narrower.actions)
     return Item(wider.states[0], shown, max(narrower.depths) or 1, right, wrong, right, values=values)
 
 
-def next_action(setting: Setting, rng: random.Random, number: int) -> Item | None:
+def make_next_action_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which action begins a shortest plan."""
-    aim = _some_aim(setting, rng, number)
+    aim = _draw_distant_goal(setting, rng, number)
     if aim is None:
         return None
-    left = aim.ways.distances_to(aim.reached)
-    best = {action for action, target in aim.ways.edges[0] if left.get(target) == aim.distance - 1}
-    return _about_actions(setting, aim, best, "any")
+    left = aim.graph.find_distances(aim.goal_states)
+    best = {action for action, target in aim.graph.edges[0] if left.get(target) == aim.distance - 1}
+    return _make_action_item(setting, aim, best, "any")
 
 
-def landmarks(setting: Setting, rng: random.Random, number: int) -> Item | None:
+def make_landmarks_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which actions every plan contains."""
-    aim = _some_aim(setting, rng, number)
+    aim = _draw_distant_goal(setting, rng, number)
     if aim is None:
         return None
-    numbers = range(len(aim.ways.actions))
-    fewer = [aim.ways.within([other for other in numbers if other != n]) for n in numbers]
-    needed = {n for n, ways in enumerate(fewer) if not any(map(aim.facts.issubset, ways.gained))}
-    return _about_actions(setting, aim, needed, "all")
+    numbers = range(len(aim.graph.actions))
+    fewer = [aim.graph.restrict_to_actions([other for other in numbers if other != n]) for n in numbers]
+    needed = {n for n, graph in enumerate(fewer) if not any(map(aim.facts.issubset, graph.added_facts))}
+    return _make_action_item(setting, aim, needed, "all")
 
 
-class _Aim:
+class _DistantGoal:
     """A goal that takes several actions to reach.
 
     Attributes:
-        ways: the available actions, and all states that they lead to.
+        graph: the available actions, and all states that they lead to.
         goals: the facts that must hold together.
-        reached: numbers of the states that satisfy the goal, nearest first.
+        goal_states: numbers of the states that satisfy the goal, nearest first.
         distance: number of actions in a shortest plan.
     """
 
-    def __init__(self, ways: Repertoire, goals: Sequence[Fact]) -> None:
-        self.ways, self.goals, self.facts = ways, goals, frozenset(goals)
-        self.reached = [n for n, gained in enumerate(ways.gained) if self.facts.issubset(gained)]
-        self.distance = ways.depths[self.reached[0]]
+    def __init__(self, graph: StateGraph, goals: Sequence[Fact]) -> None:
+        self.graph, self.goals, self.facts = graph, goals, frozenset(goals)
+        self.goal_states = [n for n, gained in enumerate(graph.added_facts) if self.facts.issubset(gained)]
+        self.distance = graph.depths[self.goal_states[0]]
 
 
-def _some_aim(setting: Setting, rng: random.Random, number: int) -> _Aim | None:
+def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int) -> _DistantGoal | None:
     """Draw facts that become true together only after several actions.
 
     Several candidates are drawn. The result's distance is closest to the distance that `number` asks for.
     """
-    ways = _some_ways(setting, rng)
-    if ways is None:
+    graph = _draw_state_graph(setting, rng)
+    if graph is None:
         return None
-    wanted = _LEAST_DISTANCE + number % _DISTANCES
-    far = [n for n, depth in enumerate(ways.depths) if depth >= _LEAST_DISTANCE]
-    farther = [n for n in far if ways.depths[n] >= wanted]
+    wanted = _MIN_DISTANCE + number % _DISTANCES
+    far = [n for n, depth in enumerate(graph.depths) if depth >= _MIN_DISTANCE]
+    farther = [n for n in far if graph.depths[n] >= wanted]
     aims = [
-        _Aim(ways, some(rng, ways.gained[n], rng.randint(1, _MOST_GOALS)))
-        for n in some(rng, farther or far, _AIMS)
-        if ways.gained[n]
+        _DistantGoal(graph, draw_in_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS)))
+        for n in draw_in_order(rng, farther or far, _GOAL_CANDIDATES)
+        if graph.added_facts[n]
     ]
-    fitting = [aim for aim in aims if aim.distance >= _LEAST_DISTANCE]
+    fitting = [aim for aim in aims if aim.distance >= _MIN_DISTANCE]
     return min(fitting, key=lambda aim: abs(aim.distance - wanted), default=None)
 
 
-def _some_ways(setting: Setting, rng: random.Random) -> Repertoire | None:
+def _draw_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Draw one of a task's few sets of available actions; return it with all states it leads to."""
-    number = rng.randrange(_REPERTOIRES)
-    if number not in setting.repertoires:
+    number = rng.randrange(_MAX_STATE_GRAPHS)
+    if number not in setting.state_graphs:
         dice = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
-        setting.repertoires[number] = _drawn(setting, dice)
-    return setting.repertoires[number]
+        setting.state_graphs[number] = _make_state_graph(setting, dice)
+    return setting.state_graphs[number]
 
 
-def _drawn(setting: Setting, rng: random.Random) -> Repertoire | None:
+def _make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Draw some available actions, from the path and others, and explore all states they lead to."""
-    first = rng.randrange(len(setting.way)) if setting.way else 0
-    chosen = dict.fromkeys(setting.way[first : first + rng.randint(3, _ACTIONS - 2)])
+    first = rng.randrange(len(setting.path)) if setting.path else 0
+    chosen = dict.fromkeys(setting.path[first : first + rng.randint(3, _MAX_ACTIONS - 2)])
     states = setting.states[first : first + len(chosen) + 1]
-    for _ in range(2 * _ACTIONS):
-        if len(chosen) >= _ACTIONS:
+    for _ in range(2 * _MAX_ACTIONS):
+        if len(chosen) >= _MAX_ACTIONS:
             break
         state = rng.choice(states)
-        action = setting.some_action(rng, state, possible=True)
-        if action is not None and setting.after(state, action) != state:
+        action = setting.draw_action(rng, state, possible=True)
+        if action is not None and setting.find_next_state(state, action) != state:
             chosen[action] = None
-    if len(chosen) < _LEAST_ACTIONS:
+    if len(chosen) < _MIN_ACTIONS:
         return None
-    return exhaust(setting, states[0], rng.sample(list(chosen), len(chosen)), _STATES)
+    return explore_states(setting, states[0], rng.sample(list(chosen), len(chosen)), _MAX_STATES)
 
 
-def _about_actions(setting: Setting, aim: _Aim, right: set[int], accept: Accept) -> Item:
-    texts = setting.texts(aim.ways.actions)
+def _make_action_item(setting: QuestionSetting, aim: _DistantGoal, right: set[int], accept: Accept) -> Item:
+    texts = setting.to_texts(aim.graph.actions)
     answer = [text for n, text in enumerate(texts) if n in right]
     return Item(
-        aim.ways.states[0],
-        _operators(aim.ways.actions),
+        aim.graph.states[0],
+        _operator_names(aim.graph.actions),
         aim.distance,
         answer,
         [text for n, text in enumerate(texts) if n not in right],
         answer,
         accept,
-        {"actions": listed(texts), "goals": numbered(setting.texts(aim.goals))},
+        {"actions": format_list(texts), "goals": format_numbered_list(setting.to_texts(aim.goals))},
     )

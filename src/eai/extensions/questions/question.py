@@ -23,7 +23,7 @@ from eai.base.files import number_lines, read_content
 from eai.tasks.options import describe_misfit
 
 
-class Kind(str, Enum):
+class QuestionKind(str, Enum):
     """The subject of a question.
 
     ``forward``: facts after an action. ``backward``: a single action that makes a fact true.
@@ -48,7 +48,7 @@ class Kind(str, Enum):
     LANDMARKS = "landmarks"
 
 
-class Form(str, Enum):
+class QuestionForm(str, Enum):
     """The form of an answer: yes or no, the letter of a choice, or a list."""
 
     YES_NO = "yes_no"
@@ -87,8 +87,8 @@ class Question(BaseModel):
     domain: str
     task: str
     title: str
-    kind: Kind
-    form: Form
+    kind: QuestionKind
+    form: QuestionForm
     depth: Annotated[int, Field(ge=1)]
     options: Annotated[int, Field(ge=0)] = 0
     prompt: Annotated[str, Field(min_length=1)]
@@ -97,7 +97,7 @@ class Question(BaseModel):
     shortcuts: Mapping[str, Annotated[float, Field(ge=0, le=1)]] = Field(default_factory=dict)
 
 
-def questions_content(questions: Iterable[Question]) -> bytes:
+def questions_to_bytes(questions: Iterable[Question]) -> bytes:
     """Return questions as the content of a file; equal questions give equal bytes."""
     return "".join(f"{question.model_dump_json()}\n" for question in questions).encode()
 
@@ -124,12 +124,15 @@ def read_questions(file: Path) -> tuple[Sequence[Question], str]:
     return tuple(questions.values()), hashlib.sha256(content).hexdigest()
 
 
-_SPACE = re.compile(r"\s+")
-_WORDS = {Form.YES_NO: re.compile(r"\b(yes|no)\b", re.IGNORECASE), Form.CHOICE: re.compile(r"\b([A-D])\b")}
+_WHITESPACE = re.compile(r"\s+")
+_ANSWER_WORDS = {
+    QuestionForm.YES_NO: re.compile(r"\b(yes|no)\b", re.IGNORECASE),
+    QuestionForm.CHOICE: re.compile(r"\b([A-D])\b"),
+}
 
 
 @dataclass(frozen=True, slots=True)
-class _Graded:
+class QuestionGrade:
     """The grade of an answer to a question.
 
     Attributes:
@@ -145,34 +148,34 @@ class _Graded:
     repairs: tuple[str, ...] = ()
 
 
-def grade(question: Question, text: str) -> _Graded:
+def grade_answer(question: Question, text: str) -> QuestionGrade:
     """Grade an answer. An unreadable answer is wrong."""
-    wanted = {_plain(each) for each in question.answer}
-    found = _read(question.form, text)
+    wanted = {_normalize(each) for each in question.answer}
+    found = _parse_answer(question.form, text)
     parts, repairs = found or ((), ())
-    given = set(map(_plain, parts))
+    given = set(map(_normalize, parts))
     right, asks_one = len(given & wanted), question.accept == "any"
     missed = (min(1, len(wanted)) if asks_one else len(wanted)) - right
     exact = right == len(given) == 1 if asks_one else given == wanted
     counts = Confusion(right, len(given) - right, max(0, missed))
-    return _Graded(exact and found is not None, counts, found is not None, repairs)
+    return QuestionGrade(exact and found is not None, counts, found is not None, repairs)
 
 
-def gold_text(question: Question) -> str:
+def format_gold_answer(question: Question) -> str:
     """Return a right answer in the form that a model would write."""
     parts = question.answer[:1] if question.accept == "any" else question.answer
-    if question.form is not Form.OPEN:
+    if question.form is not QuestionForm.OPEN:
         return parts[0]
     return "[" + ", ".join([f'"{part}"' for part in parts]) + "]"
 
 
-def _read(form: Form, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+def _parse_answer(form: QuestionForm, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
     """Return the items of an answer and the names of the repairs; None if it cannot be read."""
-    if form is Form.OPEN:
-        reading = read_json(text, _LIST)
+    if form is QuestionForm.OPEN:
+        reading = read_json(text, _LIST_FORM)
         return None if isinstance(reading, Unreadable) else (reading.value, reading.repairs)
     rest = split_reasoning(text)[0].strip()
-    found = {word.casefold() for word in _WORDS[form].findall(rest)}
+    found = {word.casefold() for word in _ANSWER_WORDS[form].findall(rest)}
     if len(found) != 1:
         return None
     (word,) = found
@@ -180,14 +183,14 @@ def _read(form: Form, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | No
     return (word,), () if alone else ("prose",)
 
 
-def _strings(value: object) -> tuple[str, ...] | None:
+def _parse_strings(value: object) -> tuple[str, ...] | None:
     if isinstance(value, list) and all(isinstance(part, str | int) for part in value):
         return tuple(map(str, value))
     return None
 
 
-_LIST: AnswerForm[tuple[str, ...]] = AnswerForm("list of names", _strings, is_part=holds_strings)
+_LIST_FORM: AnswerForm[tuple[str, ...]] = AnswerForm("list of names", _parse_strings, is_part=holds_strings)
 
 
-def _plain(text: str) -> str:
-    return _SPACE.sub("", text).casefold()
+def _normalize(text: str) -> str:
+    return _WHITESPACE.sub("", text).casefold()

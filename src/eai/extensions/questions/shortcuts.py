@@ -15,32 +15,38 @@ from functools import cache
 from typing import NamedTuple, TypeAlias
 
 from eai.base.grouping import group_pairs
-from eai.extensions.questions.question import Form, Kind, Question, gold_text, grade
-from eai.extensions.questions.setting import Item, Setting
+from eai.extensions.questions.question import (
+    Question,
+    QuestionForm,
+    QuestionKind,
+    format_gold_answer,
+    grade_answer,
+)
+from eai.extensions.questions.setting import Item, QuestionSetting
 from eai.results.rate import Rate, rate_of
 from eai.tasks.share import Share
 
 LETTERS = "ABCD"
 """Letters of the choices."""
 
-_TEMPTING = 0.5
+_TEMPTING_PROBABILITY = 0.5
 """Probability that a yes-no question uses the most tempting statement."""
 
-_DRAWS = 24
+_MAX_DRAWS = 24
 """Maximum number of draws of choices until no shortcut gains."""
 
-_NAME = re.compile(r"\w+(?:[.-]\w+)*")
+_NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
-_WHOLE = 12
+_TRAIT_WEIGHT = 12
 """Weight of a trait that one statement has alone. Statements that share a trait share the weight equally."""
 
-_SLACK = 6
+_TOLERATED_IMBALANCE = 6
 """Tolerated imbalance of all traits together: the sum of squared differences, in questions."""
 
-_GROWTH = 10
+_QUESTIONS_PER_TOLERANCE = 10
 """Number of questions after which the tolerated imbalance grows by one."""
 
-_TIMES = 5
+_MAX_OCCURRENCES = 5
 """Maximum counted occurrences of a statement's names in the question's text."""
 
 
@@ -56,72 +62,72 @@ text, length class, or value before the actions. ``names`` guesses.
 """
 
 
-class _Look(NamedTuple):
+class _SurfaceFeatures(NamedTuple):
     """Superficial features of a statement.
 
     Attributes:
         names: the names in the statement.
-        mentioned: number of its names that occur in the question's text.
-        often: total number of their occurrences there.
+        mentioned_names: number of its names that occur in the question's text.
+        mentions: total number of their occurrences there.
         length: number of characters.
         holds: whether the statement is a fact that holds before the actions.
         labels: its operator or predicate, and further labels that group it.
     """
 
     names: frozenset[str]
-    mentioned: int
-    often: int
+    mentioned_names: int
+    mentions: int
     length: int
     holds: bool
     labels: tuple[str, ...]
 
 
-def glance_at(
-    asked: str, holding: Collection[str], about: Mapping[str, Sequence[str]]
-) -> Callable[[str], _Look]:
+def make_feature_reader(
+    question_text: str, initial_facts: Collection[str], labels: Mapping[str, Sequence[str]]
+) -> Callable[[str], _SurfaceFeatures]:
     """Return a function that reads the superficial features of a statement.
 
     Args:
-        asked: the text of the question without the statements.
-        holding: texts of the facts that hold before the actions.
-        about: labels of texts that do not begin with their operator or predicate.
+        question_text: the text of the question without the statements.
+        initial_facts: texts of the facts that hold before the actions.
+        labels: labels of texts that do not begin with their operator or predicate.
     """
-    mentioned = Counter(_NAME.findall(asked))
+    mentioned = Counter(_NAME_PATTERN.findall(question_text))
 
     @cache
-    def look(text: str) -> _Look:
-        names = frozenset(_NAME.findall(text))
-        return _Look(
+    def read_features(text: str) -> _SurfaceFeatures:
+        names = frozenset(_NAME_PATTERN.findall(text))
+        return _SurfaceFeatures(
             names,
             sum([name in mentioned for name in names]),
             sum([mentioned[name] for name in names]),
             len(text),
-            text in holding,
-            tuple(about.get(text, (text.partition("(")[0],))),
+            text in initial_facts,
+            tuple(labels.get(text, (text.partition("(")[0],))),
         )
 
-    return look
+    return read_features
 
 
-class Posed(NamedTuple):
+class ClosedQuestion(NamedTuple):
     """A question in closed form.
 
     Attributes:
         shown: the choices, or the single statement of a yes-no question.
         right: position of the right text; None if the statement is wrong.
-        glance: reads the superficial features of a text.
+        read_features: reads the superficial features of a text.
     """
 
     shown: Sequence[str]
     right: int | None
-    glance: Callable[[str], _Look]
+    read_features: Callable[[str], _SurfaceFeatures]
 
 
 _Trait: TypeAlias = tuple[str, str]
 """A shortcut and a label of the trait that it uses."""
 
 
-class Ledger:
+class ShortcutLedger:
     """Counts how often statements with each trait were right, in the questions of one kind and form so far.
 
     A trait is in balance if its statements are right as often as guesses are.
@@ -135,25 +141,30 @@ class Ledger:
         self._questions = 0
         self._imbalance = 0
 
-    def excess(self, posed: Posed) -> int:
+    def find_excess(self, posed: ClosedQuestion) -> int:
         """Return by how much a question would exceed the tolerated imbalance; 0 if it would not."""
-        step = self._step(posed)
+        step = self._imbalance_change(posed)
         if step <= 0:
             return 0
-        one = (_WHOLE * (_options(posed) - 1)) ** 2
-        return max(0, self._imbalance + step - one * (_SLACK + self._questions // _GROWTH))
+        one = (_TRAIT_WEIGHT * (_options(posed) - 1)) ** 2
+        return max(
+            0,
+            self._imbalance
+            + step
+            - one * (_TOLERATED_IMBALANCE + self._questions // _QUESTIONS_PER_TOLERANCE),
+        )
 
-    def add(self, posed: Posed) -> Mapping[str, float]:
+    def add(self, posed: ClosedQuestion) -> Mapping[str, float]:
         """Count a question.
 
         Returns:
             The credit of each shortcut for the question, given the questions before. It is 1, 0, or a
             fraction for a guess among several choices.
         """
-        traits = self._traits(posed)
-        hits = {shortcut: self._hit(shortcut, posed, traits) for shortcut in SHORTCUTS}
-        self._imbalance += self._step(posed)
-        self._balance.update(_weights(posed, traits))
+        traits = self._find_traits(posed)
+        hits = {shortcut: self._score_shortcut(shortcut, posed, traits) for shortcut in SHORTCUTS}
+        self._imbalance += self._imbalance_change(posed)
+        self._balance.update(_balance_changes(posed, traits))
         for place, each in enumerate(traits):
             self._times.update(each.keys())
             self._right.update(each.keys() if place == posed.right else ())
@@ -161,46 +172,50 @@ class Ledger:
         self._questions += 1
         return hits
 
-    def _step(self, posed: Posed) -> int:
+    def _imbalance_change(self, posed: ClosedQuestion) -> int:
         """Return the change of the imbalance by a question."""
-        weights = _weights(posed, self._traits(posed))
+        weights = _balance_changes(posed, self._find_traits(posed))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
-    def _hit(self, shortcut: str, posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> float:
+    def _score_shortcut(
+        self, shortcut: str, posed: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]
+    ) -> float:
         seen = [next((trait for trait in each if trait[0] == shortcut), None) for each in traits]
         if not any(seen):
             return _share(1, _options(posed))
         if len(seen) == 1:
-            yes = self._rate(seen[0], 2)
+            yes = self._right_rate(seen[0], 2)
             scores, right = [yes, 1 - yes], 1 if posed.right is None else 0
         else:
             learned = shortcut == "operator"
             alone = (shortcut, "")
             scores = [
-                self._rate(trait, len(seen)) if learned else alone in each
+                self._right_rate(trait, len(seen)) if learned else alone in each
                 for trait, each in zip(seen, traits, strict=True)
             ]
             right = posed.right or 0
         best = max(scores)
         return _share(scores[right] == best, scores.count(best))
 
-    def _rate(self, trait: _Trait | None, options: int) -> float:
+    def _right_rate(self, trait: _Trait | None, options: int) -> float:
         """Return how often statements with a trait were right, smoothed by one observation at chance."""
         if trait is None:
             return _share(1, options)
         return _share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
 
-    def _traits(self, posed: Posed) -> list[dict[_Trait, int]]:
+    def _find_traits(self, posed: ClosedQuestion) -> list[dict[_Trait, int]]:
         """Return the traits of each statement with their weights."""
-        looks = [posed.glance(text) for text in posed.shown]
-        found = [dict.fromkeys([("operator", label) for label in look.labels], _WHOLE) for look in looks]
+        looks = [posed.read_features(text) for text in posed.shown]
+        found = [
+            dict.fromkeys([("operator", label) for label in look.labels], _TRAIT_WEIGHT) for look in looks
+        ]
         if len(looks) == 1:
             (look,) = looks
             found[0] |= {
-                ("text", f"{look.mentioned} of {len(look.names)}"): _WHOLE,
-                ("text", f"{min(look.often, _TIMES)} times"): _WHOLE,
-                ("longest", self._size(look.length)): _WHOLE,
-                ("unchanged", str(look.holds)): _WHOLE,
+                ("text", f"{look.mentioned_names} of {len(look.names)}"): _TRAIT_WEIGHT,
+                ("text", f"{min(look.mentions, _MAX_OCCURRENCES)} times"): _TRAIT_WEIGHT,
+                ("longest", self._length_class(look.length)): _TRAIT_WEIGHT,
+                ("unchanged", str(look.holds)): _TRAIT_WEIGHT,
             }
             return found
         marked: Mapping[_Trait, Sequence[int]] = {
@@ -209,26 +224,26 @@ class Ledger:
             ],
             ("longest", ""): [look.length for look in looks],
             ("longest", "not"): [-look.length for look in looks],
-            ("text", ""): [look.mentioned for look in looks],
-            ("text", "all times"): [look.often for look in looks],
+            ("text", ""): [look.mentioned_names for look in looks],
+            ("text", "all times"): [look.mentions for look in looks],
             ("unchanged", ""): [look.holds for look in looks],
         }
         for trait, marks in marked.items():
             best = max(marks)
-            part = _WHOLE // marks.count(best)
+            part = _TRAIT_WEIGHT // marks.count(best)
             for traits, mark in zip(found, marks, strict=True):
                 if mark == best:
                     traits[trait] = part
         return found
 
-    def _size(self, length: int) -> str:
+    def _length_class(self, length: int) -> str:
         """Return whether a statement is longer or shorter than most statements so far."""
         shorter = bisect_left(self._lengths, length)
         longer = len(self._lengths) - bisect_right(self._lengths, length)
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _weights(posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
+def _balance_changes(posed: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
     """Return what a question adds to the balance of each trait; the expected sum of a guess is 0."""
     weights: dict[_Trait, int] = {}
     for place, each in enumerate(traits):
@@ -238,7 +253,7 @@ def _weights(posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trai
     return weights
 
 
-def _options(posed: Posed) -> int:
+def _options(posed: ClosedQuestion) -> int:
     return max(2, len(posed.shown))
 
 
@@ -246,9 +261,15 @@ def _share(part: float, whole: float) -> float:
     return Rate(part, whole).share or 0.0
 
 
-def pose(
-    item: Item, setting: Setting, form: Form, asked: str, ledger: Ledger, rng: random.Random, turn: int
-) -> tuple[int, Posed] | None:
+def draw_closed_question(
+    item: Item,
+    setting: QuestionSetting,
+    form: QuestionForm,
+    question_text: str,
+    ledger: ShortcutLedger,
+    rng: random.Random,
+    turn: int,
+) -> tuple[int, ClosedQuestion] | None:
     """Draw choices so that no shortcut gains; return the remaining excess and the question.
 
     None if the item has too few texts.
@@ -257,28 +278,32 @@ def pose(
         item: the content of the question.
         setting: the material of the task.
         form: yes or no, or a choice.
-        asked: the text of the question without the choices.
+        question_text: the text of the question without the choices.
         ledger: counts of the questions before.
         rng: the random generator.
         turn: selects the letter or the yes or no that is right.
     """
     is_right, place = turn % 2 == 0, turn % len(LETTERS)
     among = item.right if is_right else item.wrong
-    if item.yes_no is not None:
-        among = [text for text in among if text in item.yes_no]
-    if form is Form.YES_NO and not among:
+    if item.yes_no_texts is not None:
+        among = [text for text in among if text in item.yes_no_texts]
+    if form is QuestionForm.YES_NO and not among:
         return None
-    if form is Form.CHOICE and not (item.right and len(item.wrong) >= len(LETTERS) - 1):
+    if form is QuestionForm.CHOICE and not (item.right and len(item.wrong) >= len(LETTERS) - 1):
         return None
-    holding = () if item.actions or item.about else frozenset(map(setting.text_of, setting.facts(item.state)))
-    glance = glance_at(asked, holding, item.about)
-    best: tuple[int, Posed] | None = None
-    for _ in range(_DRAWS):
-        if form is Form.YES_NO:
-            posed = Posed([_statement(among, rng)], 0 if is_right else None, glance)
+    holding = (
+        ()
+        if item.are_actions or item.labels
+        else frozenset(map(setting.to_text, setting.list_changeable_facts(item.state)))
+    )
+    glance = make_feature_reader(question_text, holding, item.labels)
+    best: tuple[int, ClosedQuestion] | None = None
+    for _ in range(_MAX_DRAWS):
+        if form is QuestionForm.YES_NO:
+            posed = ClosedQuestion([_draw_statement(among, rng)], 0 if is_right else None, glance)
         else:
-            posed = Posed(_choices(item, rng, place), place, glance)
-        excess = ledger.excess(posed)
+            posed = ClosedQuestion(_draw_choices(item, rng, place), place, glance)
+        excess = ledger.find_excess(posed)
         if best is None or excess < best[0]:
             best = excess, posed
         if not excess:
@@ -286,20 +311,20 @@ def pose(
     return best
 
 
-def _statement(among: Sequence[str], rng: random.Random) -> str:
-    return rng.choice(among[:1] if rng.random() < _TEMPTING else among)
+def _draw_statement(among: Sequence[str], rng: random.Random) -> str:
+    return rng.choice(among[:1] if rng.random() < _TEMPTING_PROBABILITY else among)
 
 
-def _choices(item: Item, rng: random.Random, place: int) -> list[str]:
+def _draw_choices(item: Item, rng: random.Random, place: int) -> list[str]:
     """Draw wrong texts that resemble each other as much as the right text, and insert the right text."""
     right = rng.choice(item.right)
-    alike = [each for each in _alike(right, item.wrong, rng) if len(each) >= len(LETTERS) - 1]
+    alike = [each for each in _find_similar_texts(right, item.wrong, rng) if len(each) >= len(LETTERS) - 1]
     shown = rng.sample(rng.choice(alike) if alike else item.wrong, len(LETTERS) - 1)
     shown.insert(place, right)
     return shown
 
 
-def _alike(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
+def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
     """Yield sets of wrong texts that differ from each other as they differ from the right text.
 
     All share its name, or all share its arguments, or two names and two arguments are combined in four ways.
@@ -317,7 +342,7 @@ GUESS = "guess"
 """Name of guessing, listed beside the shortcuts."""
 
 
-def entropy_of(questions: Sequence[Question], kind: Kind, form: Form) -> float | None:
+def answer_entropy(questions: Sequence[Question], kind: QuestionKind, form: QuestionForm) -> float | None:
     """Return the entropy of the answers to questions of a kind and form; None for fewer than two questions.
 
     It is a share of the maximum, which equally frequent answers reach. Possible answers are yes and no, the
@@ -326,33 +351,37 @@ def entropy_of(questions: Sequence[Question], kind: Kind, form: Form) -> float |
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
         return None
-    counts = Counter(map(_label, chosen))
+    counts = Counter(map(_answer_class, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
 
-def _label(question: Question) -> tuple[str, ...]:
+def _answer_class(question: Question) -> tuple[str, ...]:
     """Return the answer as a class. An outcome of a plan counts only as works, fails or misses a goal."""
-    if question.form is Form.OPEN and question.kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
+    if question.form is QuestionForm.OPEN and question.kind in (
+        QuestionKind.COUNTERFACTUAL,
+        QuestionKind.VALIDATION,
+    ):
         return (question.answer[0].partition(" ")[0],)
     return question.answer
 
 
-def guesses_of(questions: Sequence[Question]) -> dict[str, float]:
+def guess_probabilities(questions: Sequence[Question]) -> dict[str, float]:
     """Return the probability that a guess is right, by id of the question.
 
     A guess is a random choice. In open form, it is the most frequent answer.
     """
-    common = _common_answers(questions)
+    common = _most_frequent_answers(questions)
     return {
-        question.id: Rate(1, question.options).share or float(grade(question, common[question.kind]).exact)
+        question.id: Rate(1, question.options).share
+        or float(grade_answer(question, common[question.kind]).exact)
         for question in questions
     }
 
 
-def chances_of(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
+def shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
     """Return the rates of guessing and of each shortcut, by name. Guessing stands in for an absent shortcut.
 
     Args:
@@ -366,13 +395,15 @@ def chances_of(questions: Sequence[Question], guesses: Mapping[str, float]) -> d
     }
 
 
-def best_chance(chances: Mapping[str, Rate]) -> str:
+def best_shortcut(chances: Mapping[str, Rate]) -> str:
     """Return the name with the highest rate; guessing wins ties."""
     return max(chances, key=lambda name: chances[name].numerator)
 
 
-def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
+def _most_frequent_answers(questions: Iterable[Question]) -> dict[QuestionKind, str]:
     """Return the most frequent gold answer of each kind in open form; the first one wins ties."""
-    golds = group_pairs((each.kind, gold_text(each)) for each in questions if each.form is Form.OPEN)
-    counts = {kind: Counter(golds.get(kind, ())) for kind in Kind}
+    golds = group_pairs(
+        (each.kind, format_gold_answer(each)) for each in questions if each.form is QuestionForm.OPEN
+    )
+    counts = {kind: Counter(golds.get(kind, ())) for kind in QuestionKind}
     return {kind: max(count, key=count.__getitem__, default="") for kind, count in counts.items()}

@@ -13,75 +13,79 @@ from typing import NamedTuple
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.questions import one_step, plans
-from eai.extensions.questions.question import Accept, Form, Kind, Question
-from eai.extensions.questions.setting import Item, Maker, Setting, listed, open_setting
-from eai.extensions.questions.shortcuts import LETTERS, Ledger, Posed, pose
+from eai.extensions.questions.question import Accept, Question, QuestionForm, QuestionKind
+from eai.extensions.questions.setting import Item, ItemMaker, QuestionSetting, format_list, make_setting
+from eai.extensions.questions.shortcuts import LETTERS, ClosedQuestion, ShortcutLedger, draw_closed_question
 from eai.planning.planner import Planner
 from eai.tasks.prompts.template import Templates
 from eai.tasks.rules import DomainRules
 from eai.tasks.source import USUAL_SOURCE, Source
 
-MAKERS: Mapping[Kind, Maker] = {
-    Kind.FORWARD: one_step.forward,
-    Kind.BACKWARD: one_step.backward,
-    Kind.INVERSE: one_step.inverse,
-    Kind.STATE: plans.state_tracking,
-    Kind.APPLICABILITY: one_step.applicability,
-    Kind.WHY_NOT: one_step.why_not,
-    Kind.COUNTERFACTUAL: plans.counterfactual,
-    Kind.VALIDATION: plans.validation,
-    Kind.JUSTIFICATION: plans.justification,
-    Kind.REACHABILITY: plans.reachability,
-    Kind.NEXT_ACTION: plans.next_action,
-    Kind.LANDMARKS: plans.landmarks,
+ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
+    QuestionKind.FORWARD: one_step.make_forward_item,
+    QuestionKind.BACKWARD: one_step.make_backward_item,
+    QuestionKind.INVERSE: one_step.make_inverse_item,
+    QuestionKind.STATE: plans.make_state_tracking_item,
+    QuestionKind.APPLICABILITY: one_step.make_applicability_item,
+    QuestionKind.WHY_NOT: one_step.make_why_not_item,
+    QuestionKind.COUNTERFACTUAL: plans.make_counterfactual_item,
+    QuestionKind.VALIDATION: plans.make_validation_item,
+    QuestionKind.JUSTIFICATION: plans.make_justification_item,
+    QuestionKind.REACHABILITY: plans.make_reachability_item,
+    QuestionKind.NEXT_ACTION: plans.make_next_action_item,
+    QuestionKind.LANDMARKS: plans.make_landmarks_item,
 }
 """The function that makes the items of each kind."""
 
-_LEAST_OBJECTS = 4
+_MIN_OBJECTS = 4
 """Minimum number of objects in the scene of a task."""
 
-_TASKS_TRIED = 30
+_MAX_TASKS_PER_QUESTION = 30
 """Maximum number of tasks that are tried for one question."""
 
-_ITEMS = 2
+_ITEMS_PER_TASK = 2
 """Number of items that are tried for each task."""
 
-_GIVEN_UP = 5
+_MAX_FAILURES = 5
 """Maximum number of failed attempts in a row for one kind and form."""
 
 
-_BLOCKS = 16
+_ANSWER_BLOCKS = 16
 """Number of blocks, each with every letter once, before the order of right answers repeats."""
 
-_ABOUT_RULES = frozenset(
-    [*((Kind.WHY_NOT, form) for form in Form), (Kind.COUNTERFACTUAL, Form.OPEN), (Kind.VALIDATION, Form.OPEN)]
+_NEED_RULES = frozenset(
+    [
+        *((QuestionKind.WHY_NOT, form) for form in QuestionForm),
+        (QuestionKind.COUNTERFACTUAL, QuestionForm.OPEN),
+        (QuestionKind.VALIDATION, QuestionForm.OPEN),
+    ]
 )
 """Kinds and forms that refer to numbered requirements, so they need the rules in the prompt."""
 
 
 @dataclass(slots=True)
-class _Cell:
+class _KindAndFormState:
     """State of one kind and form while questions are written.
 
     Attributes:
         kind: subject of the questions.
         form: form of their answers.
         ledger: counts of what shortcuts gain.
-        failed: number of failed attempts in a row.
+        failures: number of failed attempts in a row.
     """
 
-    kind: Kind
-    form: Form
-    ledger: Ledger
-    failed: int = 0
+    kind: QuestionKind
+    form: QuestionForm
+    ledger: ShortcutLedger
+    failures: int = 0
 
 
-class _Draft(NamedTuple):
+class _QuestionDraft(NamedTuple):
     """A draft of a question: its material, its content and its choices; no choices in open form."""
 
-    setting: Setting
+    setting: QuestionSetting
     item: Item
-    posed: Posed | None
+    closed: ClosedQuestion | None
 
 
 class Writer:
@@ -105,8 +109,8 @@ class Writer:
 
     def write(
         self,
-        kinds: Sequence[Kind] = tuple(Kind),
-        forms: Sequence[Form] = tuple(Form),
+        kinds: Sequence[QuestionKind] = tuple(QuestionKind),
+        forms: Sequence[QuestionForm] = tuple(QuestionForm),
         number: int = 500,
         seed: int = 0,
         *,
@@ -124,73 +128,79 @@ class Writer:
             rules: whether prompts state the rules. If not, questions about numbered requirements are
                 then left out. All other questions keep their id.
         """
-        order = _generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
+        order = _make_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
-        cells = [_Cell(kind, form, Ledger()) for form in forms for kind in kinds]
+        cells = [_KindAndFormState(kind, form, ShortcutLedger()) for form in forms for kind in kinds]
         written, seen = 0, set[str]()
         for turn in count():
-            cells = [cell for cell in cells if cell.failed < _GIVEN_UP]
-            if not any(rules or (cell.kind, cell.form) not in _ABOUT_RULES for cell in cells):
+            cells = [cell for cell in cells if cell.failures < _MAX_FAILURES]
+            if not any(rules or (cell.kind, cell.form) not in _NEED_RULES for cell in cells):
                 return
             for cell in cells:
                 if written == number:
                     return
-                drafts = self._drafts(islice(tasks, _TASKS_TRIED), cell, turn, seed)
-                phrased = ((draft, *self._phrased(draft, cell, turn)) for draft in drafts)
+                drafts = self._drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), cell, turn, seed)
+                phrased = ((draft, *self._phrase(draft, cell, turn)) for draft in drafts)
                 found = next((each for each in phrased if each[1].prompt not in seen), None)
-                cell.failed = cell.failed + 1 if found is None else 0
+                cell.failures = cell.failures + 1 if found is None else 0
                 if found is None:
                     continue
                 draft, question, closed = found
                 seen.add(question.prompt)
-                shortcuts = {} if draft.posed is None else cell.ledger.add(draft.posed)
+                shortcuts = {} if draft.closed is None else cell.ledger.add(draft.closed)
                 prompt = question.prompt if rules else closed
                 if prompt is not None:
                     written += 1
                     yield question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
 
-    def _drafts(self, tasks: Iterator[str], cell: _Cell, number: int, seed: int) -> Iterator[_Draft]:
+    def _drafts(
+        self, tasks: Iterator[str], cell: _KindAndFormState, number: int, seed: int
+    ) -> Iterator[_QuestionDraft]:
         """Yield drafts about the tasks: first drafts that keep shortcuts near chance, then the rest."""
-        rng = _generator(seed, cell.kind.value, cell.form.value, number)
-        order = _turns(f"{seed} {cell.kind.value} {cell.form.value}")
-        others: list[tuple[int, _Draft]] = []
-        for task_id in (each for each in tasks for _ in range(_ITEMS)):
+        rng = _make_generator(seed, cell.kind.value, cell.form.value, number)
+        order = _draw_answer_order(f"{seed} {cell.kind.value} {cell.form.value}")
+        others: list[tuple[int, _QuestionDraft]] = []
+        for task_id in (each for each in tasks for _ in range(_ITEMS_PER_TASK)):
             setting = self._setting(task_id, seed)
-            if len(setting.scene.objects) < _LEAST_OBJECTS:
+            if len(setting.scene.objects) < _MIN_OBJECTS:
                 continue
-            item = MAKERS[cell.kind](setting, rng, number)
+            item = ITEM_MAKERS[cell.kind](setting, rng, number)
             if item is None:
                 continue
             posed, excess = None, 0
-            if cell.form is not Form.OPEN:
+            if cell.form is not QuestionForm.OPEN:
                 asked = _question_text(item, setting, cell, self._templates)
-                best = pose(item, setting, cell.form, asked, cell.ledger, rng, order[number % len(order)])
+                best = draw_closed_question(
+                    item, setting, cell.form, asked, cell.ledger, rng, order[number % len(order)]
+                )
                 if best is None:
                     continue
                 excess, posed = best
             if excess:
-                others.append((excess, _Draft(setting, item, posed)))
+                others.append((excess, _QuestionDraft(setting, item, posed)))
             else:
-                yield _Draft(setting, item, posed)
+                yield _QuestionDraft(setting, item, posed)
         for _, draft in sorted(others, key=itemgetter(0)):
             yield draft
 
-    def _phrased(self, draft: _Draft, cell: _Cell, turn: int) -> tuple[Question, str | None]:
+    def _phrase(
+        self, draft: _QuestionDraft, cell: _KindAndFormState, turn: int
+    ) -> tuple[Question, str | None]:
         """Return a draft as a question, and its closed-book prompt if it does not need the rules."""
         setting, item, posed = draft
         form, shown = cell.form, [] if posed is None else posed.shown
         right = None if posed is None else posed.right
         match form:
-            case Form.OPEN:
+            case QuestionForm.OPEN:
                 choices, answer = "", tuple(item.answer)
-            case Form.YES_NO:
+            case QuestionForm.YES_NO:
                 choices, answer = shown[0], ("no" if right is None else "yes",)
-            case Form.CHOICE:
+            case QuestionForm.CHOICE:
                 choices = "\n".join(
                     [f"{letter}. {text}" for letter, text in zip(LETTERS, shown, strict=True)]
                 )
                 answer = (LETTERS[right or 0],)
-        accept = item.accept if form is Form.OPEN else "all"
+        accept = item.accept if form is QuestionForm.OPEN else "all"
         values = self._values(draft, cell, choices, accept)
         question = Question(
             id=f"{cell.kind.value}-{form.value}-{turn}",
@@ -200,44 +210,48 @@ class Writer:
             kind=cell.kind,
             form=form,
             depth=item.depth,
-            options=2 if form is Form.YES_NO else len(shown),
+            options=2 if form is QuestionForm.YES_NO else len(shown),
             prompt=self._templates.fill("question.txt", values),
             answer=answer,
             accept=accept,
         )
-        needs_rules = (cell.kind, form) in _ABOUT_RULES
+        needs_rules = (cell.kind, form) in _NEED_RULES
         return question, None if needs_rules else self._templates.fill("closed_book.txt", values)
 
-    def _values(self, draft: _Draft, cell: _Cell, choices: str, accept: Accept) -> Mapping[str, str]:
+    def _values(
+        self, draft: _QuestionDraft, cell: _KindAndFormState, choices: str, accept: Accept
+    ) -> Mapping[str, str]:
         setting, item, posed = draft
         operators = item.operators
-        if item.actions and posed is not None:
+        if item.are_actions and posed is not None:
             operators = {text.partition("(")[0] for text in posed.shown}
         form = "any" if accept == "any" else cell.form.value
         return {
-            "objects": _objects(setting),
-            "facts": _facts(setting, item, operators),
+            "objects": _format_objects(setting),
+            "facts": _format_facts(setting, item, operators),
             "rules": setting.rules.write_rules(operators, item.formulas),
             "actions": setting.rules.write_heads(operators),
             "question": _question_text(item, setting, cell, self._templates, choices),
             "answer": self._templates.read(f"questions/answer.{form}.txt"),
         }
 
-    def _open_setting(self, task_id: str, seed: int) -> Setting:
+    def _open_setting(self, task_id: str, seed: int) -> QuestionSetting:
         own = _seed(seed, "way", task_id)
-        return open_setting(self._tasks[task_id], self._rules, self._planner, own)
+        return make_setting(self._tasks[task_id], self._rules, self._planner, own)
 
 
-def _question_text(item: Item, setting: Setting, cell: _Cell, templates: Templates, choices: str = "") -> str:
+def _question_text(
+    item: Item, setting: QuestionSetting, cell: _KindAndFormState, templates: Templates, choices: str = ""
+) -> str:
     """Return the text of a question, with the choices if they are given."""
     fluents = ", ".join(sorted(setting.rules.fluents))
     values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
     return templates.fill(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
 
 
-def _objects(setting: Setting) -> str:
+def _format_objects(setting: QuestionSetting) -> str:
     agent = setting.scene.agent
-    return listed(
+    return format_list(
         [
             f"{thing.name} [{thing.category}]{', the agent' if i == agent else ''}"
             for i, thing in enumerate(setting.scene.objects)
@@ -245,7 +259,7 @@ def _objects(setting: Setting) -> str:
     )
 
 
-def _facts(setting: Setting, item: Item, operators: Collection[str]) -> str:
+def _format_facts(setting: QuestionSetting, item: Item, operators: Collection[str]) -> str:
     """Return the shown facts as lines: all changeable facts, and the other facts that the rules refer to.
 
     Each predicate has a line, in which ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
@@ -261,19 +275,19 @@ def _facts(setting: Setting, item: Item, operators: Collection[str]) -> str:
         before = [names[i] for i in first]
         texts = [f"{predicate}({', '.join([*before, *each])})" for each in last]
         lines.setdefault(predicate, []).extend(texts)
-    return listed([", ".join(texts) for texts in lines.values()]) or "- nothing"
+    return format_list([", ".join(texts) for texts in lines.values()]) or "- nothing"
 
 
-def _turns(seed: str) -> list[int]:
+def _draw_answer_order(seed: str) -> list[int]:
     """Return the order of right answers, which repeats.
 
     Of four consecutive turns, two are yes and two are no, and each letter occurs once.
     """
     rng = random.Random(seed)  # noqa: S311 - chance, not secrets
-    return [turn for _ in range(_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]
+    return [turn for _ in range(_ANSWER_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]
 
 
-def _generator(*parts: object) -> random.Random:
+def _make_generator(*parts: object) -> random.Random:
     return random.Random(_seed(*parts))  # noqa: S311 - chance, not secrets
 
 
