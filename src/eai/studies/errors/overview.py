@@ -58,7 +58,6 @@ class _Bar(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """The vertical position of the bar's middle, in percent."""
         return self.top - self.height / 2
 
 
@@ -110,7 +109,6 @@ def _draw(
 
 
 def _bars(heights: Mapping[_Name, float]) -> dict[_Name, _Bar]:
-    """Return bars below each other, with gaps."""
     bars, top = dict[_Name, _Bar](), 100.0
     for name, height in heights.items():
         bars[name] = _Bar(top, height)

@@ -59,7 +59,6 @@ def _predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 
 def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
-    """Return precision and recall."""
     return (
         Estimate.from_cases([_case(line) for line in lines if line.verdict != MISSING]),
         Estimate.from_cases([_case(line) for line in lines if line.verdict != WRONG]),

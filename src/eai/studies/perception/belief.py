@@ -75,12 +75,10 @@ class _PerceivedScene:
         self._unseen = {i for i in task.relevant if names[i] not in graph.names and i != agent}
 
     def list_relevant(self) -> tuple[int, ...]:
-        """Return the objects that an answer may name: seen objects, including invented ones."""
         seen = [index for index in self._task.relevant if index not in self._unseen]
         return (*seen, *range(len(self._task.scene.objects), len(self._index)))
 
     def make_state(self, described: SceneGraph) -> State:
-        """Return the perceived state."""
         index, seen = self._index, set(self._graph.facts)
         undescribed = set(self._task.initial.facts()) - {
             self._to_stored_fact(fact) for fact in described.facts

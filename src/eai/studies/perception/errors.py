@@ -21,8 +21,6 @@ def scorers(words: SceneWords) -> Callable[[Task], Scorer]:
 
 
 class _SceneGraphScorer(Scorer):
-    """Scores the scene graphs of a task."""
-
     def __init__(self, words: SceneWords, task: Task) -> None:
         self._words, self._task = words, task
 
@@ -98,7 +96,6 @@ def _differences(
 
 
 def _relation_start(fact: NamedFact) -> tuple[str, str]:
-    """Return the predicate and the first object of a relation."""
     return fact.predicate, fact.arguments[0]
 
 

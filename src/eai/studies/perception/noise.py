@@ -176,7 +176,6 @@ class _NoisyObserver:
         return added
 
     def _draw_fact(self, draw: random.Random, predicates: Sequence[str]) -> NamedFact:
-        """Return a random fact about described objects."""
         predicate = draw.choice(predicates)
         arity = self._words.arities[predicate]
         return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
@@ -218,7 +217,6 @@ class _NoisyObserver:
 
 
 def _next_name(name: str, taken: set[str]) -> str:
-    """Return the name with the next free number."""
     match = _NUMBER.search(name)
     stem, number = (f"{name}_", 1) if match is None else (name[: match.start()], int(match.group()))
     while f"{stem}{number}" in taken:

@@ -121,7 +121,6 @@ def _perceive_again(
 def _add_context(
     text: str, choice: Perception, task: Task, benchmark: Benchmark, templates: Templates
 ) -> str:
-    """Return the question's text on the scene with the chosen context below it."""
     if choice.context in (None, "none"):
         return text
     return f"{text}\n\n{write_context(task, scene_words(benchmark), choice.context, templates)}"
@@ -168,7 +167,6 @@ def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], cl
 
 
 def _describe_pictures(scene: SceneFormat, task: Task, benchmark: Benchmark, templates: Templates) -> str:
-    """Return the question's text on its pictures."""
     text = templates.read(f"scene_{scene}.txt")
     names = scene_words(benchmark).names(task)
     if scene == "numbered":

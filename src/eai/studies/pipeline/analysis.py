@@ -86,7 +86,6 @@ class _PipelinePair:
 
     @property
     def suite(self) -> SuiteKey:
-        """The suite of both runs."""
         record = self.modular[0]
         return SuiteKey(record.protocol.value, record.domain, record.ability.value)
 
@@ -100,7 +99,6 @@ class _PipelinePair:
 
     @property
     def metric(self) -> str:
-        """The metric of success."""
         return next(iter(declaration_of(self.modular[0].ability).overview_headings))
 
     def tables(self) -> list[Table]:
@@ -234,7 +232,6 @@ class _PipelinePair:
             yield condition, Estimate.from_cases(by_condition[condition]), len(tasks), *solved
 
     def _cases(self, records: Sequence[Record]) -> Sequence[Case]:
-        """Return the cases that records add to the metric of success."""
         return cases_of(records, self.modular[0].ability).get(self.metric, ())
 
     def _common_records(self, side: Sequence[Record]) -> list[Record]:

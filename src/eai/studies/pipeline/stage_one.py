@@ -274,7 +274,6 @@ def summarize_goals(record: Record, suite: Suite, about: Mapping[str, Any]) -> M
 
 
 def _ask_for_goals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> Interpretations:
-    """Return the model's own answers to goal interpretation."""
     first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
     prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
     wanted = [task_id for task_id in first.task_ids if task_id in stage.task_ids[suite.domain]]

@@ -139,13 +139,11 @@ class _PromptMatrix:
     records: Mapping[tuple[str, str], Sequence[Record]]
 
     def cases(self, prompt: str, model: str) -> Cases:
-        """Return the cases that tasks add to a cell."""
         records = self.records[prompt, model]
         return cases_of(records, records[0].ability)[self.metric]
 
     @property
     def tasks(self) -> int:
-        """Number of tasks that all runs share."""
         return len(next(iter(self.records.values())))
 
     def value(self, prompt: str, model: str) -> float:

@@ -58,7 +58,6 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
 
 
 def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> dict[str, str]:
-    """Return the row of one ability's cells in one table of the paper."""
     largest, where = max(pairs, key=itemgetter(0))
     bounds = {"to the digit": ROUNDING_DIFFERENCE, "within 1": 1, "within 2": 2}
     return {
@@ -162,7 +161,6 @@ def _tables_section(title: str, introduction: str, tables: Sequence[Ranking]) ->
 
 
 def _cards() -> Iterator[str]:
-    """Yield the section on the paper's models."""
     cards = model_cards()
     yield f"## {cards.title}\n"
     yield f"{cards.definition}\n"
@@ -289,7 +287,6 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _run_cells(item: RunSummary) -> dict[str, str]:
-    """Return the cells that identify the run of a row."""
     return {"model": escape_markdown(item.key.name), "suite": _run_suite(item)}
 
 

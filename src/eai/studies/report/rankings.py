@@ -360,7 +360,6 @@ def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -
 
 
 def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
-    """Return the footnotes on a whole column."""
     return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
 
 
@@ -510,7 +509,6 @@ def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
-    """Return the table of one suite, or None if it has no experiment."""
     models = {item.key.model for item in runs if not item.key.is_plain}
     shown = [item for item in runs if item.key.model in models]
     if not shown:

@@ -74,7 +74,6 @@ def _overview() -> TableSpec:
 
 
 def _one_table(ability: Ability) -> TableSpec:
-    """Return a table with all columns of an ability, ranked by its main metrics."""
     main = tuple(declaration_of(ability).overview_headings)
     return TableSpec(ability.value, ability_title(ability), _columns(ability), main)
 
