@@ -1,38 +1,42 @@
-"""The rules of eai-eval 1.0.5 for operators: how it cuts them out of an answer, and how it compares them.
+"""Extract and compare operators as eai-eval 1.0.5 does.
 
-Besides the quirks of comparison: required operators that are not written are neither counted
-nor missed by the planner, which gets the gold ones in their place and all other operators of the domain
-besides (``complete_pddl_domain``); hallucinated operators take part in planning; predicates without a
-category are not counted; the planner is that of `planner_of_2024`. Where the reference would raise a KeyError
-and lose the run (a matched predicate without a category), the predicate is ignored.
+Planning: the planner gets the gold operator for each required operator that the answer lacks, and all other
+operators of the domain (``complete_pddl_domain``). Missing operators are not counted. Hallucinated operators
+take part in planning. The planner is that of `planner_of_2024`. Predicates without a category are not
+counted. If one of them matches, the reference raises a KeyError and loses the run; here the predicate is
+ignored.
 
 Extraction reproduces the first lines of ``worker_process`` in
 ``transition_modeling/scripts/evaluate_results.py`` and ``extract_action_details`` in
-``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. The quirks, in the order in which
-they act: a code fence counts only at the very start; line ends are deleted before JSON is read, so that a
-comment outside JSON swallows the rest; single quotes become double ones; JSON that does not load is searched
-as it is; the three parts of an operator are looked for independently and may belong to a later one; an
-operator without one of them ends the search; the name ends at the first character that is not a word
-character; an unbalanced condition or effect becomes the unreadable text ``(()``; of two operators of one name
-the last wins.
+``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. Its quirks, in order of
+application:
 
-Comparison reproduces ``virtualhome_eval/simulation/evolving_graph/logic_score.py``. What differs there from
-the paper's "maximum bipartite matching over clauses" (`eai.pddl.matching`), each with its function:
+* only a code fence at the very start counts;
+* line ends are deleted before JSON is read, so a comment outside JSON swallows the rest;
+* single quotes become double quotes;
+* text that is not JSON is searched as it is;
+* the three parts of an operator are searched independently, so a part may belong to a later operator;
+* an operator that lacks a part ends the search;
+* a name ends at the first character that is not a word character;
+* an unbalanced condition or effect becomes the unreadable text ``(()``;
+* if two operators have one name, the last counts.
 
-* text_literals (``tokenize``): an atom is the text between parentheses, so variables must carry the gold
-  names;
+Comparison reproduces ``virtualhome_eval/simulation/evolving_graph/logic_score.py``. It
+differs from the paper's "maximum bipartite matching over clauses" (`eai.pddl.matching`) as follows:
+
+* text_literals (``tokenize``): an atom is the text between parentheses, so variables need the gold names;
 * joined_lists (``parse_pddl_expr``): an unknown head with literals inside becomes one literal, named by its
   first word;
-* unreadable_is_free (``calculate_logic_score``): a side that does not parse removes the pair: no false
-  negatives either;
+* unreadable_is_free (``calculate_logic_score``): if one side does not parse, nothing of the pair counts,
+  not even as a false negative;
 * padding (``align_expressions``): the shorter of two and/or lists is padded with the literal ``()``;
-* positional_renaming (``replace_in_tuple``): bound variables are renamed only at equal positions, as plain
+* positional_renaming (``replace_in_tuple``): bound variables are renamed only at equal positions, and as
   substrings;
-* shorter_list (``match_expressions``): a nested and/or matches in full when the shorter list is covered;
-* fractions_are_zero (``match_expressions``): scores enter an integer matrix, so partial credit inside a list
-  is lost;
-* row_as_column (``match_expressions``): a predicted child is additional also if its index is no matched
-  column;
+* shorter_list (``match_expressions``): a nested and/or matches in full if the shorter list is covered;
+* fractions_are_zero (``match_expressions``): scores enter an integer matrix, so a list gives no partial
+  credit;
+* row_as_column (``match_expressions``): a predicted child also counts as additional if its row number
+  is not the number of a matched column;
 * sets (``identify_predicates``): a predicate counts once per list, and may be in all three lists.
 """
 
@@ -66,13 +70,13 @@ _UNREADABLE = ErrorReport(
     FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
 )
 _UNBALANCED = "(()"
-_UNBALANCED_CLOSE = 1  # Where the first closing parenthesis of an unbalanced effect is taken to be.
+_UNBALANCED_CLOSE = 1  # assumed offset of the first closing parenthesis in an unbalanced effect
 
 
 def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
-    """The operators of an answer in order of first mention, or None for the reference's format error.
+    """Return the operators of an answer in order of first mention, or None for the reference's format error.
 
-    An answer without any operator is no format error but an empty result.
+    The result is empty, not None, for an answer without any operator.
     """
     content = _payload(answer)
     if content is None:
@@ -97,7 +101,7 @@ def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
 
 
 def _payload(answer: str) -> str | None:
-    """The text to search, or None if the answer is JSON that holds no text."""
+    """Return the text to search for operators, or None if the answer is JSON without a text."""
     if answer.startswith(_FENCE):
         answer = answer[len(_FENCE) :].strip("`")
     text = answer.strip().replace("\n", "").replace("'", '"')
@@ -111,10 +115,10 @@ def _payload(answer: str) -> str | None:
 
 
 def _block(content: str, place: int) -> str | None:
-    """The balanced list that opens behind a place, or None if it does not close.
+    """Return the first balanced list after a position, or None if it does not close.
 
-    Without any opening parenthesis the reference starts at the first character of the whole text; the
-    character behind the opening parenthesis is not counted as a parenthesis unless it closes at once.
+    Without an opening parenthesis, the reference starts at the beginning of the whole text. The character
+    after the opening parenthesis counts as a parenthesis only if it closes the list at once.
     """
     start = content.find("(", place) + 1
     if content.startswith(")", start):
@@ -129,19 +133,19 @@ def _block(content: str, place: int) -> str | None:
 
 
 FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot search for operators")
-"""The only exclusion that depends on an answer: this protocol counts as the paper's package does."""
+"""Why a task with a format error is excluded. No other exclusion depends on an answer."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReferenceRules(MatchingRules):
-    """The rules with what they remember about one domain: equal texts are compared and read once."""
+    """Scores operators as the reference does. Caches for one domain compare and read equal texts once."""
 
     counts_clauses: ClassVar[bool] = False
     reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
     read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
-        """The judgement on an answer; the reference leaves out those with its format error."""
+        """Return the judgement on an answer. An answer with the reference's format error is excluded."""
         written = extract_as_reference(text)
         if written is None:
             return Judgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
@@ -151,7 +155,7 @@ class ReferenceRules(MatchingRules):
         )
 
     def judge_missing_answer(self, task: TransitionTask) -> Judgement:
-        """All required operators are missing: gold operators fill the gaps of an answer, they are none."""
+        """Count all required operators as missing. Gold operators do not replace a whole missing answer."""
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [
             _compared(replace(each, precondition="()", effect="()"), each, OperatorStatus.MISSING)
@@ -162,10 +166,11 @@ class ReferenceRules(MatchingRules):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """The planner's result for each required operator, among all gold operators.
+        """Return the planner's result for each required operator, planned with all other gold operators.
 
-        The reference counts one that is not written as a failure, and passes over answers with its format
-        error (``evaluate_results_sequential``); it counts, but never fills, ``task_variate_control_precond``.
+        The result is None for an operator that the answer lacks: the reference counts it as a failure. It
+        skips answers with its format error (``evaluate_results_sequential``), so their result is empty. It
+        counts ``task_variate_control_precond``, but never fills it.
         """
         written = extract_as_reference(text)
         if written is None:
@@ -230,7 +235,7 @@ _TOKEN = re.compile(r"[()]|[^()\s][^()]*")
 
 @dataclass(frozen=True, slots=True)
 class _Node:
-    """A connective (a literal is a plain string); a quantifier's first argument is its variable text."""
+    """A connective with its arguments. The first argument of a quantifier is the text of its variable."""
 
     head: str
     arguments: tuple[_Tree, ...]
@@ -240,12 +245,12 @@ _Tree: TypeAlias = "str | _Node"
 
 
 class _UnreadableError(Exception):
-    """The reference's parser gives up on a text."""
+    """The reference's parser cannot read a text."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Comparison:
-    """The agreement of two trees, and which parts of them match or do not."""
+    """The score of two compared trees, and their matched, additional and missing parts."""
 
     score: float
     matched: tuple[_Tree, ...] = ()
@@ -254,11 +259,11 @@ class _Comparison:
 
 
 def compare_as_reference(predicted: str, gold: str) -> SideMatch:
-    """The predicates of one condition or effect that match, are additional, or are missing, by name.
+    """Return the names of matched, additional and missing predicates of one condition or effect.
 
     Args:
-        predicted: the answer's block, one parenthesised text.
-        gold: the gold block.
+        predicted: the condition or effect of the answer, in parentheses.
+        gold: the gold condition or effect.
     """
     try:
         result = _compare(*_align(_parse(predicted), _parse(gold)))
@@ -287,7 +292,7 @@ def _parse(text: str) -> _Tree:
 
 
 def _combine(parts: list[_Tree]) -> _Tree:
-    """One finished list as a node or, with any other head, as a joined literal."""
+    """Return a closed list as a connective, or as a joined literal if its head is no connective."""
     if not parts:
         return _PADDING
     head, *arguments = parts
@@ -302,7 +307,7 @@ def _combine(parts: list[_Tree]) -> _Tree:
 
 
 def _align(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
-    """Pad lists and rename the gold's bound variables, from the top down to the first other connective."""
+    """Pad and/or lists and rename bound variables of the gold side, from the top to another connective."""
     if isinstance(predicted, str) or isinstance(gold, str):
         return predicted, gold
     if predicted.head == gold.head and predicted.head in _QUANTIFIERS:
@@ -347,7 +352,7 @@ def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
 
 
 def _unit_score(predicted: _Node, gold: _Node) -> float:
-    """The score of two nodes with the same head that is not and/or; they match or fail as a whole."""
+    """Return the score of two nodes with one head other than and/or. They match or fail as a whole."""
     match predicted.head:
         case "not":
             return _compare(predicted.arguments[0], gold.arguments[0]).score

@@ -1,26 +1,27 @@
-"""The reference's tolerance, restated: a domain and problem that a current planner judges as the old one did.
+"""Rewrite planning problems so that a current planner judges them as the tolerant planner of 2024 did.
 
-The published planner success rates come from a translator that accepted undefined names. `normalise`
-rewrites a domain made of answers so that any standard planner gives the same verdict, or refuses what every
-version refuses:
+The published planner success rates come from a translator that accepted undefined names. `normalise` rewrites
+a domain that contains operators of an answer, so that any standard planner gives the published verdict. It
+refuses problems that every version of the planner refuses. Its rules:
 
-* objects of the problem may be named by operators: they become constants of the domain;
-* variables that nothing binds get the meaning that `bind_loose_variables` states;
-* names that are declared nowhere: each literal with one gets a predicate of its own, so that adding it makes
-  the same literal true and nothing else; a comparison with one is false;
-* a type used as a predicate is false; a parameter of several types (``either``) removes its operator;
-* operators without effect are left out, equal names are made different.
+* Operators may name objects of the problem: these objects become constants of the domain.
+* Unbound variables get the meaning that `bind_loose_variables` states.
+* A literal with an undeclared name gets its own predicate, so that adding it makes only this literal true. A
+  comparison with an undeclared name is false.
+* A type that is used as a predicate is false. A parameter of several types (``either``) removes its operator.
+* Operators without effect are removed, and equal names of operators are made different.
 
-Undeclared types need no rewriting (no object has them), and types of arguments were never checked.
+Undeclared types need no rewriting, because no object has them. Types of arguments were never checked.
 
-Operators that use unbound variables the planner behind the published numbers (Fast Downward before mid-2024)
-neither refused nor treated by any rule written down; `bind_loose_variables` states the rule as one rewriting,
-after which a current planner gives the same answers. Two steps:
+The planner behind the published numbers (Fast Downward before mid-2024) accepted operators with unbound
+variables, but its rule is written down nowhere. `bind_loose_variables` states the rule in two steps, after
+which a current planner gives the published answers:
 
-1. An ``exists`` of the precondition that lies under nothing but ``and`` and ``exists`` binds its name in the
-   whole operator, as if it were a parameter; one in the condition of a ``when`` binds it in that ``when``.
-2. Whatever is still unbound makes a condition's literal false, makes a deletion vanish, and turns an addition
-   into an addition of `UNBOUND_ADDED`: if that atom can be reached, the planner crashed.
+1. An ``exists`` of the precondition that lies only under ``and`` and ``exists`` binds its name in the whole
+   operator, like a parameter. Such an ``exists`` in the condition of a ``when`` binds its name in that
+   ``when``.
+2. A condition's literal with a variable that is still unbound is false. Such a deletion vanishes. Such an
+   addition adds `UNBOUND_ADDED` instead: if a plan can reach that atom, the planner crashed.
 """
 
 from __future__ import annotations
@@ -38,15 +39,16 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
-"""The atom that stands for adding an atom with an unbound variable."""
+"""Atom that replaces every added atom with an unbound variable."""
 
 Names = frozenset[str]
 
 
 def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
-    """The operator with every variable bound, or the offence for which the reference's planner refused it.
+    """Bind every variable of an operator, or return why the reference's planner refused the operator.
 
-    Refused is an unbound variable inside a ``forall`` of a condition (an ``exists`` under ``not`` is one).
+    It refused an unbound variable inside a ``forall`` of a condition. An ``exists`` under ``not`` is a
+    ``forall``.
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
     leaked: list[f.Variable] = []
@@ -65,7 +67,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
 
 
 def _opened(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.Formula:
-    """The formula without the existential quantifiers that leak, left to right: those whose name is free."""
+    """Remove each ``exists`` whose name is not in scope, and append its variable to ``leaked``."""
     match formula:
         case f.Exists(variable, body) if variable.name not in scope.union([each.name for each in leaked]):
             leaked.append(variable)
@@ -78,7 +80,7 @@ def _opened(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.For
 
 @dataclass(slots=True)
 class _Binder:
-    """Gives what is unbound its meaning; ``refused`` collects the names for which there is none."""
+    """Rewrites conditions and effects with unbound variables; ``refused`` collects names without a rule."""
 
     refused: list[str] = field(default_factory=list)
 
@@ -120,12 +122,10 @@ _REFUSED = frozenset({Violation.UNKNOWN_PREDICATE, Violation.WRONG_ARITY, Violat
 
 
 def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
-    """An operator with all its variables bound, or the offence for which the planner refuses its domain.
+    """Read an operator and bind its variables, or return why the planner refuses its domain.
 
-    None is one that the planner leaves out without a word: without an effect, or with a parameter of several
-    types.
-
-    Depends on nothing but its arguments, so that results may be kept.
+    The result is None for an operator that the planner silently removes: it has no effect, or a parameter of
+    several types. The result depends only on the arguments, so it can be cached.
     """
     try:
         return _read(source, header)
@@ -134,12 +134,12 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
 
 
 def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
-    """The rewritten domain and problem; fatal is the addition of an atom with an unbound variable.
+    """Return the rewritten domain and problem. The atom ``fatal`` marks plans on which the planner crashed.
 
     Args:
         header: the domain without operators.
-        actions: what `read_operator` made of the operators.
-        problem: the problem as the data set has it.
+        actions: the operators that `read_operator` returned.
+        problem: the problem of the data set.
     """
     objects = (*header.constants, *problem.objects)
     names = _UnknownNames(frozenset(item.name for item in objects))
@@ -184,7 +184,7 @@ def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFind
 
 
 def _parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
-    """The parameters, each name once; None if one of them has several types."""
+    """Return the parameters, each name once; None if a parameter has several types."""
     try:
         found = PddlReader(text).variables(group)
     except PddlError as error:
@@ -195,7 +195,7 @@ def _parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
 
 
 def _marked(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
-    """The expression with question marks put before names that a quantifier binds without one."""
+    """Put question marks before the names that a quantifier binds without a question mark."""
     if isinstance(expression, Symbol):
         text = expression.text
         return Symbol(f"?{text}--bare", expression.offset) if text in bare else expression
@@ -207,7 +207,7 @@ def _marked(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
 
 
 def _bound_words(names: tuple[SExpr, ...]) -> list[str]:
-    """The words of a typed list that are not types."""
+    """Return the words of a typed list, without the types."""
     words = [item.text if isinstance(item, Symbol) else "" for item in names]
     return [
         word
@@ -217,7 +217,7 @@ def _bound_words(names: tuple[SExpr, ...]) -> list[str]:
 
 
 def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
-    """The condition with every type that is used as a predicate made false."""
+    """Return the condition in which each type that is used as a predicate is false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
     def change(leaf: f.Leaf) -> f.Formula:
@@ -228,7 +228,7 @@ def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
 
 
 def _with_distinct_names(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
-    """The operators, a name that was there before with a number behind it."""
+    """Return the operators with distinct names: a repeated name gets a number at its end."""
     found: dict[str, m.PddlAction] = {}
     for action in actions:
         name, number = action.name, 1
@@ -241,7 +241,7 @@ def _with_distinct_names(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
 
 @dataclass(slots=True)
 class _UnknownNames:
-    """Moves constants that no one declared from the arguments into the predicate."""
+    """Moves undeclared constants from the arguments of an atom into the name of its predicate."""
 
     known: frozenset[str]
     made: dict[str, m.PddlPredicate] = field(default_factory=dict)

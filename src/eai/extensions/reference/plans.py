@@ -1,8 +1,8 @@
-"""How eai-eval 1.0.5 reads plans in every domain: it takes all that looks like a step, ignoring the rest.
+"""Explain how eai-eval 1.0.5 misreads plans.
 
-So ``"STANDUP": []`` vanishes, and steps that a model only thought about count. Explanations tell where what
-is seen is not what stands there, beside the verdict of ``strict`` (`lossy_reading` in the documentation of
-the protocols).
+It collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` vanishes, and steps in
+a model's reasoning count. Explanations list the steps that the reference misses or adds, and the verdict of
+``strict`` (`lossy_reading` in the documentation of the protocols).
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Unreadable, Verdict
 
 MOST = 5
-"""The number of steps that are named one by one."""
+"""Maximum number of steps that a note lists."""
 
 
 def beside_strict(
     assessment: Assessment, text: str, notation: PlanNotation, as_strict: Callable[[], ActionSequencing]
 ) -> Assessment:
-    """The assessment whose explanation tells what the reading loses, found on request.
+    """Add to the explanation of an assessment how the reading of ``strict`` differs; computed on request.
 
     Args:
-        assessment: the reference's.
+        assessment: the assessment under ``eai-1.0.5``.
         text: the answer.
-        notation: how the reference reads it.
-        as_strict: makes the scorer of the same task under ``strict``.
+        notation: the notation with which the reference reads the answer.
+        as_strict: makes the scorer of the task under ``strict``.
     """
 
     def explain() -> Explanation:
@@ -47,7 +47,6 @@ def beside_strict(
 
 
 def _steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
-    """The steps of an answer as texts."""
     plan = notation.read(text)
     if isinstance(plan, Unreadable):
         return plan
@@ -55,7 +54,7 @@ def _steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
 
 
 def _differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) -> Iterator[str]:
-    """Where the steps that are seen are not the whole."""
+    """Yield a note on the steps that the reference misses, and a note on the steps that it adds."""
     if isinstance(seen, Unreadable):
         if not isinstance(whole, Unreadable):
             yield f"none of {len(whole)} steps is seen"
@@ -79,7 +78,6 @@ def _listed(steps: Sequence[str]) -> str:
 
 
 def _outcome(verdict: Verdict) -> str:
-    """A verdict in a few words."""
     error = verdict.error
     if error is not None:
         at = "" if error.step is None else f" at step {error.step + 1}"

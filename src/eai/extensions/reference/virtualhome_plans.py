@@ -1,12 +1,14 @@
-"""VirtualHome plans as eai-eval 1.0.5 judges them (``action_sequencing/scripts/``, ``eval_utils.py``).
+"""Score VirtualHome plans as eai-eval 1.0.5 does (``action_sequencing/scripts/``, ``eval_utils.py``).
 
-Which goals a plan reaches:
+Quirks of its goal test:
 
-- The loop over relation goals ends at the first one that holds (``scene_evaluate_wID``): at most one counts.
-- Action goals are looked for as substrings of the text of all actions; the first alternative that occurs is
-  taken, not the earliest place (``check_order_with_or_score``). The first goal that is not found ends it.
-- They are looked for in the order of a set of strings, which changes from run to run. Row verdicts take the
-  order of hash seed 0, which for the 13 tasks with two action goals is the alphabetical one.
+- The loop over relation goals ends at the first goal that holds (``scene_evaluate_wID``): at most one counts.
+- Action goals are searched as substrings of the text of all actions. The first alternative that occurs
+counts,
+  not the earliest position (``check_order_with_or_score``). The search ends at the first goal without a
+  match.
+- Action goals are searched in the order of a set of strings, which changes from run to run. Verdicts use the
+  order of hash seed 0: alphabetical order for the 13 tasks with two action goals.
 """
 
 from __future__ import annotations
@@ -46,11 +48,11 @@ from eai.world.state import Scene, State
 
 
 class _GoalTest(GoalTest):
-    """The reference's test of a task's goals.
+    """The reference's test of the goals of a task.
 
     Args:
         task: the task.
-        as_in_data_set: whether action goals are looked for in the order of the data set.
+        as_in_data_set: whether action goals are searched in the order of the data set.
     """
 
     def __init__(self, task: Task, *, as_in_data_set: bool = False) -> None:
@@ -63,7 +65,7 @@ class _GoalTest(GoalTest):
     def find_reached(
         self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
-        """For each goal, in order, whether it counts: of relation goals the first that holds."""
+        """Return for each goal whether it counts as reached. Only the first reached relation goal counts."""
         reached = list(super().find_reached(final, actions, execution))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
@@ -71,12 +73,12 @@ class _GoalTest(GoalTest):
         return tuple(reached)
 
     def passes_gold_test(self, final: State) -> bool:
-        """Whether all state and relation goals count as reached in the annotation's own final state."""
+        """Whether all state and relation goals count as reached in the final state of the data set."""
         reached = self.find_reached(final, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
     def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
-        """The action goals before the first that is not found."""
+        """Return the action goals before the first goal without a match."""
         text = " ".join(actions)
         position = 0
         for count, number in enumerate(self._order):
@@ -88,13 +90,13 @@ class _GoalTest(GoalTest):
 
 
 NOT_ACCEPTED = ("PLUGIN", "PLUGOUT", "RELEASE")
-"""Actions that the prompt offers and the vocabulary test rejects (``valid_actions``)."""
+"""Actions that the prompt offers, but the reference's vocabulary test rejects (``valid_actions``)."""
 
 GOLD_TEST = "the data set's own final state fails the reference's goal test"
 EQUALS_SCRIPT = "the plan equals the data set's script, which the reference counts as a failure"
 
 LIST_IS_NOT_JSON = Unreadable("the list of a step is not JSON")
-"""The reading that counts twice among the parsing errors."""
+"""The reading error that counts as two parsing errors."""
 
 _STEP = re.compile(r'"(\w+)"\s*:\s*(\[[^\]]+\])')
 _FENCE = "```json"
@@ -102,19 +104,18 @@ _LIST_END = "]"
 
 
 class _Notation(VirtualHomePlans):
-    """The notation of VirtualHome as the reference reads it.
+    """The notation of VirtualHome plans, read as the reference reads it.
 
     Args:
-        with_ids: whether objects are written by class and id, as in release 1.0.5, or by class alone, as in
-            the answers of the paper: each revision expects one form of all answers. None looks at each answer
-            itself.
+        with_ids: whether plans name objects by class and id, as in release 1.0.5, or by class only, as in the
+            answers of the paper. Each version expects one form in all answers. None decides for each answer.
     """
 
     def __init__(self, *, with_ids: bool | None = None) -> None:
         self._with_ids = with_ids
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """The plan in an answer; with ids, a list that ends before one makes it unreadable."""
+        """Return the plan in an answer. With ids, a name without an id makes the answer unreadable."""
         plan = read_plan(text)
         with_ids = self._with_ids
         if isinstance(plan, Unreadable) or not (has_ids(plan) if with_ids is None else with_ids):
@@ -125,10 +126,9 @@ class _Notation(VirtualHomePlans):
         return pair_all_ids(plan)
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """The objects that the task is about, in the reference's order.
+        """Return the lookup of objects by name. It knows only the relevant objects of the task.
 
-        With ids no others are known, either, and name and id are looked up as one text
-        (``check_no_hallucination_in_arg``).
+        A name with an id is looked up as one text (``check_no_hallucination_in_arg``).
         """
         if not isinstance(task, VirtualHomeTask):
             raise TypeError(f"task {task.id} has no record of the data set")
@@ -140,10 +140,10 @@ class _Notation(VirtualHomePlans):
 
 
 class VirtualHomeActionSequencing(ActionSequencing):
-    """The scorer of a task's plans.
+    """Scores plans for a task of VirtualHome as the reference does.
 
-    Tasks whose own annotation fails the goal test are excluded. A plan that equals the data set's script is
-    not run and reaches no goal; one that fails after it has reached all goals succeeds.
+    A task is excluded if its annotated final state fails the goal test. A plan that equals the script of the
+    data set is not executed and reaches no goal. A plan that fails after it has reached all goals succeeds.
     """
 
     def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
@@ -155,7 +155,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         self._summed = _GoalTest(task, as_in_data_set=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
-        """The verdict, explained beside that of `strict`."""
+        """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
         return beside_strict(super().assess(text), text, self.notation, self._as_strict)
 
     def _as_strict(self) -> ActionSequencing:
@@ -177,10 +177,10 @@ class VirtualHomeActionSequencing(ActionSequencing):
         return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
 
     def _judge(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """The verdict on a plan that ran, and what it counts as in a summary.
+        """Return the verdict on an executed plan, with its counts for a summary.
 
-        There every additional step counts, and action goals in the order of the data set, which the reference
-        has by chance only.
+        In a summary, every additional step counts, and action goals have the order of the data set. The
+        reference has this order only by chance.
         """
         verdict = super()._judge(execution, plan)
         reached = verdict.goals_satisfied
@@ -200,9 +200,9 @@ class VirtualHomeActionSequencing(ActionSequencing):
 
 
 def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
-    """Whether every name is a class, as in the script: texts are compared there, not objects.
+    """Whether every name of a plan is a class, as in the script: the reference compares texts, not objects.
 
-    ``["food", "egg_1003"]`` is the same object as ``["food_egg", "1003"]``.
+    ``["food", "egg_1003"]`` names the object of ``["food_egg", "1003"]``, but with another text.
     """
     return all(
         not isinstance(word, ObjectWithId) or word.name == scene.objects[index].category
@@ -221,7 +221,7 @@ def _domain() -> Domain:
 
 
 def written_with_ids(answers: Iterable[str]) -> bool:
-    """Whether most of the answers of one file that name an object name it with its id."""
+    """Whether most answers of a file that name objects use ids."""
     plans = [read_plan(answer) for answer in answers]
     readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]
     named = [plan for plan in readable if any(step.objects for step in plan.steps)]
@@ -229,20 +229,20 @@ def written_with_ids(answers: Iterable[str]) -> bool:
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
-    """The steps that the reference finds in an answer, in order (``load_json_preserving_order``).
+    """Return the steps that the reference finds in an answer, in order (``load_json_preserving_order``).
 
-    A step whose list is empty (``"STANDUP": []``) vanishes; text around the steps is ignored; only a fence at
-    the very start is removed.
+    A step with an empty list (``"STANDUP": []``) vanishes. Text around the steps is ignored. Only a code
+    fence at the very start is removed.
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
-    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and none is looked for without need
+    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later; a shorter text is faster to search
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))
     if not written:
         return Unreadable("no step was found")
     try:
-        # A line break cannot stand in a JSON string, so no list runs on into the next.
+        # JSON strings contain no line break, so no list can run into the next list.
         lists = json.loads("[" + ",\n".join([arguments for _, arguments in written]) + "]")
     except (ValueError, RecursionError):
         return LIST_IS_NOT_JSON

@@ -1,8 +1,8 @@
-"""The VirtualHome domain as eai-eval 1.0.5 has it: where its simulator deviates from what it is meant to do.
+"""The VirtualHome domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
-Each quirk is a function that replaces checks or effects of the declaration, and says where the reference has
-it; together they turn the domain of protocol `strict` into that of `eai-1.0.5`. The engine knows nothing of
-them. The first of several objects is that of a Python set of ids.
+Each function replaces checks or effects of the declared domain and names the place in the reference. Together
+they turn the domain of protocol `strict` into the domain of `eai-1.0.5`. The engine does not know them. The
+first of several objects is the first in the iteration order of a Python set of ids.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 @cache
 def as_in_reference() -> Domain:
-    """The reference's order of checks and all of its quirks."""
+    """Return the domain with the reference's order of checks and all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
-    """The first target of a relation among those wanted (a mask), as a mask, empty if there is none."""
+    """Return the first target of a relation that is in the mask ``wanted``, as a mask; 0 for no target."""
     found = state.relation(predicate).row(source) & wanted
     if found & (found - 1) == 0:
         return found
@@ -43,10 +43,10 @@ def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
 
 
 def _in_order(state: State, predicate: str, source: int) -> list[int]:
-    """The targets of a relation, in the order of a set of ids.
+    """Return the targets of a relation in the iteration order of a Python set of ids.
 
-    Those of edges added by actions were put into it first, then those of the initial scene. The latter are
-    taken by ascending id, not in the order of the data set's file: the first target comes out the same for
+    The set got the targets that actions added first, then those of the initial scene. Initial targets are
+    inserted by ascending id, not in the order of the data set's file. This gives the same first target for
     every object that a task can be about.
     """
     relation = state.relation(predicate)
@@ -59,10 +59,10 @@ def _in_order(state: State, predicate: str, source: int) -> list[int]:
 
 
 def _room(state: State, arguments: tuple[int, ...]) -> int:
-    """The one room of an object, which may be in none (reference: ``_get_room_node``).
+    """Return the room of an object as a mask, 0 for no room (reference: ``_get_room_node``).
 
-    An object inside several things is in the first of them that is a room; otherwise the containers are
-    followed upwards, of several the first.
+    If an object is inside several objects, its room is the first of them that is a room. Otherwise the search
+    follows the container upwards; if a container has several containers, it follows the first.
     """
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
@@ -99,11 +99,11 @@ def _in_this_order(derived: DerivedPredicate) -> DerivedPredicate:
 
 
 IN_SLOT_ORDER = Vocabulary(p.VOCABULARY.predicates, tuple(map(_in_this_order, p.VOCABULARY.derived)))
-"""The vocabulary with these lookups: it stores the same, so that one state serves both."""
+"""The vocabulary with the reference's lookups. It stores equal facts, so both share states."""
 
 
 def relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
-    """The objects that a task is about, by index, as the reference finds them (``get_symbolic_goal_nl``)."""
+    """Return the relevant objects of a task, in the reference's order (``get_symbolic_goal_nl``)."""
     by_id = {p.object_id(task.initial, i): i for i in task.relevant}
     return tuple([by_id[i] for i in task.record.relevant_ids])
 
@@ -119,11 +119,11 @@ SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
     ~p.seat_full(X): (FALSE,),
     ~p.bed_full(X): (FALSE,),
 }
-"""Condition that fails -> the conditions that the reference looks for in the past, where they are others."""
+"""Failed condition -> the conditions that the reference searches in earlier states, if they differ."""
 
 
 def _of_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
-    """The change of a domain that changes each single check of an operator, or leaves it out (None)."""
+    """Turn a change of a check into a change of a domain. None removes the check."""
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
@@ -137,7 +137,7 @@ def _of_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[D
 
 
 def first_of_a_hash_table(domain: Domain) -> Domain:
-    """Of several things that an object is in, on or next to, the first is that of a Python set of ids.
+    """Several containers, supports or neighbours of an object have the order of a Python set of ids.
 
     See ``environment.py``, ``EnvironmentGraph``.
     """
@@ -145,7 +145,7 @@ def first_of_a_hash_table(domain: Domain) -> Domain:
 
 
 def held_objects_stay_behind(domain: Domain) -> Domain:
-    """The room that the character comes from keeps what it holds, and nothing is in that any more.
+    """Held objects stay in the room that the character leaves, and their contents leave them.
 
     See ``execution.py``, ``WalkExecutor``.
     """
@@ -158,39 +158,39 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
 
 
 def grabbing_empties(domain: Domain) -> Domain:
-    """Things in or on an object are left behind when it is grabbed, and in nothing (``GrabExecutor``)."""
+    """Grabbing an object leaves its contents behind, in no container (``GrabExecutor``)."""
     return domain.replace_operators(o.grab(effects_on_contents=()))
 
 
 @_of_checks
 def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
-    """The order test looks for direct edges, or OPEN of the object instead of its container, or nothing.
+    """The order test searches earlier states for other conditions than the check (`SOUGHT`), or for none.
 
     See ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SOUGHT.get(wanted)
     if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
-        sought = (FALSE,)  # the knife that is not in the hand
+        sought = (FALSE,)  # the check for a knife in the hand
     return check if sought is None else replace(check, history_conditions=sought)
 
 
 @_of_checks
 def unplugged_is_additional(operator: Operator, check: Check) -> Check:
-    """Switching on an unplugged device is an additional step, not a missing one (``SwitchExecutor``)."""
+    """Switching on an unplugged device is an additional step, not a missing step (``SwitchExecutor``)."""
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
 
 
 @_of_checks
 def running_is_additional(operator: Operator, check: Check) -> Check:
-    """Opening a device that is switched on is an additional step, not a missing one (``OpenExecutor``)."""
+    """Opening a device that is on is an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
 @_of_checks
 def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
-    """Changing a state that the object does not have is an additional step, not an affordance error.
+    """Changing a state that an object lacks is an additional step, not an affordance error.
 
     See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
     """
@@ -199,7 +199,7 @@ def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
 
 @_of_checks
 def grabbed_once_is_additional(operator: Operator, check: Check) -> Check:
-    """Grabbing what has been grabbed and is in no hand any more is an additional step (``GrabExecutor``)."""
+    """Grabbing an object again after letting go of it is an additional step (``GrabExecutor``)."""
     return additional(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
@@ -215,13 +215,13 @@ def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | 
 
 @_of_checks
 def closed_container_is_affordance(operator: Operator, check: Check) -> Check:
-    """Putting something into a closed container is an affordance error (``execution.py _check_puttable``)."""
+    """Putting an object into a closed container is an affordance error (``execution.py _check_puttable``)."""
     closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
     return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
 
 
 def put_back_never_fails(domain: Domain) -> Domain:
-    """PUTOBJBACK succeeds without doing anything where it is not possible (``PutBackExecutor``)."""
+    """An impossible PUTOBJBACK succeeds without an effect (``PutBackExecutor``)."""
     possible_at = {
         p.taken_from_inside: p.held(X) & p.near(Y) & (~p.can_open(Y) | p.open_(Y)),
         p.taken_from_top_of: p.held(X) & p.near(Y),
@@ -235,7 +235,7 @@ def put_back_never_fails(domain: Domain) -> Domain:
 
 
 def looks_not_implemented(domain: Domain) -> Domain:
-    """LOOKAT_SHORT and LOOKAT_LONG abort the run (``execution.py``, ``UnknownExecutor``)."""
+    """LOOKAT_SHORT and LOOKAT_LONG are errors without a kind (``execution.py``, ``UnknownExecutor``)."""
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
     return domain.replace_operators(
         *(Operator(name, (X,), (undefined,), ()) for name in ("LOOKAT_SHORT", "LOOKAT_LONG"))
@@ -244,7 +244,7 @@ def looks_not_implemented(domain: Domain) -> Domain:
 
 @_of_checks
 def no_room_aborts(operator: Operator, check: Check) -> Check:
-    """Walking to an object that is in no room aborts the run (``execution.py``, ``WalkExecutor``)."""
+    """Walking to an object in no room is an error without a kind (``execution.py``, ``WalkExecutor``)."""
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
 
 
@@ -263,4 +263,4 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     looks_not_implemented,
     no_room_aborts,
 )
-"""The quirks in the order in which they act."""
+"""All quirks, in the order in which they are applied."""

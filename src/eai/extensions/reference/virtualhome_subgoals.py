@@ -1,10 +1,15 @@
-"""VirtualHome subgoals as eai-eval 1.0.5 reads them, and the actions of its character for one.
+"""Score VirtualHome subgoals as eai-eval 1.0.5 does, with its plans for single subgoals.
 
-Its quirks (``subgoal_plan.py``): an answer ends at the first closing brace; strings without anything like
-``word(...)`` vanish; a string with `` or `` is cut there as plain text, whatever the brackets say, and one
-piece is taken by lot (see `subgoals`); ids are numbers, so that ``soap.01002`` is ``soap.1002``; a quantifier
-is a parsing error, and so is a negation or an object without an id, but only when the search gets to it. The
-actions for a subgoal are those of ``state_action_translator.py``.
+Quirks of its reader (``subgoal_plan.py``):
+
+* an answer ends at the first closing brace;
+* strings without a call such as ``word(...)`` vanish;
+* a string is split at `` or ``, even inside brackets, and a random draw chooses one piece (see `subgoals`);
+* ids are numbers, so ``soap.01002`` is ``soap.1002``;
+* a quantifier is a parsing error;
+* a negation or an object without an id is a parsing error too, but only when the search reaches it.
+
+The plans for a subgoal are those of ``state_action_translator.py``.
 """
 
 from __future__ import annotations
@@ -42,14 +47,14 @@ BROUGHT_ABOUT_BY = {
     "PLUGGED_OUT": ("PLUGOUT",),
     "CLEAN": ("WIPE", "WASH"),
 }
-"""For each state of an object the actions that lead to it. Any other state is brought about by no action."""
+"""Actions that reach each state of an object. No action reaches any other state."""
 
 NEED_THE_OBJECT_IN_HAND = frozenset({"DRINK", "EAT", "READ"})
 NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
 
 
 def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
-    """The plans that bring about an atom; none if no action does."""
+    """Return the plans that make an atom true; none if no action can."""
     if len(arguments) == 1:
         (x,) = arguments
         return [
@@ -81,7 +86,7 @@ def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Se
 
 
 def plans_of_action(action: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
-    """The one plan that takes an action."""
+    """Return the only plan for a subgoal that is an action, as a list."""
     act = Action(action, tuple(arguments))
     if not arguments:
         return [(act,)]
@@ -114,7 +119,7 @@ _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
 class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
-    """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
+    """Scores VirtualHome subgoals as the reference does. A goal counts if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
         domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
@@ -129,11 +134,11 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         return _LEADING_ZEROS.sub(".", lots.choice(subgoal.split(" or ")))
 
     def halts(self, fault: Fault) -> bool:
-        """Also a missing step of which it does not say what is missing, such as SIT where no seat is left.
+        """Whether the reference raises an exception for a fault.
 
-        See ``checkers.py``, ``check_missing_preconds``. In plans release 1.0.5 calls such a step missing,
-        because action sequencing has a test of order of its own
-        (``simulation/evolving_graph/checker.py``); in subgoals it has not changed.
+        It also raises for a missing step that it cannot name, such as SIT without a free seat
+        (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 calls this a missing step,
+        because action sequencing has its own order test (``simulation/evolving_graph/checker.py``).
         """
         return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 
@@ -152,7 +157,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         return super()._explore(compiled)
 
     def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
-        """One literal at a time; what cannot be translated ends the search."""
+        """Return the planner of each literal. A literal that cannot be translated ends the search."""
         return [(number, self._plans_for(literal)) for number, literal in enumerate(found)]
 
     def _plans_for(self, literal: Formula) -> SubgoalPlanner:
@@ -170,7 +175,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
 
 
 class _ActionsSingly(GoalTest):
-    """Action goals are met in any order, up to the first that is not met (``my_scene_evaluate``)."""
+    """Tests action goals in any order of actions, up to the first unmet goal (``my_scene_evaluate``)."""
 
     def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         met = [not set(wanted).isdisjoint(actions) for wanted in goals]
