@@ -47,7 +47,7 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
 _COUNTED = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""Errors of which each entry of the report counts."""
+"""Kinds of error that count once for each entry of the report."""
 
 
 class ReferenceSubgoals(SubgoalDecomposition):
@@ -97,7 +97,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return program
 
     def halts(self, fault: Fault) -> bool:
-        """Whether the reference raises an exception when it diagnoses a fault. This counts as a parsing error.
+        """Whether the reference raises an exception for a fault. This counts as a parsing error.
 
         It raises for faults that it does not categorise.
         """
