@@ -1,13 +1,13 @@
-"""Grounding: operators with objects put in, conditions and effects as bit masks over numbered atoms.
+"""Ground operators with objects; conditions and effects become bit masks over numbered atoms.
 
-What no effect can change is decided while grounding: what is true of predicates that are never deleted, and
-what is false of those that are never added. A state is an integer whose bit i says whether atom i is true.
+Atoms that no effect can change are decided while grounding. A state is an integer whose bit i says whether
+atom i is true.
 
-Conditions are masks over literals, so that many are looked at as one. With n atoms, bit i of a set of
-literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for each
-atom; in a relaxed state (`relaxation`) both may be so. Beyond them each choice that conditions leave is a
-literal of its own, equal choices the same one: it is there where one of its options is. So any condition is a
-mask of the literals that it needs, and all actions that are possible in a state are found at once.
+Conditions are masks over literals, so that many conditions are tested at once. With n atoms, bit i of a set
+of literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for
+each atom; a relaxed state (`relaxation`) may have both. Each choice in conditions is a further literal, which
+equal choices share. It is present if one of its options is. So any condition is the mask of the literals that
+it needs, and all possible actions of a state are found at once.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eai.planning.search import Effort
 
 
 class _GroundCondition(NamedTuple):
-    """A ground condition: atoms that must be true, atoms that must be false, and one of each of the choices.
+    """A ground condition: atoms that must be true, atoms that must be false, and choices between conditions.
 
     ``true`` and ``false`` are bit masks.
     """
@@ -42,7 +42,7 @@ class _GroundEffect(NamedTuple):
 
 
 class _GroundAction(NamedTuple):
-    """An operator with its objects; what it does in any case is one effect, the first."""
+    """An operator with its objects. Its unconditional effects are combined into the first effect."""
 
     step: PlanStep
     precondition: _GroundCondition
@@ -52,20 +52,20 @@ class _GroundAction(NamedTuple):
 _ALWAYS = _GroundCondition(0, 0, ())
 
 _LOOKS_PER_SUCCESSOR = 10
-"""How many looks it takes to apply an action."""
+"""Number of looks that one successor costs."""
 
 _Key = tuple[str, ...]
 _Binding = Mapping[str, str]
 
 
 class Grounder:
-    """Grounds one domain and problem; atoms are numbered in the order in which they are met.
+    """Grounds one domain and problem. Atoms are numbered in the order of their first use.
 
     Args:
         domain: the operators.
         problem: the objects, the initial state and the goal.
-        looks: how many objects parameters and quantifiers may be bound to; any number by default. Where
-            they are used up, what is ground lacks some parts.
+        looks: the budget of objects that parameters and quantifiers may be bound to; unlimited by default. If
+            it is exceeded, the result is incomplete.
     """
 
     def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Effort | None = None) -> None:
@@ -83,23 +83,24 @@ class Grounder:
 
     @property
     def initial(self) -> int:
-        """The initial state over the atoms met so far: to be asked for when grounding is done."""
+        """The initial state over the numbered atoms; complete only after grounding."""
         return sum(1 << number for key, number in self.numbers.items() if key in self._facts)
 
     @property
     def objects(self) -> frozenset[str]:
-        """All objects."""
+        """The names of all objects."""
         return frozenset(self._objects["object"])
 
     def goal(self) -> _GroundCondition | None:
-        """The goal, or None if it is false in every state."""
+        """Return the ground goal, or None if it is false in every state."""
         return self._condition(self._problem.goal, {}, negated=False)
 
     def actions(self, allowed: frozenset[str] | None = None) -> Iterator[_GroundAction]:
-        """All ground actions that some state may admit and that change something.
+        """Yield all ground actions that may be possible in some state and that change something.
 
         Args:
-            allowed: the objects that parameters may take; None for all. Quantifiers always range over all.
+            allowed: the objects that parameters may take; None for all. Quantifiers always range over all
+                objects.
         """
         for number, action in enumerate(self._domain.actions):
             for binding in self._bindings(action, allowed):
@@ -111,7 +112,7 @@ class Grounder:
                     yield ground
 
     def central_objects(self) -> frozenset[str]:
-        """The objects that the goal names, and those of the types that operators ask for by name."""
+        """Return the objects that the goal names, and those of parameter types other than the root."""
         named = {*object_names(self._problem.goal)}
         asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
         for members in (self._objects[name] for name in asked):
@@ -120,9 +121,9 @@ class Grounder:
         return frozenset(named)
 
     def _bindings(self, action: m.PddlAction, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
-        """The bindings that satisfy the atoms of the precondition's top level that nothing adds.
+        """Return the bindings that satisfy the static atoms of the precondition's top level.
 
-        A parameter that nothing is said of takes one object only: any is as good.
+        A parameter that occurs in no condition and no effect takes only one object, as all are equivalent.
         """
         tests = self._tests(action)
         mentioned = free_variables(action.precondition) | m.effect_variables(action.effect)
@@ -141,7 +142,7 @@ class Grounder:
         return iter(stack)
 
     def _tests(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
-        """For each parameter the atoms as above whose variables are all bound once it is, in order."""
+        """Return for each parameter the static atoms whose variables are all bound once the parameter is."""
         tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
         order, may_become_true = list(tests), self._added.union(self._axioms)
         for part in f.operands(action.precondition, f.And):
@@ -178,7 +179,7 @@ class Grounder:
     def _add_changes(
         self, effect: m.PddlEffect, binding: _Binding, condition: _GroundCondition, found: list[_GroundEffect]
     ) -> None:
-        """Add the changes that an effect makes under a condition to those that were found."""
+        """Append the ground effects of an effect under a condition to a list."""
         match effect:
             case m.Add(atom):
                 found.append(_GroundEffect(condition, self._bit(_key(atom, binding)), 0))
@@ -196,7 +197,7 @@ class Grounder:
                     self._add_changes(part, binding, combined, found)
 
     def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
-        """The ground condition, or None if it is false in every state."""
+        """Return the ground condition, or None if it is false in every state."""
         match formula:
             case f.Atom():
                 return self._literal(formula, binding, negated=negated)
@@ -226,20 +227,23 @@ class Grounder:
         return _GroundCondition(0, bit, ()) if negated else _GroundCondition(bit, 0, ())
 
     def _ground_derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
-        """The condition of a derived predicate; one that depends on itself has none."""
+        """Return the ground condition of a derived predicate; recursive predicates are not supported."""
         names = [_name(term, binding) for term in atom.arguments]
         axioms = self._axioms[atom.predicate]
         parts = (self._condition(each.condition, each.scope(names), negated=negated) for each in axioms)
         return _all_of(parts) if negated else _one_of(parts)
 
     def _bit(self, key: _Key) -> int:
-        """The bit of an atom; none if it stays what it is."""
+        """Return the bit of an atom, or 0 if no effect can change the atom."""
         if key[0] not in (self._deleted if key in self._facts else self._added):
             return 0
         return 1 << self.numbers.setdefault(key, len(self.numbers))
 
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
-        """A binding for each object of a variable: the same one, so that each is used before the next."""
+        """Yield a binding for each object of a variable.
+
+        All are one dictionary, so use each before the next.
+        """
         inner, slot = {**binding}, variable.name
         for inner[slot] in self._looks.take_within_limit(self._objects[m.type_of(variable)]):
             yield inner
@@ -281,7 +285,7 @@ def _name(term: f.Term, binding: _Binding) -> str:
 
 
 class _ChoiceLiteral(NamedTuple):
-    """A choice: its literal, its options in order, those of one literal as a mask, and the others."""
+    """A choice: its literal, all options, the one-literal options as a mask, and the other options."""
 
     literal: int
     options: tuple[int, ...]
@@ -290,7 +294,7 @@ class _ChoiceLiteral(NamedTuple):
 
 
 class _EffectMasks(NamedTuple):
-    """A conditional effect: the literals that it needs, and the atoms that it adds and deletes."""
+    """A conditional effect: masks of needed literals, added atoms and deleted atoms."""
 
     needs: int
     add: int
@@ -298,9 +302,9 @@ class _EffectMasks(NamedTuple):
 
 
 class _ActionMasks(NamedTuple):
-    """An operator with its objects: the literals that it needs, and its effects.
+    """A ground action: the mask of the literals that it needs, and its effects.
 
-    What it does in any case is one effect, the first, which needs nothing.
+    Its unconditional effects are combined into the first effect, which needs no literals.
     """
 
     step: PlanStep
@@ -309,17 +313,17 @@ class _ActionMasks(NamedTuple):
 
 
 class GroundProblem:
-    """The literals of one problem, what is needed for its goal, and the successors of its states.
+    """The literals of one problem, the literals of its goal, and the successors of its states.
 
     Args:
-        grounder: has ground them.
+        grounder: the grounder of the actions and the goal.
         actions: the ground actions, numbered in order.
         goal: the ground goal.
-        looks: how many literals, options, conditions and effects may be looked at.
+        looks: the budget of literals, options, conditions and effects that may be tested.
 
     Attributes:
-        atoms: how many atoms there are; literals from 2 to 3 times that number on are left free.
-        initial: the state at the start.
+        atoms: number of atoms. Literals from 2 to 3 times this number are unused.
+        initial: the initial state.
         goal: the literals that the goal needs.
         actions: the ground actions.
     """
@@ -345,7 +349,7 @@ class GroundProblem:
         return _ActionMasks(action.step, needs, changes)
 
     def _needs(self, condition: _GroundCondition) -> int:
-        """The literals that a condition needs."""
+        """Return the literals that a condition needs."""
         needed = condition.true | condition.false << self.atoms
         for options in condition.choices:
             needed |= self._choice(tuple([self._needs(option) for option in options])).literal
@@ -362,11 +366,11 @@ class GroundProblem:
         return choice
 
     def literals_of(self, state: int) -> int:
-        """The literals in a state."""
+        """Return the literals of a state."""
         return self.add_choices(state | (~state & self._every_atom) << self.atoms)
 
     def add_choices(self, literals: int) -> int:
-        """Literals, and the choices with an option among them."""
+        """Return a set of literals, and the choices with an option in the set."""
         self._looks.used += self._effort
         choices = self._choices.values()  # the options of later ones may be earlier ones
         for literal, _, simple, compound in choices:
@@ -377,7 +381,7 @@ class GroundProblem:
         return literals
 
     def choose(self, needed: int, literals: int) -> int:
-        """The literals needed where some are, with the first option that is there of each choice."""
+        """Return the needed literals, with each choice replaced by its first option in a set of literals."""
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):
                 if needed & literal:
@@ -386,7 +390,7 @@ class GroundProblem:
         return needed
 
     def mention_all(self, needed: int) -> int:
-        """All that may be needed, whatever is chosen: the literals, the choices and all of their options."""
+        """Return the needed literals, their choices, and all options of the choices."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
                 for option in options:
@@ -394,9 +398,9 @@ class GroundProblem:
         return needed
 
     def successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
-        """The successors of a state, in which these literals are, by the actions in their order.
+        """Yield the successors of a state with given literals, in the order of the actions.
 
-        Each comes behind its action, a set that has the bit of the action's number alone.
+        Each pair has the bit of the action's number and the successor.
         """
         possible = self._every_action
         for literal, needing in self._needing.items():
@@ -407,7 +411,7 @@ class GroundProblem:
             yield action, self.apply(action.bit_length() - 1, state, literals)
 
     def apply(self, number: int, state: int, literals: int) -> int:
-        """The state after the action of this number, whether or not it is possible."""
+        """Return the state after the action with a number, whether or not the action is possible."""
         add = delete = 0
         for needs, also_add, also_delete in self.actions[number].changes:
             if not needs & ~literals:
@@ -417,12 +421,12 @@ class GroundProblem:
 
 
 def count_looks(conditions: int) -> int:
-    """How many looks it takes to see which of so many conditions need a literal."""
+    """Return the number of looks for testing which of many conditions need a literal."""
     return 1 + conditions // 2_000
 
 
 def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
-    """For each bit of any of the masks, as a mask, the set of the numbers of the masks that have it."""
+    """Return for each bit the numbers of the masks that have it, as a mask."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
         for bit in bits(mask):
@@ -431,7 +435,7 @@ def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
 
 
 def _set_of(numbers: Sequence[int]) -> int:
-    """The numbers, which ascend, as a mask."""
+    """Return ascending numbers as a mask."""
     octets = bytearray(numbers[-1] // 8 + 1)
     for number in numbers:
         octets[number >> 3] |= 1 << (number & 7)
@@ -439,7 +443,7 @@ def _set_of(numbers: Sequence[int]) -> int:
 
 
 def bits(mask: int) -> Iterator[int]:
-    """The bits of a mask, each as a mask, ascending."""
+    """Yield the bits of a mask as masks, in ascending order."""
     while mask:
         bit = mask & -mask
         yield bit

@@ -1,18 +1,18 @@
-"""Comparing operators with the gold ones, as the paper means it.
+"""Compare operators with gold operators, as the paper does.
 
-The unit is the clause: a part of the list that a condition or an effect is, or the whole of it where it is
-no list. A clause is matched by an identical one, with all that is nested in it; the order of parts means
-nothing. Names of variables mean nothing either: parameters are matched by the best of the pairings that agree
-with their types, bound variables by their quantifiers.
+The unit is the clause: a part of the list that forms a condition or an effect, or all of it if it is not a
+list. A clause matches an identical clause, including everything nested in it; the order of parts does not
+matter. Names of variables do not matter either: parameters are matched by the best pairing that agrees with
+their types, bound variables by their quantifiers.
 
-Besides, literals are counted with partial credit, each as often as it stands there. Parts of lists are paired
-so that as many literals as possible match (an assignment problem, level by level), so that one wrong literal
-inside a nested list costs one literal and not the list.
+In addition, literals are counted with partial credit, each occurrence once. Parts of lists are paired so that
+as many literals as possible match (an assignment problem, level by level). So one wrong literal inside a
+nested list costs one literal, not the list.
 
-Conditions and effects are compared in one shape, as formulas in which connectives are flattened and
-single-part lists opened: ``(and (p) (and (q)))`` is the same as ``(and (p) (q))``, and ``(and (p))`` the same
-as ``(p)``. Double negations vanish, and an implication is the disjunction that it means. A deletion is a
-negated atom; a conditional effect is an implication, which no condition has any more.
+Conditions and effects are normalized before the comparison: connectives are flattened and single-part lists
+opened. ``(and (p) (and (q)))`` equals ``(and (p) (q))``, and ``(and (p))`` equals ``(p)``. Double negations
+vanish, and an implication becomes a disjunction. A deletion is a negated atom; a conditional effect is an
+implication, which conditions no longer contain.
 """
 
 from __future__ import annotations
@@ -35,30 +35,30 @@ from eai.pddl.writer import write_formula
 _T = TypeVar("_T")
 
 _MAX_CACHED_OPERATORS = 1000
-"""How many gold operators are remembered in the shape in which they are compared."""
+"""Maximum number of cached gold operators in normal form."""
 
 MAX_PERMUTED_PARAMETERS = 5
-"""Up to how many parameters all pairings are tried; above, only that by position."""
+"""Maximum number of parameters of which all pairings are tried; more are paired by position only."""
 
 Clause: TypeAlias = f.Formula
-"""A condition or an effect in the shape in which they are compared."""
+"""A condition or an effect in normal form."""
 
 _LISTS = (f.And, f.Or)
 
 Renaming = Mapping[str, str]
-"""The gold name of each variable of the answer; a variable without one matches nothing."""
+"""The gold name of each variable of the answer; a variable without a gold name matches nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class SideMatch:
-    """The comparison of one side of an operator (its precondition or its effect) with the gold one.
+    """The comparison of one side of an operator (its precondition or its effect) with the gold side.
 
-    Each tuple holds clauses as PDDL, as `predicates_in` reads them, in the order in which they stand.
+    Each tuple holds clauses as PDDL text, which `predicates_in` reads, in their original order.
 
     Attributes:
         matched: the gold clauses that the answer has.
-        additional: the clauses of the answer that are none of them.
-        missing: the other gold clauses.
+        additional: the clauses of the answer that match no gold clause.
+        missing: the gold clauses that the answer lacks.
     """
 
     matched: tuple[str, ...] = ()
@@ -67,21 +67,22 @@ class SideMatch:
 
 
 NO_MATCH = SideMatch()
-"""The comparison of nothing with nothing."""
+"""The comparison of two empty sides."""
 
 
 _LiteralMatch: TypeAlias = tuple[int, int, int]
-"""The numbers of literals of one side that are matched, additional and missing."""
+"""The numbers of matched, additional and missing literals of one side."""
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorMatch:
-    """The comparison of an operator with the gold one: clause by clause, and literal by literal.
+    """The comparison of an operator with the gold operator: clause by clause, and literal by literal.
 
     Attributes:
-        renamed: the parameters of the answer that stand for gold ones of another name, with that name.
-        missing_any: whether the missing clauses of the precondition are alternatives, one of which would do.
-        additional_any: the same of its additional ones.
+        renamed: parameters of the answer whose gold names differ, with the gold names.
+        missing_any: whether the missing clauses of the precondition are alternatives; one of them would
+            suffice.
+        additional_any: whether the additional clauses of the precondition are alternatives.
     """
 
     precondition: SideMatch
@@ -94,7 +95,7 @@ class OperatorMatch:
 
 
 class _Side(NamedTuple):
-    """One side of both operators; of the gold one also its clauses as they compare, and how many literals."""
+    """One side of both operators, with the gold side's canonical clauses and its number of literals."""
 
     ours: Clause
     gold: Clause
@@ -103,7 +104,7 @@ class _Side(NamedTuple):
 
 
 def condition_clause(formula: f.Formula) -> Clause:
-    """The condition in the shape in which conditions are compared.
+    """Return a condition in normal form.
 
     Raises:
         ValueError: the formula has a part without a PDDL form.
@@ -122,7 +123,7 @@ def condition_clause(formula: f.Formula) -> Clause:
 
 
 def effect_clause(effect: m.PddlEffect) -> Clause:
-    """The effect in the shape in which effects are compared."""
+    """Return an effect in normal form."""
     match effect:
         case m.Add(atom):
             return atom
@@ -150,12 +151,12 @@ def _join(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clau
 
 
 def _parts_of(clause: Clause) -> tuple[Clause, ...]:
-    """The parts of a list; anything else is a list of one."""
+    """Return the parts of a list; any other clause is its own only part."""
     return clause.operands if isinstance(clause, _LISTS) else (clause,)
 
 
 def write_clause(clause: Clause) -> str:
-    """The clause as PDDL on one line."""
+    """Return a clause as PDDL on one line."""
     return write_formula(clause).replace("(imply ", "(when ")
 
 
@@ -164,17 +165,18 @@ _CONNECTIVES = frozenset({"and", "or", "forall", "exists", "not", "when"})
 
 
 def predicates_in(text: str) -> frozenset[str]:
-    """The predicates of a clause as `write_clause` prints it; a name that stands alone is a predicate."""
+    """Return the predicates in a clause as `write_clause` prints it; a single name is a predicate."""
     return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})
 
 
 def _canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
-    """The text of all clauses that differ from this one in order of parts and names of variables only.
+    """Return a text that is equal for clauses that differ only in order of parts and names of variables.
 
     Args:
         clause: the clause.
-        names: the names of the free variables; one that is not there is like no other clause's.
-        depth: how many quantifiers stand around it.
+        names: the names of the free variables; a variable without a name equals no variable of another
+            clause.
+        depth: number of enclosing quantifiers.
     """
     match clause:
         case f.Not(part):
@@ -202,7 +204,7 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 
 @lru_cache(_MAX_CACHED_OPERATORS)
 def _gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
-    """Both sides of a gold operator, with which many answers are compared, as `_Side` has them."""
+    """Return both sides of a gold operator as `_Side` stores them; cached, as many answers share it."""
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
         [
@@ -235,7 +237,7 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
 
 
 def match_missing_operator(gold: m.PddlAction) -> OperatorMatch:
-    """The comparison with an operator that the answer does not have, or that cannot be read."""
+    """Return the comparison for an operator that the answer lacks, or that cannot be read."""
     return match_operators(m.PddlAction(gold.name, (), f.TRUE, m.NO_EFFECT), gold)
 
 
@@ -246,7 +248,7 @@ def _best(
     number: Callable[[_T], int],
     wanted: int,
 ) -> tuple[Renaming, list[_T]]:
-    """The first of the renamings with which most is found, and what is found on each side with it."""
+    """Return the first renaming with the most matches, and the matches on each side."""
     best: tuple[Renaming, list[_T]] = ({}, [])
     most = -1
     for renaming in renamings:
@@ -260,7 +262,7 @@ def _best(
 
 
 def _match_clauses(side: _Side, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
-    """The clauses of one side as `SideMatch` has them, each gold one paired with an identical one."""
+    """Return matched, additional and missing clauses of one side; matched clauses are identical."""
     left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.gold)]
     matched, missing = list[Clause](), list[Clause]()
     for part, same in zip(_parts_of(side.gold), side.wanted, strict=True):
@@ -274,14 +276,17 @@ def _match_clauses(side: _Side, renaming: Renaming) -> tuple[list[Clause], list[
 
 
 def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
-    """The clauses of an answer; beside a gold list with the other connective its list is a single one."""
+    """Return the clauses of an answer.
+
+    A list with another connective than the gold list is a single clause.
+    """
     lists = isinstance(ours, _LISTS) and isinstance(theirs, _LISTS)
     unlike = lists and type(ours) is not type(theirs) and _parts_of(ours) and _parts_of(theirs)
     return (ours,) if unlike else _parts_of(ours)
 
 
 def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
-    """The pairings of parameters that agree with most types, that by position first."""
+    """Return the pairings of parameters that agree with most types; the pairing by position comes first."""
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))
     orders = permutations(range(size)) if size <= MAX_PERMUTED_PARAMETERS else iter([tuple(range(size))])
@@ -295,7 +300,7 @@ def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
 
 
 def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
-    """How many literals find a partner when one tree is laid upon the other as well as possible."""
+    """Return the maximum number of matched literals between two trees."""
     if isinstance(ours, _LISTS) or isinstance(theirs, _LISTS):
         return _match_lists(ours, theirs, renaming)
     match ours, theirs:
@@ -316,7 +321,10 @@ def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
 
 
 def _match_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
-    """The same where one of them is a list; a conjunction and a disjunction match only inside each other."""
+    """Return the maximum number of matched literals if a side is a list.
+
+    A conjunction and a disjunction match only inside each other.
+    """
     if isinstance(ours, _LISTS) and isinstance(theirs, _LISTS) and type(ours) is not type(theirs):
         inside = [_match_literals(part, theirs, renaming) for part in _lists_in(ours)]
         around = [_match_literals(ours, part, renaming) for part in _lists_in(theirs)]
@@ -338,7 +346,7 @@ def _size(clause: Clause) -> int:
 
 
 def _agree(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:
-    """Whether terms are the same, variables by their gold names."""
+    """Whether terms are equal if variables take their gold names."""
     return len(ours) == len(theirs) and all(
         renaming.get(own.name) == gold.name
         if isinstance(own, f.Variable) and isinstance(gold, f.Variable)

@@ -24,17 +24,19 @@ from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 
 _EffectPosition: TypeAlias = "tuple[int | f.Variable, ...]"
-"""Where a change stands in the order: numbers in a sequence, and variables whose objects come by index."""
+"""The position of a change in the order: indices in sequences, and variables whose objects come by index."""
 
 
 @dataclass(frozen=True, slots=True)
 class _AtomChange:
-    """One addition or deletion, in PDDL's names.
+    """One addition or deletion, with PDDL names.
 
     Attributes:
         adds: whether the atom becomes true.
-        variables: it takes place for all values of these ...
-        condition: ... for which this holds.
+        atom: the atom.
+        variables: the change happens for all values of these variables that satisfy the condition.
+        condition: the condition of the change.
+        place: the position of the change in the order of effects.
     """
 
     adds: bool
@@ -46,7 +48,7 @@ class _AtomChange:
 
 @dataclass(frozen=True, slots=True)
 class _Context:
-    """The terms and conditions fixed by the effects around one."""
+    """The terms and conditions that enclosing effects fix for an effect."""
 
     scope: g.TermScope
     variables: tuple[f.Variable, ...] = ()
@@ -63,19 +65,19 @@ class _Context:
 def write_simultaneous_effect(
     operator: Operator, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]
 ) -> m.PddlEffect:
-    """All that an operator does, tries included, as effects of PDDL.
+    """Return the ordered effects of an operator, including its tries, as one simultaneous effect of PDDL.
 
     Args:
         operator: the operator.
-        conditions: its names.
-        scope: its parameters.
+        conditions: writes conditions with the operator's names.
+        scope: the operator's parameters.
         hidden: predicates that are left out.
     """
     return _OrderedEffects(conditions, scope, hidden).convert(operator)
 
 
 class _OrderedEffects:
-    """The effects of one operator."""
+    """The ordered effects of one operator."""
 
     def __init__(self, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]) -> None:
         self._conditions = conditions
@@ -126,7 +128,7 @@ class _OrderedEffects:
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
     def _read(self, condition: f.Formula, context: _Context) -> f.Formula:
-        """The condition of an effect; one that depends on what is hidden does not happen."""
+        """Return the condition of an effect. An effect that depends on hidden predicates does not happen."""
         return self._conditions.convert(
             g.replace_hidden(condition, self._hidden, positive=False), context.scope
         )
@@ -134,7 +136,7 @@ class _OrderedEffects:
     def _first(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context
     ) -> f.Formula:
-        """The object is the first that meets the condition."""
+        """Return the condition that an object is the first that satisfies a condition."""
         meets = self._read(condition, inside)
         if meets == f.TRUE or is_single(condition, variable, self._vocabulary):
             return meets
@@ -144,7 +146,7 @@ class _OrderedEffects:
         return g.conjunction((meets, g.negation(f.Exists(other, earlier))))
 
     def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _AtomChange:
-        """The change of an atom; a pattern becomes a change of all atoms that it matches."""
+        """Return the change of an atom; a pattern changes all atoms that it matches."""
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
@@ -172,7 +174,7 @@ class _OrderedEffects:
         yield quantify(m.Each, change.variables, effect)
 
     def _write_undoing(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
-        """A later deletion takes place of the atom that is added."""
+        """Return the condition that a later deletion removes the added atom."""
         if addition.atom.predicate != deletion.atom.predicate:
             return f.FALSE
         terms: dict[str, f.Term] = {}
@@ -195,7 +197,10 @@ class _OrderedEffects:
         return found
 
     def _later(self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope) -> f.Formula:
-        """The deletion comes after the addition, its variables standing for ``terms``."""
+        """Return the condition that a deletion comes after an addition.
+
+        `terms` replace the deletion's variables.
+        """
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
                 theirs = terms.get(other.name, other)
@@ -210,7 +215,7 @@ class _OrderedEffects:
 
 
 def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
-    """Whether a condition says of itself that at most one value of a variable meets it."""
+    """Whether a condition implies by its form that at most one value of a variable satisfies it."""
     match condition:
         case f.And(operands):
             return any(is_single(operand, variable, vocabulary) for operand in operands)

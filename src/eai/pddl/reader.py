@@ -1,10 +1,10 @@
-"""Reading PDDL text into values (`model`), the opposite half of `writer`.
+"""Read PDDL text into values (`model`); the reverse of `writer`.
 
-Reading checks form only: a connective has its number of parts, a variable list is a variable list. Whether
-the names mean anything is the business of `check`. The type ``object`` is no restriction, and is read as
-none. Quantifiers over several variables become nested ones, over none their body. What cannot be read is a
-`PddlError` that names the offence and its place. The parentheses are read first, as a tree of S-expressions,
-each node with its place in the text.
+Reading checks form only: connectives have the right number of parts, and lists of variables are lists.
+`check` tests the names. The type ``object`` is no restriction and is dropped. A quantifier over several
+variables becomes nested quantifiers, and one without variables its body. Unreadable text raises a `PddlError`
+with the violation and its position. The parentheses are read first, as a tree of S-expressions, each with its
+offset.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from eai.pddl.check import PddlError, Violation
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
 
 MAX_DEPTH = 100
-"""How deep parentheses may nest; the data set needs 9."""
+"""Maximum nesting of parentheses; the data set needs 9."""
 
 
 @dataclass(slots=True, eq=False)
 class Symbol:
-    """A word, in lower case since PDDL does not distinguish case; ``offset`` counts characters from 0."""
+    """A word in lower case, as PDDL ignores case; ``offset`` counts characters from 0."""
 
     text: str
     offset: int
@@ -49,7 +49,7 @@ SExpr: TypeAlias = Symbol | Group
 
 
 def error_at(text: str, offset: int, offence: Violation, expected: str) -> PddlError:
-    """The error for a place in a text."""
+    """Return the error for an offset in a text."""
     return PddlError(offence, *line_and_column(text, offset), expected)
 
 
@@ -115,26 +115,26 @@ CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when"
 
 
 def read_domain(text: str) -> m.PddlDomain:
-    """The domain that a text defines."""
+    """Return the domain that a text defines."""
     return PddlReader(text).domain(read_group(text))
 
 
 def read_problem(text: str) -> m.PddlProblem:
-    """The problem that a text defines."""
+    """Return the problem that a text defines."""
     return PddlReader(text).problem(read_group(text))
 
 
 def read_action(text: str) -> m.PddlAction:
-    """The operator ``(:action ...)`` with which a text begins."""
+    """Return the operator ``(:action ...)`` at the beginning of a text."""
     return PddlReader(text).action(read_group(text))
 
 
 class PddlReader:
-    """Turns expressions of one text into values.
+    """Converts expressions of one text to values.
 
     Args:
-        text: serves to point at the place of an error.
-        is_file: accept what files may have: variables of one of several types, and ``-t`` for ``- t``.
+        text: the text, for positions of errors.
+        is_file: whether to accept syntax of files: variables with alternative types, and ``-t`` for ``- t``.
     """
 
     def __init__(self, text: str, *, is_file: bool = False) -> None:
@@ -145,7 +145,7 @@ class PddlReader:
         return error_at(self._text, node.offset, offence, expected)
 
     def domain(self, group: Group) -> m.PddlDomain:
-        """The value of ``(define (domain ...) ...)``."""
+        """Return the domain of ``(define (domain ...) ...)``."""
         name, sections = self._definition(group, "domain")
         actions = [self.action(section) for section in sections if head_of(section) == ":action"]
         return m.PddlDomain(
@@ -159,7 +159,7 @@ class PddlReader:
         )
 
     def problem(self, group: Group) -> m.PddlProblem:
-        """The value of ``(define (problem ...) ...)``."""
+        """Return the problem of ``(define (problem ...) ...)``."""
         name, sections = self._definition(group, "problem")
         facts = [self._literal(item) for item in _body(sections, ":init")]
         goals = [self.condition(item) for item in _body(sections, ":goal")]
@@ -175,7 +175,7 @@ class PddlReader:
         )
 
     def action(self, group: Group) -> m.PddlAction:
-        """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
+        """Return the operator of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if head_of(group) != ":action" or len(group.items) < 2:
             raise self._error(group, "(:action NAME ...)")
         name = self._word(group.items[1])
@@ -206,17 +206,17 @@ class PddlReader:
         return parts
 
     def condition(self, expression: SExpr) -> f.Formula:
-        """A whole condition: as `formula`, and ``()`` is true."""
+        """Return a whole condition; like `formula`, but ``()`` is true."""
         return f.TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
 
     def whole_effect(self, expression: SExpr) -> m.PddlEffect:
-        """A whole effect: as `effect`, and ``()`` is none."""
+        """Return a whole effect; like `effect`, but ``()`` is no effect."""
         return (
             m.NO_EFFECT if isinstance(expression, Group) and not expression.items else self.effect(expression)
         )
 
     def formula(self, expression: SExpr) -> f.Formula:
-        """The value of a condition."""
+        """Return the formula of a condition."""
         group, head = self._compound(expression)
         match head:
             case "and":
@@ -242,7 +242,7 @@ class PddlReader:
                 return self._atom(group)
 
     def effect(self, expression: SExpr) -> m.PddlEffect:
-        """The value of an effect."""
+        """Return the effect of an expression."""
         group, head = self._compound(expression)
         match head:
             case "and":
@@ -265,7 +265,7 @@ class PddlReader:
                 return m.Add(self._atom(group))
 
     def variables(self, expression: SExpr) -> tuple[f.Variable, ...]:
-        """The value of a typed list of variables."""
+        """Return the variables of a typed list."""
         if not isinstance(expression, Group):
             raise self._error(expression, "a parenthesised list of variables")
         found = []
@@ -316,7 +316,7 @@ class PddlReader:
         )
 
     def _read_typed_list(self, items: Sequence[SExpr]) -> list[tuple[Symbol, str | None]]:
-        """``a b - t c`` as [(a, t), (b, t), (c, None)]."""
+        """Read ``a b - t c`` as [(a, t), (b, t), (c, None)]."""
         found: list[tuple[Symbol, str | None]] = []
         waiting: list[Symbol] = []
         rest = iter(items)
@@ -352,7 +352,7 @@ class PddlReader:
         return group.items[1:]
 
     def _compound(self, expression: SExpr) -> tuple[Group, str]:
-        """A non-empty list with its head word."""
+        """Return a non-empty list with its first word."""
         if isinstance(expression, Group) and expression.items:
             return expression, self._word(expression.items[0]).text
         raise self._error(expression, "a non-empty parenthesised list")
@@ -364,7 +364,7 @@ class PddlReader:
 
 
 def _add_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
-    """The types, and after them those that are named as supertypes alone."""
+    """Return the types, followed by types that occur only as supertypes."""
     named = dict.fromkeys(each.name for each in types)
     above = dict.fromkeys(each.type for each in types if each.type not in named and each.type != m.OBJECT)
     return (*types, *map(m.TypedName, above))
@@ -379,10 +379,10 @@ def _is_variable(name: str) -> bool:
 
 
 def head_of(group: Group) -> str:
-    """The word with which a list begins, or nothing."""
+    """Return the first word of a list, or an empty text."""
     return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
 
 
 def _body(sections: Sequence[Group], keyword: str) -> list[SExpr]:
-    """The items behind a keyword, in all sections that begin with it."""
+    """Return the items after a keyword, in all sections that begin with it."""
     return [item for section in sections if head_of(section) == keyword for item in section.items[1:]]

@@ -1,8 +1,8 @@
-"""Relaxed planning: how far is a state from the goal if nothing true, and nothing false, is ever lost?
+"""Relaxed planning: estimate the distance to the goal as if no literal were ever lost.
 
-A relaxed state is a set of literals, which only grows (`grounding`). One thing is lost all the same: an atom
-of the goal that is true now, but that every way to a part of the goal still missing makes false. It has to be
-made true once more, which is the reason why a machine is not switched on before its door is closed.
+A relaxed state is a set of literals that only grows (`grounding`). There is one exception: a true atom of the
+goal is lost if every way to a missing part of the goal makes it false. It must be made true again. This is
+why a machine is not switched on before its door is closed.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from eai.pddl.grounding import GroundProblem, bits, count_looks, group_by_bit
 from eai.planning.search import Effort
 
 _ALL_LITERALS = -1
-"""More literals than there are."""
+"""The mask of all literals, and more."""
 
 _MAX_ROUNDS = 2
-"""How often literals that are needed together are made true, where one is lost while another is made."""
+"""Maximum number of attempts to make literals true together if making one loses another."""
 
 _MAX_REPEAT_DEPTH = 2
-"""How many actions deep what was true at the start, and is lost, is made true again."""
+"""Maximum depth in actions at which lost initial literals are made true again."""
 
 _MAX_RULES = 2_000
-"""How many rules one lookahead may try."""
+"""Maximum number of rules that one lookahead tries."""
 
 
 class _LiteralRule(NamedTuple):
-    """One conditional effect of the action of this number: the literals that it needs and that it makes."""
+    """A conditional effect: the number of its action, and the literals that it needs and makes."""
 
     action: int
     needs: int
@@ -37,7 +37,7 @@ class _LiteralRule(NamedTuple):
 
 
 class _Lacking(NamedTuple):
-    """A literal that is not reached, the rules that need it, and those that make it."""
+    """An unreached literal, with masks of the rules that need it and of the rules that make it."""
 
     literal: int
     needing: int
@@ -45,14 +45,14 @@ class _Lacking(NamedTuple):
 
 
 class _Layers(NamedTuple):
-    """Relaxed states one step apart, and the sets of the rules that lead from each to the next."""
+    """Relaxed states one step apart, and for each step the rules that lead to the next state."""
 
     reached: list[int]
     fired: list[int]
 
 
 class _RelaxedPlan(NamedTuple):
-    """A relaxed plan: how many actions it has, and the set of its actions that can be taken at once."""
+    """A relaxed plan: its number of actions, and the mask of its actions that are possible at once."""
 
     length: int
     helpful: int
@@ -63,8 +63,7 @@ class Relaxation:
 
     Args:
         problem: the problem.
-        looks: how many literals may be looked at: that is what estimates cost. Where they are used up, what
-            is found means nothing.
+        looks: the budget of literals that estimates may test. If it is exceeded, results mean nothing.
     """
 
     def __init__(self, problem: GroundProblem, looks: Effort) -> None:
@@ -87,9 +86,9 @@ class Relaxation:
         ]
 
     def estimate(self, state: int, literals: int) -> _RelaxedPlan | None:
-        """A relaxed plan from a state, in which these literals are, or None if there is none.
+        """Return a relaxed plan from a state with given literals, or None if there is no relaxed plan.
 
-        Then there is no plan at all.
+        Without a relaxed plan there is no plan at all.
         """
         again = self._find_lost(state)
         goal = self._problem.goal | again << self._again
@@ -97,7 +96,7 @@ class Relaxation:
         return self._plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
     def _find_lost(self, state: int) -> int:
-        """The goal's atoms that are true now and will be false before the whole goal holds."""
+        """Return the goal's true atoms that will become false before the whole goal holds."""
         missing = self._problem.goal & ~state
         lost = 0
         for bit, price in self._prices.items():
@@ -106,9 +105,9 @@ class Relaxation:
         return lost & state
 
     def _explore(self, start: int, goal: int, again: int) -> _Layers:
-        """Relaxed states until the goal is there, or until nothing more grows, or may be looked at.
+        """Return relaxed states until they contain the goal, stop growing, or exceed the budget.
 
-        The atoms that are to be made true ``again`` are literals of their own.
+        Atoms that must be made true ``again`` are separate literals.
         """
         literals = start
         lacking = [each for each in self._asked if not literals & each.literal]
@@ -136,7 +135,7 @@ class Relaxation:
         return layers
 
     def _plan(self, goal: int, layers: _Layers) -> _RelaxedPlan:
-        """Walk back from the goal, crediting every literal to the first rule that reaches it."""
+        """Walk back from the goal; each literal counts for the first rule that reaches it."""
         chosen, helpful = set[int](), 0
         needed = self._problem.choose(goal, layers.reached[-1])
         for depth in range(len(layers.fired) - 1, -1, -1):
@@ -153,16 +152,16 @@ class Relaxation:
         return _RelaxedPlan(len(chosen), helpful)
 
     def layers(self, literals: int) -> _Layers:
-        """All relaxed states from one in which these literals are, until nothing more grows."""
+        """Return all relaxed states from a set of literals until they stop growing."""
         return self._explore(literals, _ALL_LITERALS, 0)
 
     def makers(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
-        """Those of some rules, a set of their numbers, that make a literal, in order."""
+        """Yield the rules that make a literal, in order, among a set of rule numbers."""
         for bit in bits(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
     def _first(self, missing: int, fired: int) -> _LiteralRule:
-        """The first of some rules that makes any of the missing literals."""
+        """Return the first rule that makes any missing literal."""
         making = 0
         for literal in bits(missing):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
@@ -171,7 +170,7 @@ class Relaxation:
 
 
 def _prices(problem: GroundProblem) -> dict[int, int]:
-    """For each atom of the goal (as a bit) the goal's atoms that every action adding it makes false."""
+    """Return for each atom of the goal the goal's atoms that every action adding it makes false."""
     goal = problem.goal & (1 << problem.atoms) - 1
     prices: dict[int, int] = {}
     for action in problem.actions:
@@ -187,26 +186,24 @@ def _prices(problem: GroundProblem) -> dict[int, int]:
 
 
 _Mark: TypeAlias = tuple[int, int, int]
-"""How many actions were taken at some time, and the state and literals then."""
+"""The number of actions so far, with the state and its literals."""
 
 
 def look_ahead(
     problem: GroundProblem, relaxation: Relaxation, state: int, literals: int
 ) -> Sequence[tuple[int, int]]:
-    """Actions from a state, in which these literals are, after which less of the goal is missing.
+    """Return actions from a state after which less of the goal is missing, each with the state after it.
 
-    Each is a number, with the state after it.
-
-    They are relaxed planning carried out (after Vidal 2004). A relaxed plan forgets that what is true may be
-    lost: it goes but once to where many things have to be brought. Here each literal is made true just before
-    the action that needs it, and once more where it has been lost since. The state that this leads to is
-    often the goal, or nearly so.
+    The actions carry out relaxed planning (after Vidal 2004). A relaxed plan ignores that true atoms may be
+    lost: it visits a place once although several things must be brought there. Here each literal is made true
+    just before the action that needs it, and again if it has been lost. The final state is often the goal, or
+    close to it.
     """
     return _Lookahead(problem, relaxation, state, literals).run()
 
 
 class _Lookahead:
-    """The state that a lookahead has come to."""
+    """The state that a lookahead has reached, and its actions."""
 
     def __init__(self, problem: GroundProblem, relaxation: Relaxation, state: int, literals: int) -> None:
         self._problem = problem
@@ -217,7 +214,7 @@ class _Lookahead:
         self._taken: list[tuple[int, int]] = []
 
     def run(self) -> Sequence[tuple[int, int]]:
-        """Gain what is missing of the goal, in turn, until no more of it can be gained."""
+        """Make missing literals of the goal true, in turn, until no more can be made true."""
         before = None
         while (goal := self._problem.goal & ~self._held) and (missing := self._missing()) != before:
             before = missing
@@ -227,12 +224,12 @@ class _Lookahead:
         return self._taken
 
     def _missing(self) -> tuple[int, int]:
-        """How much of the goal is missing: of what was not so at the start, and in all."""
+        """Return the numbers of missing goal literals: those not true at the start, and all."""
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
     def _gain(self, literal: int) -> None:
-        """Make a literal of the goal true by the first rule that leaves less of it missing; or by none."""
+        """Make a goal literal true by the first rule after which less of the goal is missing, if any."""
         missing, mark = self._missing(), self._mark()
         for depth, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.makers(literal, fired):
@@ -241,7 +238,7 @@ class _Lookahead:
                 self._return_to(mark)
 
     def _follow(self, rule: _LiteralRule, depth: int) -> bool:
-        """Take the action of a rule of a layer, after what it needs; whether that is possible."""
+        """Make the needs of a rule true and apply its action; return whether that is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make(rule.needs, depth):
             return False
@@ -251,9 +248,9 @@ class _Lookahead:
         return True
 
     def _make(self, needed: int, depth: int) -> bool:
-        """Make literals true together by rules of the layers before one; whether all are true in the end.
+        """Make literals true together with rules of earlier layers; return whether all are true at the end.
 
-        Those that take longest come first, or else last.
+        Literals that take longest come first, or in the second attempt last.
         """
         mark = self._mark()
         for last in (False, True):
@@ -268,14 +265,17 @@ class _Lookahead:
         return False
 
     def _make_one(self, literal: int, depth: int) -> None:
-        """Make a literal true by the first rule of the layers before one; if it was lost, of the first."""
+        """Make a literal true by the first rule of earlier layers.
+
+        If it was lost, by a rule of the first layer.
+        """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.makers(literal, fired):
                 self._follow(rule, min(before, depth - 1))
                 return
 
     def _order(self, missing: int, depth: int) -> list[int]:
-        """Literals that are missing, those first that take longest to reach."""
+        """Return the missing literals, those first that take longest to reach."""
         missing, found = self._problem.choose(missing, self._layers.reached[max(depth, 0)]), list[int]()
         for reached in self._layers.reached[max(depth, 0) :: -1]:
             found += bits(missing & ~reached)
@@ -286,6 +286,6 @@ class _Lookahead:
         return len(self._taken), self._state, self._held
 
     def _return_to(self, mark: _Mark) -> None:
-        """Forget all actions since then."""
+        """Undo all actions since a mark."""
         taken, self._state, self._held = mark
         del self._taken[taken:]

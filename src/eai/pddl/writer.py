@@ -1,6 +1,6 @@
-"""Printing domains, problems, operators and formulas as PDDL.
+"""Print domains, problems, operators and formulas as PDDL.
 
-What is printed is read back as the same value (`reader`), and the same value always gives the same bytes.
+`reader` reads the text back as the same value, and equal values give equal bytes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from eai.pddl.model import OperatorText
 
 
 def write_domain(domain: m.PddlDomain) -> str:
-    """The domain as text, one declaration a line."""
+    """Return a domain as text, one declaration a line."""
     sections = [
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
         f"(:types {_write_typed_names(domain.types)})" if domain.types else "",
@@ -26,7 +26,7 @@ def write_domain(domain: m.PddlDomain) -> str:
 
 
 def write_problem(problem: m.PddlProblem) -> str:
-    """The problem as text, one fact a line."""
+    """Return a problem as text, one fact a line."""
     denied = [f"(not {write_atom(atom)})" for atom in problem.denied]
     sections = [
         f"(:domain {problem.domain})",
@@ -43,7 +43,7 @@ def _axiom(axiom: m.PddlAxiom) -> str:
 
 
 def write_action(action: m.PddlAction) -> str:
-    """The operator as text."""
+    """Return an operator as text."""
     return "\n  ".join(
         (
             f"(:action {action.name}",
@@ -55,7 +55,7 @@ def write_action(action: m.PddlAction) -> str:
 
 
 def operator_text(action: m.PddlAction) -> OperatorText:
-    """The operator as the text of its parts."""
+    """Return an operator as the text of its parts."""
     parameters = _list(_write_variables(action.parameters))
     return OperatorText(
         action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
@@ -63,7 +63,7 @@ def operator_text(action: m.PddlAction) -> OperatorText:
 
 
 def write_effect(effect: m.PddlEffect) -> str:
-    """The effect as text on one line."""
+    """Return an effect as text on one line."""
     match effect:
         case m.Add(atom):
             return write_atom(atom)
@@ -78,7 +78,7 @@ def write_effect(effect: m.PddlEffect) -> str:
 
 
 def write_formula(formula: f.Formula) -> str:
-    """The condition as text on one line.
+    """Return a condition as text on one line.
 
     Raises:
         ValueError: the formula has a part without a PDDL form, such as a temporal operator.
@@ -105,17 +105,17 @@ def write_formula(formula: f.Formula) -> str:
 
 
 def write_atom(atom: f.Atom) -> str:
-    """The atom as text."""
+    """Return an atom as text."""
     return _list([atom.predicate, *map(write_term, atom.arguments)])
 
 
 def write_term(term: f.Term) -> str:
-    """The variable or constant as text."""
+    """Return a variable or constant as text."""
     return f"?{term.name}" if isinstance(term, f.Variable) else term.name
 
 
 def _write_variables(variables: Iterable[f.Variable]) -> list[str]:
-    """A typed list with every type written out: a type reaches back over the names before it."""
+    """Return a typed list with every type written out, as a type applies to all names before it."""
     return [f"?{variable.name} - {m.type_of(variable)}" for variable in variables]
 
 

@@ -28,13 +28,13 @@ from eai.logic.matching import heaviest_matching
 from eai.logic.trace import positions_in
 
 _MAX_SETS = 2_000
-"""Maximum number of sets of common conditions that are kept; with more the share is a lower bound."""
+"""Maximum number of cached sets of common conditions; with more sets the share is a lower bound."""
 
 _MAX_UNPRUNED_SETS = 64
-"""Number of sets from which on dominated ones are searched for."""
+"""Maximum number of sets without a search for dominated sets."""
 
 _MAX_RIVALS = 8
-"""Number of the best sets with which each set is compared in that search."""
+"""Number of best sets that each set is compared with in the search for dominated sets."""
 
 
 class _MetShare(NamedTuple):
@@ -105,7 +105,7 @@ class _BestOption:
         """Return the shortest option with the largest gain over a share, or this share if there is no option.
 
         The gain is ``total of the share * met - met of the share * total``. The search finds the option with
-        the largest ``scale * gain - total``, where `scale` is more than any total.
+        the largest ``scale * gain - total``; `scale` is greater than any total.
         """
         scale = 2 * len(self.atoms) + self._others + 1
         unmet = -before.met * scale - 1
@@ -126,10 +126,10 @@ class _BestOption:
 
 
 _GoalPart: TypeAlias = "int | AllOf[_GoalPart] | AnyOf[_GoalPart] | Choose[_GoalPart] | Pairing[_GoalPart]"
-"""A choice with conditions as numbers."""
+"""A choice with numbers for its conditions."""
 
 _SetValues: TypeAlias = dict[int, int]
-"""For each set of common conditions, as a mask, the greatest value of the other conditions."""
+"""The greatest value of the other conditions, for each set of common conditions as a mask."""
 
 
 class _OptionSearch:
@@ -137,7 +137,7 @@ class _OptionSearch:
 
     Attributes:
         values: the value of each condition.
-        is_cut: whether sets were left out because there were too many.
+        is_cut: whether sets were dropped because there were too many.
     """
 
     __slots__ = ("is_cut", "values")
@@ -155,7 +155,7 @@ _FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
 
 
 def _simplify(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _GoalPart:
-    """A choice with numbered conditions, without conjunctions in conjunctions."""
+    """Return a choice with numbered conditions and without nested conjunctions."""
     match choice:
         case LiteralChoice(literal):
             return _number(literal, numbers)
@@ -187,7 +187,7 @@ def _mask(numbers: Iterable[int]) -> int:
 
 
 def _positive(atoms: int) -> int:
-    """The mask of all conditions that are no negations."""
+    """Return the mask of all conditions that are not negations."""
     return ((1 << 2 * atoms) - 1) // 3
 
 
@@ -225,7 +225,7 @@ class _Compiler:
         self._all = self._count(AllOf(tuple(choices)))
 
     def _count(self, part: _GoalPart) -> Counter[int]:
-        """How often each atom occurs; notes those that members which are chosen together have in common."""
+        """Count how often each atom occurs, and note atoms that members of a joint choice share."""
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
                 return Counter()
@@ -306,11 +306,11 @@ class _Compiler:
         return steps
 
     def _find_open(self, count: Counter[int]) -> list[int]:
-        """The common atoms of some parts that other parts have too."""
+        """Return the common atoms of some parts that other parts have too."""
         return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
 
     def _find_closed(self, count: Counter[int]) -> int:
-        """The common conditions of some parts that no other part has."""
+        """Return the common conditions of some parts that no other part has."""
         atoms = [atom for atom, times in count.items() if atom in self._common and times == self._all[atom]]
         return _mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
@@ -343,7 +343,7 @@ class _Compiler:
     def _pair_by_sets(
         self, count: int, rows: Sequence[Sequence[_SetValues]], search: _OptionSearch
     ) -> _SetValues:
-        """The best sets of a pairing, row by row, for every set of columns that are taken."""
+        """Return the best sets of a pairing, row by row, for every set of used columns."""
         best: dict[int, _SetValues] = {0: {0: 0}}
         for row in rows:
             wider = {taken: dict(sets) for taken, sets in best.items()}
@@ -362,7 +362,7 @@ class _Compiler:
         return last
 
     def _join(self, left: _SetValues, right: _SetValues) -> _SetValues:
-        """The sets of two members that are chosen together; none contradicts itself."""
+        """Return the unions of the sets of two members; contradictions are dropped."""
         joined: _SetValues = {}
         for one, value in left.items():
             for other, further in right.items():
@@ -425,7 +425,7 @@ def _any_of(members: Sequence[_FindSets]) -> _FindSets:
 
 
 def _improve(best: _SetValues, others: _SetValues) -> None:
-    """Add sets to others, each with the greater of its values."""
+    """Add sets to `best`; a set in both keeps the greater value."""
     for conditions, value in others.items():
         if value > best.get(conditions, value - 1):
             best[conditions] = value
