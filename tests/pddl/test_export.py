@@ -46,7 +46,7 @@ MEMORY = Predicate("memory", 1, visible=False)
 
 
 def _below(state: State, arguments: tuple[int, ...]) -> int:
-    """Everything that an object is above of, along any chain."""
+    """Return all objects below an object, along any chain."""
     found, new = 0, state.relation("ON").row(arguments[0])
     while new & ~found:
         found |= new

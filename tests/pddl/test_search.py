@@ -115,7 +115,7 @@ def test_effort_is_bounded_and_the_verdict_then_open() -> None:
 
 
 def test_alternatives_are_looked_at_too() -> None:
-    """A condition of very many alternatives costs as much as so many operators."""
+    """A condition of very many alternatives costs as much as equally many operators."""
     names = " ".join("abcdefghijkl")
     domain = read_domain(
         f"""(define (domain wide) (:predicates (near ?x ?y) (done)) (:constants {names})

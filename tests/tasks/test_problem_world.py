@@ -125,7 +125,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
 
 
 MUTANTS = 20
-"""How many plans are made of one that reaches its goals."""
+"""Number of mutated plans for each plan that reaches its goals."""
 
 
 def mutated(plan: tuple[Action, ...], task: Task, rng: random.Random) -> tuple[Action, ...]:

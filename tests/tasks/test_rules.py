@@ -1,4 +1,4 @@
-"""The rules of a domain in formulas tell nothing of what is never seen."""
+"""The rules of a domain in formulas reveal no hidden predicate."""
 
 from __future__ import annotations
 

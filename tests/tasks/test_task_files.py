@@ -1,4 +1,4 @@
-"""Task files: what is read, what is refused with file and line, and that all abilities work on them."""
+"""Task files are read or refused with file and line, and all abilities work on their tasks."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ class Declarations:
         )
 
     def has_type(self, name: str) -> bool:
-        """Whether a type, or each of its alternatives, is declared. The root type always is."""
+        """Whether all alternatives of a type are declared. The root type always is."""
         return all(each == m.OBJECT or each in self.parents for each in m.alternatives(name))
 
 

@@ -40,7 +40,10 @@ _PAUSE_SECONDS = 0.05
 
 @contextmanager
 def planner_slot(number: int, folder: Path) -> Iterator[None]:
-    """Wait for one of `number` slots in all processes that share a folder, and hold it during the block."""
+    """Hold one of a number of slots during the block; wait until a slot is free.
+
+    All processes that use the same folder share the slots.
+    """
     locks = [make_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:
         for lock in locks:

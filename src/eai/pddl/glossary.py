@@ -26,12 +26,12 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 def conjunction(parts: Iterable[f.Formula]) -> f.Formula:
-    """All parts hold, each written once; false where one part denies another."""
+    """Return a conjunction with each part once; false if two parts are opposites."""
     return _junction(f.And, parts)
 
 
 def disjunction(parts: Iterable[f.Formula]) -> f.Formula:
-    """Some part holds, each written once; true where one part denies another."""
+    """Return a disjunction with each part once; true if two parts are opposites."""
     return _junction(f.Or, parts)
 
 

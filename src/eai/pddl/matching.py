@@ -38,7 +38,7 @@ _MAX_CACHED_OPERATORS = 1000
 """Maximum number of cached gold operators in normal form."""
 
 MAX_PERMUTED_PARAMETERS = 5
-"""Maximum number of parameters of which all pairings are tried; more are paired by position only."""
+"""Maximum number of parameters for which all pairings are tried. Longer lists are paired by position."""
 
 Clause: TypeAlias = f.Formula
 """A condition or an effect in normal form."""
@@ -204,7 +204,10 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 
 @lru_cache(_MAX_CACHED_OPERATORS)
 def _gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
-    """Return both sides of a gold operator as `_Side` stores them; cached, as many answers share it."""
+    """Return both sides of a gold operator for `_Side`.
+
+    They are cached, as many answers share an operator.
+    """
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
         [

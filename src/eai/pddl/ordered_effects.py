@@ -136,7 +136,7 @@ class _OrderedEffects:
     def _first(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context
     ) -> f.Formula:
-        """Return the condition that an object is the first that satisfies a condition."""
+        """Return the condition that no earlier object satisfies a condition."""
         meets = self._read(condition, inside)
         if meets == f.TRUE or is_single(condition, variable, self._vocabulary):
             return meets
@@ -215,7 +215,7 @@ class _OrderedEffects:
 
 
 def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
-    """Whether a condition implies by its form that at most one value of a variable satisfies it."""
+    """Whether the form of a condition implies that at most one value of a variable satisfies it."""
     match condition:
         case f.And(operands):
             return any(is_single(operand, variable, vocabulary) for operand in operands)

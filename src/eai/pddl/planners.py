@@ -26,15 +26,15 @@ def resolve_choice(choice: PlannerChoice) -> PlannerChoice:
 def make_planner(
     choice: PlannerChoice, cpu_seconds: int, terms: PlannerTerms | None = None
 ) -> PddlPlanner | None:
-    """Return a planner with a time limit for each task, or None if the choice is no planner.
+    """Return the chosen planner, or None if the choice is no planner.
 
     Args:
         choice: the choice of the planner.
-        cpu_seconds: CPU seconds of Fast Downward if the terms do not state a limit.
+        cpu_seconds: CPU seconds of Fast Downward for one task; the terms may replace it.
         terms: the limits of the user.
 
     Raises:
-        DataError: Fast Downward is not installed. The message says how to install it.
+        DataError: Fast Downward is missing in this environment. The message names the install command.
     """
     terms = terms or PlannerTerms()
     match resolve_choice(choice):

@@ -65,7 +65,7 @@ def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.Pddl
 def _reachable_predicates(
     operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
 ) -> Set[str]:
-    """Return the predicates of which an atom is or may become true, and the derived predicates."""
+    """Return the predicates with an atom that is true or may become true, and the derived predicates."""
     reached = {axiom.name for axiom in domain.axioms} | {atom.predicate for atom in problem.initial}
     additions = [
         (part.atom.predicate, conditions)
@@ -116,7 +116,7 @@ def _relevant_predicates(
 
 
 def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
-    """Return the part of an effect on atoms of some predicates; `NO_EFFECT` if there is none."""
+    """Return the part of an effect on atoms of some predicates; `NO_EFFECT` if no such part remains."""
     if isinstance(effect, (m.Add, m.Delete)):
         return effect if effect.atom.predicate in predicates else m.NO_EFFECT
     match m.map_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):

@@ -32,7 +32,7 @@ def find_val() -> Path:
     """Return the executable file of VAL on this machine.
 
     Raises:
-        DataError: VAL is not installed. The message says how to install it.
+        DataError: VAL is missing. The message names the install command.
     """
     spec = importlib.util.find_spec(_MODULE)
     folders = [] if spec is None else spec.submodule_search_locations or []

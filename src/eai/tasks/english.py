@@ -86,7 +86,7 @@ class English:
     role: str = "an agent"
 
     def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
-        """Whether nobody would request a predicate of objects of these categories."""
+        """Whether a request for a predicate of objects of these categories is implausible."""
         phrase = " ".join((predicate, *categories))
         return any(fnmatchcase(phrase, each) for each in self.odd) and not any(
             fnmatchcase(phrase, each) for each in self.sound

@@ -188,9 +188,10 @@ class _OptionConditions:
         self.none_met = Share(0, max(1, self._best(0).total))
 
     def find_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
-        """Return the conditions met in the best option.
+        """Return the share of conditions met in the best option.
 
-        A goal of one condition is met if `reached` says so.
+        `reached` says for each goal, in order, whether it is reached. It decides goals that are one
+        condition.
         """
         binding = self._binding.copy()  # definitions write into it, in any number of threads
         true = 0
@@ -228,7 +229,7 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
 
 
 def alternative_actions(goal: Goal) -> tuple[str, ...]:
-    """Return the alternatives of an action goal: each of these actions meets it."""
+    """Return the actions that meet an action goal."""
     return tuple([part.action for part in operands(goal.formula, Or) if isinstance(part, Occurs)])
 
 

@@ -29,8 +29,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     """Return the goal that a text states.
 
     Raises:
-        InputError: the text does not parse, or is not a goal in this scene. The message says what was
-            expected.
+        InputError: the text does not parse, or does not fit the scene. The message names the expected text.
     """
     lexicon = lexicon_of_goals(domain, scene)
     signature = lexicon.signature

@@ -38,8 +38,8 @@ _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes fa
 class DomainRules:
     """The rules of a domain as prompts may state them: without hidden facts.
 
-    An operator cannot be shown if it reads a hidden predicate that can change. The same holds if it tries
-    several things, or needs a predicate that no formula defines. No question is about such operators.
+    Some operators have no such rules: operators that read a hidden predicate which can change, that try
+    several things, or that need a predicate without a formula. No question is about such operators.
 
     Attributes:
         domain: the declaration.
@@ -49,12 +49,12 @@ class DomainRules:
 
     @cached_property
     def operators(self) -> tuple[Operator, ...]:
-        """The operators that can be shown."""
+        """The operators whose rules prompts may state."""
         return tuple([each for each in self.domain.operators if self._can_be_shown(each)])
 
     @cached_property
     def operator_names(self) -> frozenset[str]:
-        """The names of the operators that can be shown."""
+        """The names of the operators whose rules prompts may state."""
         return frozenset([operator.name for operator in self.operators])
 
     @cached_property
@@ -70,13 +70,13 @@ class DomainRules:
 
     @cached_property
     def fluents(self) -> frozenset[str]:
-        """The stored predicates that can be shown and can change."""
+        """The visible stored predicates that can change."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if p.visible and not p.static])
 
     @cached_property
     def changed_predicates(self) -> Mapping[str, frozenset[str]]:
-        """The predicates that each operator changes and that can be shown, by the name of the operator."""
+        """The visible predicates that each operator changes, by the name of the operator."""
         return {
             each.name: frozenset(find_written_predicates(each.effects)) - self.hidden_memory
             for each in self.operators
@@ -110,7 +110,7 @@ class DomainRules:
         return "\n".join(lines)
 
     def summarize(self, operator: Operator) -> str | None:
-        """Return an operator with its conditions and effects; None if it cannot be shown."""
+        """Return an operator with its conditions and effects; None if prompts must not state its rules."""
         if operator.name not in self.operator_names:
             return None
         lines = [operator_title(operator)]
@@ -121,7 +121,7 @@ class DomainRules:
         return "\n".join([*lines, *self._changes(operator)])
 
     def write_definitions(self) -> list[str]:
-        """Return the definitions of derived predicates that can be shown."""
+        """Return the definitions of derived predicates that depend on no hidden predicate."""
         return [text for name, text in self._definitions.items() if not self._reads_memory([name])]
 
     def write_heads(self, operators: Collection[str]) -> str:
@@ -202,7 +202,7 @@ class DomainRules:
                 yield from self._block(first, effects, indent)
 
     def _block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
-        """Yield a heading with the effects below it, or no line if no effect can be shown."""
+        """Yield a heading with the visible effects below it, or nothing without such effects."""
         lines = list(self._effects(effects, indent + _INDENT))
         yield from [f"{indent}{heading}:", *lines] if lines else []
 

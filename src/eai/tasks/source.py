@@ -36,7 +36,7 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class ErrataChoice(str, Enum):
-    """Whether known errors in the data of a benchmark are corrected."""
+    """The choice whether to correct errors in the data of a benchmark."""
 
     CURRENT = "current"
     NONE = "none"

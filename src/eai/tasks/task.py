@@ -104,7 +104,7 @@ class Task:
 
     @property
     def may_be_declined(self) -> bool:
-        """Whether an answer may decline the task: call it impossible, or ask which object is meant."""
+        """Whether an answer may call the task impossible, or ask about the meant object."""
         return isinstance(self.special, (Impossible, Ambiguous))
 
     @property
@@ -143,7 +143,7 @@ class Task:
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals, none of which forbids a hazard."""
+        """Return the task with other goals. No new goal may be about a hazard."""
         special = None if isinstance(self.special, Hazards) else self.special
         return replace(self, goals=goals, special=special)
 

@@ -95,8 +95,8 @@ def read_line(text: str | bytes) -> _TaskLine:
     """Return the content of a line.
 
     Raises:
-        InputError: the line is not JSON, or does not have this format. The message says where the mistake is
-            and what was expected.
+        InputError: the line is not JSON, or a member is wrong. The message names the member and its expected
+            value.
     """
     try:
         value = json.loads(text, strict=False, object_pairs_hook=_refuse_repetition)
@@ -123,8 +123,7 @@ def task_from_line(line: _TaskLine, domain: Domain) -> Task:
     """Return the task of a line.
 
     Raises:
-        InputError: the line uses a name that neither it nor the domain declares. The message says where, and
-            what was expected.
+        InputError: a name in the line is not declared. The message names the member and the expected names.
     """
     places = {name: place for place, name in enumerate(line.objects)}
     agent = None if line.agent is None else _index(line.agent, places, "agent")

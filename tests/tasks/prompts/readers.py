@@ -1,4 +1,4 @@
-"""Readers of the prompts of each benchmark: what its words mean to a person."""
+"""Read the prompts of each benchmark as a person would."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eai.tasks.task import Task
 from tasks.prompts.sufficiency import ListingReader, Reader, Statement, Told
 
 _SUPPORTS = ("ontop", "attached", "overlaid", "draped")
-"""Relations to what a thing rests on; a thing that rests on something is in other things only with that."""
+"""Relations to a supporting object. A thing on a support enters other containers only with its support."""
 
 _BEHAVIOR = {"inside": "lies_in", "ontop": "lies_on", "onfloor": "stands_on"}
 _BEHAVIOR |= {"under": "stands_under", "nextto": "stands_by"}
@@ -30,7 +30,7 @@ _STATES = (
     *("folded", "unfolded", "hot", "on_fire", "broken"),
 )
 _FOLLOWS = ("touching",)
-"""Relations that follow from others that are told."""
+"""Relations that follow from other stated relations."""
 
 _UNCHANGING = "Facts that no action changes:"
 """Heading of a list in prompts with exact rules."""
@@ -77,7 +77,6 @@ def _stored(told: Told, relations: Mapping[str, str]) -> Iterator[Statement]:
 
 
 def _is_indirect(thing: str, container: str, inside: set[tuple[str, str]]) -> bool:
-    """Whether a thing is in a container with something that it is in."""
     return any((between, container) in inside for one, between in inside if one == thing)
 
 
@@ -236,7 +235,7 @@ _SENTENCES: Sequence[tuple[str, Callable[..., None]]] = (
     (r"- Heat melts (\S+) in or on something to (.+)\.", _melting),
     (r"- (\S+) can be attached to (.+)\.", _fits),
 )
-"""Patterns of the sentences of conventions of BEHAVIOR-1K, and what reads each."""
+"""Patterns of the sentences of BEHAVIOR-1K's conventions, each with its reader."""
 
 
 def _of_house(line: str, told: Told) -> bool:

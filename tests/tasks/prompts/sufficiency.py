@@ -114,7 +114,7 @@ class ListingReader:
 
 
 def _before_objects(text: str) -> list[str]:
-    """Return the lines between the goals and the objects, where the opening of an episode has conventions."""
+    """Return the lines between the goals and the objects, which in an episode's opening are conventions."""
     _, heading, after = text.rpartition("Goals:\n")
     paragraphs = after.split("\n\n")[1:] if heading else []
     return [line for paragraph in paragraphs for line in paragraph.splitlines()]

@@ -1,4 +1,4 @@
-"""Our own prompts: of a toy domain as a golden file, of the real suites by what must be in them."""
+"""Our own prompts equal a golden file for a toy domain, and have the required parts for real suites."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ from tasks.prompts.sufficiency import insufficiency
 PromptOf: TypeAlias = Callable[[Benchmark, Task], str]
 PLANS = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 INSUFFICIENT = Path(__file__).parent / "golden" / "official_insufficient.tsv"
-"""Tasks of which the data set's prompt lacks what the data set's plan needs: benchmark, task and reason."""
+"""Tasks whose published prompt lacks a fact that the published plan needs: benchmark, task and reason."""
 
 FOLDER = TESTS / "pddl" / "domains"
 
@@ -97,14 +97,14 @@ def own_prompt(ability: Ability, source: Source) -> PromptOf:
 
 
 def with_known_conventions(text: str, task: Task) -> str:
-    """Return a prompt of the benchmark that hides conventions, as read by who knows them."""
+    """Return a prompt that hides conventions, read as by a person who knows the conventions."""
     _, heading, known = describe_conventions(task).partition(HEADING)
     before, start, after = text.rpartition("\n\nInitial state:\n")
     return f"{before}\n\n{heading}{known}{start}{after}"
 
 
 def chosen(benchmark: Benchmark, ability: Ability, source: Source, step: int) -> list[Task]:
-    """Return every so many of the tasks that an ability is asked of."""
+    """Return a regular sample of an ability's tasks."""
     return list(benchmark.tasks_for(ability, source).values())[::step]
 
 

@@ -1,4 +1,4 @@
-"""All that is visible is told: worlds that differ in a fact, a condition or an effect have other prompts."""
+"""Prompts state all visible facts: if a fact, a condition or an effect differs, the prompts differ."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def told(ability: Ability, domain: Domain, task: Task) -> str:
 
 
 def observed(domain: Domain, task: Task) -> str:
-    """All that an agent is told before its first action."""
+    """Return everything that an agent reads before its first action."""
     benchmark = Benchmark(domain.name, domain, given(task))
     return Game(make_setup(replace(task, goals=task.goals or ()), benchmark, TRAINING)).briefing()
 

@@ -26,7 +26,7 @@ SIDES = ("and", "or", "not", "exists", "forall", "when")
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_wording_has_every_place_but_the_example(variant: PromptSet, ability: Ability) -> None:
-    """What fills the places are the rules and facts; only an example may be left out."""
+    """The values of placeholders are the rules and facts; only an example may be left out."""
     plain, other = (Templates(variant=name).read(f"{ability.value}.txt") for name in ("eai", variant))
     assert plain != other
     assert set(PLACE.findall(plain)) - set(PLACE.findall(other)) <= {"example"}

@@ -26,9 +26,9 @@ from eai.tasks.wording import Wording
 from eai.world.vocabulary import parameter_names
 
 MAX_SHOWN_TYPES = 300
-"""Maximum number of types of a domain that is shown in full.
+"""Maximum number of types of a domain that prompts print in full.
 
-Of larger domains only relevant parts are shown.
+Of larger domains they print relevant parts.
 """
 
 MAX_EXAMPLE_OPERATORS = 2
@@ -217,7 +217,7 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
 
 
 def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[str]) -> Set[str] | None:
-    """Return the names in operators and in the goals of two tasks; None if all names are shown."""
+    """Return the names in operators and in the goals of two tasks; None if the domain is printed in full."""
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
         return None
@@ -252,7 +252,7 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
 def _operator_question(
     task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
 ) -> str:
-    """Return the problem, with initial facts of these names only, and the heads of the operators."""
+    """Return the problem, with initial facts of these names only, and the operators' heads."""
     heads = "\n".join(
         f"(:action {name}\n  :parameters {task.domain.operators[name].parameters}\n"
         "  :precondition ()\n  :effect ())"

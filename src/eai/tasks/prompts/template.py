@@ -55,7 +55,7 @@ class Templates:
         return _read_packaged(name, self.variant) if own is None else own
 
     def read_own(self, name: str) -> str | None:
-        """Return the user's template of this name, or None if the user has none.
+        """Return the user's template of this name, or None if it does not exist.
 
         Raises:
             InputError: the file cannot be read.
