@@ -17,7 +17,7 @@ FOLDERS = {"bench": ROOT / "bench", "differential": TESTS / "differential"}
 
 
 def main() -> None:
-    """Run the named program with the other words of the command line."""
+    """Run the named program with the other arguments of the command line."""
     words = sys.argv[1:]
     if not words or words[0] in ("-h", "--help"):
         print(listing())
@@ -31,7 +31,7 @@ def main() -> None:
 
 
 def program_modules() -> Mapping[str, str]:
-    """Return the module of each program by the program's name, in the order of names."""
+    """Return the module of each program, by program name in alphabetical order."""
     modules = {
         path.stem: f"{package}.{path.stem}"
         for package, folder in FOLDERS.items()

@@ -1,12 +1,15 @@
-"""Play tasks with agents that need no model, and print how many games each wins.
+"""Play tasks with agents that need no model, and print how many episodes each agent wins.
 
     python -m bench acting [SUITE ...] [--sample 40] [--seeds 1] [--agents random ...] [--view task]
 
-A suite is a benchmark or a file of tasks; by default both households. Of each, `--sample` tasks are played,
-evenly spaced (0: all). Tasks without a reference in this view are left out and counted. The share is printed
-of games won within so many times the shortest plan known, and within the budget of the setting. It is told
-twice: by `DONE`, as the setting has it, and by the last state (of those who never said `DONE` in time, too).
-Nulls draw `DONE` with the same chance as any other command, and act on after it for the second number.
+A suite is a benchmark or a task file; by default both households. `--sample` tasks of each suite are played,
+evenly spaced (0: all). Tasks without a reference plan in this view are left out and counted.
+
+A budget is a multiple of the length of the shortest known plan, or the budget of the setting. The table has
+the share of episodes won within each budget, counted in two ways. The first counts an episode as won if the
+agent says `DONE` when all goals hold, as the setting demands. The second uses the last state, also for agents
+that never say `DONE` in time. Null agents draw `DONE` with the same chance as any other command. For the
+second number they continue to act after `DONE`.
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ TIMES = (1, 2, 4)
 
 
 class Course(NamedTuple):
-    """A game: whether all goals held after each number of actions, and after how many `DONE` was said."""
+    """Whether all goals held after each number of actions, and the number of actions before `DONE`."""
 
     held: Sequence[bool]
     done: int | None
@@ -45,7 +48,7 @@ class Course(NamedTuple):
 
 
 def course(stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool) -> Course:
-    """What becomes of an agent in as many actions as any budget has."""
+    """Play an episode with an agent for the largest budget of actions."""
     game = Game(stage.make_endless())
     agent, held, done = make(game, seed), [all(game.reached)], None
     most = max(TIMES[-1] * (stage.reference.shortest or 0), stage.limit or 0)
@@ -61,7 +64,7 @@ def course(stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, a
 
 
 def stages(name: str, rules: GameRules, sample: int) -> tuple[list[GameSetup], int]:
-    """The tasks of a sample that have a reference, and how many have none."""
+    """Return the sampled tasks that have a reference plan, and the number of tasks without one."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
     ids = [task_id for task_id in tasks if tasks[task_id].plan_exclusion is None]
@@ -77,14 +80,14 @@ def stages(name: str, rules: GameRules, sample: int) -> tuple[list[GameSetup], i
 
 
 def cell(courses: Sequence[tuple[Course, int]]) -> str:
-    """The shares of games that are won within budgets, by `DONE` and by the last state."""
+    """Return the shares of episodes won within each budget, by `DONE` and by the last state."""
     done = sum(course.by_done(budget) for course, budget in courses)
     state = sum(course.by_last_state(budget) for course, budget in courses)
     return f"{100 * done / len(courses):.1f} / {100 * state / len(courses):.1f}"
 
 
 def main() -> None:
-    """Print the table."""
+    """Play all agents on all suites, and print a table of the shares they win."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

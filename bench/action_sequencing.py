@@ -1,8 +1,8 @@
-"""Measure the speed of VirtualHome action sequencing as a ratio to the reference's, on 342 answers.
+"""Measure the speed of VirtualHome action sequencing as a ratio to the reference package's, on 342 answers.
 
-`make bench`. Only processor time counts. The reference's is that of its evaluation, without its start-up.
-Ours is that of scoring every answer once in a fresh process, without importing and loading, which have a
-limit of their own. Exits with status 1 when a limit is missed.
+`make bench` runs it. Only processor time counts. The time of the reference package is its evaluation without
+start-up. Our time is scoring every answer once in a fresh process, without imports and loading, which have
+their own limit. The exit status is 1 if a limit is missed.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ PEAK_BYTES = 150_000_000
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What scoring a response file once in a fresh process cost, in seconds of processor time and bytes.
+    """Cost of scoring a response file once in a fresh process, in seconds of processor time and bytes.
 
     Attributes:
-        executable: by task id, whether the plan can be executed; None for a task that is excluded.
+        executable: Whether the plan of each task can be executed, by task id; None for an excluded task.
     """
 
     import_cpu_seconds: float
@@ -55,17 +55,17 @@ class Cost:
 
     @property
     def startup_cpu_seconds(self) -> float:
-        """Importing and loading the data."""
+        """Processor seconds of importing the package and loading the data."""
         return self.import_cpu_seconds + self.load_cpu_seconds
 
     @property
     def tasks_per_cpu_second(self) -> float:
-        """Answers scored in a second of processor time."""
+        """Answers scored per second of processor time."""
         return len(self.executable) / self.score_cpu_seconds
 
 
 def score_once(path: Path) -> Cost:
-    """Score a response file in a process of its own."""
+    """Score a response file in a fresh process, and return its cost."""
     child = subprocess.run(
         [sys.executable, str(CHILD), str(path)],
         check=True,
@@ -77,12 +77,15 @@ def score_once(path: Path) -> Cost:
 
 
 def median(costs: list[Cost]) -> Cost:
-    """The median of several runs, by cost of scoring."""
+    """Return the run with the median scoring time."""
     return sorted(costs, key=lambda cost: cost.score_cpu_seconds)[len(costs) // 2]
 
 
 def measure(python: Path, responses: list[Response], repeats: int) -> tuple[Cost, Measurement]:
-    """Both sides on the same answers; ours before and after, since the other load of a machine varies."""
+    """Measure the reference package and `eai` on the same answers.
+
+    `eai` is measured before and after the reference package, because the other load of a machine varies.
+    """
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
         path = Path(folder) / "answers.json"
         write_responses(path, responses)
@@ -93,14 +96,14 @@ def measure(python: Path, responses: list[Response], repeats: int) -> tuple[Cost
 
 
 def agreement(ours: Cost, theirs: Measurement) -> str:
-    """On how many of the answers that the reference executed both agree on whether they can be executed."""
+    """Return on how many answers both packages agree whether the plan can be executed, as in "340 of 342"."""
     _, rows = theirs.results
     same = sum(ours.executable[task_id] == row["executable"] for task_id, row in rows.items())
     return f"{same} of {len(rows)}"
 
 
 def report(ours: Cost, theirs: Measurement, *, write: bool) -> bool:
-    """Print the figures; whether all limits are kept."""
+    """Print the figures, and return whether all limits are kept."""
     ratio = ours.tasks_per_cpu_second / theirs.tasks_per_cpu_second
     limits = (
         (f"ratio {ratio:,.0f}, at least {RATIO:,.0f}", ratio >= RATIO),
@@ -131,7 +134,7 @@ def report(ours: Cost, theirs: Measurement, *, write: bool) -> bool:
 
 
 def main() -> int:
-    """Run both sides and print the comparison."""
+    """Measure both packages and print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument(
         "--limit", type=int, help="the first N answers only (a quick look: the ratio varies with them)"

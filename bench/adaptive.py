@@ -2,9 +2,10 @@
 
     python -m bench adaptive RECORDS...
 
-RECORDS are those of many models under ``strict`` (action sequencing, subgoal decomposition). Each model in
-turn is held out: difficulties are those that the others give, and its own answers are asked as a run would.
-Beside it stands how many tasks random order takes to the same standard error.
+RECORDS are records of many models under ``strict`` (action sequencing, subgoal decomposition). Each model is
+held out in turn: the other models determine the difficulty of tasks, and the model's own records answer the
+adaptive run. For comparison, the table has the number of tasks that random order needs for the same standard
+error.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ Choose = Callable[[Numbers], tuple[str, ...]]
 
 
 def main() -> None:
-    """Print a line a suite and target."""
+    """Print a line for each suite and each target of the standard error."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -58,7 +59,11 @@ def main() -> None:
 
 
 def measured(scores: Scores, target: float) -> tuple[str, int, float, str]:
-    """Return the tasks asked, those asked at random, the distance, and the share within 1.96 errors."""
+    """Return the tasks asked, the tasks asked in random order, the distance in ability, and the coverage.
+
+    The figures are means over the held-out models. Coverage is the share of models whose distance is within
+    1.96 standard errors.
+    """
     names = dict(zip(scores.tasks, scores.names, strict=True))
     sizes, drawn, distances, within = [], [], [], 0
     for held in range(len(scores.models)):
@@ -85,7 +90,7 @@ def measured(scores: Scores, target: float) -> tuple[str, int, float, str]:
 
 
 class Known(NamedTuple):
-    """What the other models tell of the tasks."""
+    """Difficulties of tasks, estimated from the other models' records."""
 
     difficulties: Numbers
     names: Mapping[str, str]
@@ -96,7 +101,7 @@ class Known(NamedTuple):
 
 
 def ask(own: Numbers, known: Known, target: float, choose: Choose) -> dict[str, float]:
-    """The answers of a run."""
+    """Return the answers of an adaptive run."""
     asked: dict[str, float] = {}
     while len(asked) < len(own) and (not asked or known.ability(asked)[1] > target):
         asked |= {task: own[task] for task in choose(asked)}
@@ -104,6 +109,6 @@ def ask(own: Numbers, known: Known, target: float, choose: Choose) -> dict[str, 
 
 
 def shuffled(own: Numbers, seed: int) -> Choose:
-    """Tasks one by one in random order."""
+    """Yield tasks one by one in random order."""
     order = random.Random(seed).sample(list(own), len(own))  # noqa: S311 - reproducible, not secret
     return lambda asked: (order[len(asked)],)

@@ -2,8 +2,8 @@
 
     python -m bench analyses RECORDS... [--models 18]
 
-Exits with status 1 above 60 CPU seconds or 1 GB. A loop of known length stands beside it, since a
-busy machine takes more processor time for the same.
+The exit status is 1 above 60 CPU seconds or 1 GB. For comparison, a loop of fixed length is timed, too,
+because a busy machine needs more processor time for equal work.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MODEL = re.compile(r'"model": "([^"]*)"')
 
 
 def main() -> None:
-    """Print what it costs."""
+    """Run the analyses and print their cost."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("records", type=Path, nargs="+")
     parser.add_argument("--models", type=int, default=18)
@@ -49,7 +49,7 @@ def main() -> None:
 
 
 def copy(files: Sequence[Path], folder: Path, models: int) -> int:
-    """Copy records under other names of models until each suite has so many runs; returns how many runs."""
+    """Copy records under new model names until each suite has enough runs, and return the number of runs."""
     suites: dict[tuple[str, ...], list[str]] = {}
     for file in files:
         text = file.read_text(encoding="utf-8")
@@ -66,7 +66,7 @@ def copy(files: Sequence[Path], folder: Path, models: int) -> int:
 
 
 def loop() -> float:
-    """CPU seconds of a loop."""
+    """Return the CPU seconds of a loop of fixed length."""
     begun, total = time.process_time(), 0
     for number in range(LOOP):
         total += number & 3

@@ -1,8 +1,8 @@
 """Answers to the VirtualHome action sequencing tasks, made from the data set's own scripts.
 
-One answer a task: the script's steps that use relevant objects only, with one seeded change. A step about
-anything else would be a hallucination, and an untouched script is never executed: either would spare the
-reference the work that is to be measured.
+Each task has one answer: the script's steps that use relevant objects only, with one seeded change. A step
+with another object would be a hallucination, and the reference package never executes an unchanged script. In
+both cases the reference package would skip the work that is to be measured.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ OBJECT = re.compile(r"<(?P<name>[^>]+)> \((?:\d+\.)*(?P<number>\d+)\)")
 
 
 UNUSABLE = frozenset({"PLUGIN", "PLUGOUT", "PUTOBJBACK"})
-"""Actions that the reference rejects, and one on which it aborts when the object was not grabbed before."""
+"""Actions that the reference package rejects, or aborts on if the object was not grabbed before."""
 
 
 class Item(NamedTuple):
@@ -34,18 +34,18 @@ class Item(NamedTuple):
 
 
 class Step(NamedTuple):
-    """An action with its objects."""
+    """A step of a plan: an action with its objects."""
 
     action: str
     items: tuple[Item, ...]
 
 
 def responses(package: Path, seed: int = 0) -> list[Response]:
-    """One answer for each of the 342 tasks, in the data set's order; the same for the same seed.
+    """Return one answer for each of the 342 tasks, in the data set's order. Equal seeds give equal answers.
 
     Args:
-        package: the folder of the installed package `virtualhome_eval`.
-        seed: chooses the changes.
+        package: Folder of the installed package `virtualhome_eval`.
+        seed: Seed of the changes.
     """
     tasks = json.loads((package / "resources" / "virtualhome" / "id2task.json").read_text(encoding="utf-8"))
     choice = random.Random(seed)  # noqa: S311 - reproducible, not secret
@@ -53,7 +53,7 @@ def responses(package: Path, seed: int = 0) -> list[Response]:
 
 
 def steps(package: Path, task_id: str) -> list[Step]:
-    """The steps of a task's script that the reference can execute and that use relevant objects only."""
+    """Return the steps of a script that the reference package can execute, with relevant objects only."""
     script = package / DATA_SET / "executable_programs" / SCENE / f"file{task_id}.txt"
     usable = relevant(package / DATA_SET / "init_and_final_graphs" / SCENE / f"file{task_id}.json")
     return [
@@ -64,7 +64,7 @@ def steps(package: Path, task_id: str) -> list[Step]:
 
 
 def script_steps(script: Path) -> Iterator[Step]:
-    """All steps of a script file; its title and description are the lines without a bracket in front."""
+    """Return all steps of a script file. Lines without a leading bracket are its title and description."""
     for line in script.read_text(encoding="utf-8").splitlines():
         if action := STEP.match(line):
             items = tuple(Item(match["name"], int(match["number"])) for match in OBJECT.finditer(line))
@@ -72,14 +72,14 @@ def script_steps(script: Path) -> Iterator[Step]:
 
 
 def relevant(graphs: Path) -> frozenset[int]:
-    """Numbers of the objects of which a state or relation differs between a task's first and last graph."""
+    """Return the ids of objects whose states or relations differ between a task's first and last graph."""
     pair = json.loads(graphs.read_text(encoding="utf-8"))
     before, after = (facts(pair[key]) for key in ("init_graph", "final_graph"))
     return frozenset(number for fact in before ^ after for number in (fact.subject, fact.other))
 
 
 class Fact(NamedTuple):
-    """A relation between two objects of a graph, or the states of one (then `other` is the object itself)."""
+    """A relation between two objects, or the states of one object (then `other` is the object itself)."""
 
     subject: int
     value: str
@@ -87,14 +87,14 @@ class Fact(NamedTuple):
 
 
 def facts(graph: dict[str, Any]) -> frozenset[Fact]:
-    """The nodes and edges of a graph, comparable across graphs."""
+    """Return the nodes and edges of a graph, in a form that can be compared across graphs."""
     nodes = (Fact(node["id"], " ".join(sorted(node["states"])), node["id"]) for node in graph["nodes"])
     edges = (Fact(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in graph["edges"])
     return frozenset((*nodes, *edges))
 
 
 def changed(plan: list[Step], choice: random.Random) -> list[Step]:
-    """The plan with a step repeated, left out, or exchanged with the next one."""
+    """Return the plan with one step repeated, removed, or exchanged with the next one."""
     at = choice.randrange(len(plan))
     kind = choice.choice(("repeat", "leave out", "exchange"))
     if kind == "repeat" or len(plan) == 1:
@@ -106,10 +106,13 @@ def changed(plan: list[Step], choice: random.Random) -> list[Step]:
 
 
 def answer_text(plan: list[Step]) -> str:
-    """A plan as a model is asked to write it: `"ACTION": ["name", "number", ...]`, in order."""
+    """Return a plan in the form that prompts ask for: `"ACTION": ["name", "number", ...]`, in order."""
     return "{" + ", ".join(f'"{step.action}": [{arguments(step)}]' for step in plan) + "}"
 
 
 def arguments(step: Step) -> str:
-    """A step's names and numbers in turn; a blank for none, because the reference drops a step with `[]`."""
+    """Return a step's object names and numbers in turn.
+
+    A step without objects has a blank, because the reference package drops a step with `[]`.
+    """
     return ", ".join(f'"{item.name}", "{item.number}"' for item in step.items) or " "

@@ -1,11 +1,11 @@
 """Compare BEHAVIOR-1K's goals with bddl's own evaluation, and its gold plans with VAL.
 
     python -m bench behavior_1k goals FOLDER    goals on the states of gold plans (FOLDER: bddl 3.6.0)
-    python -m bench behavior_1k mutations       gold plans with one fault put in, and the kinds that are found
+    python -m bench behavior_1k mutations       gold plans with one inserted fault, and the kinds found
     python -m bench behavior_1k val             gold plans on exported problems (needs the extra 'val')
     python -m bench behavior_1k prompts         the length of prompts in characters and tokens
 
-`--every N` takes every Nth activity. What fails is printed, and the exit status is 1.
+`--every N` takes every Nth activity. Failures are printed, and then the exit status is 1.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ CHARACTERS_A_TOKEN = 3.5
 
 
 def main() -> int:
-    """Run what the command line names."""
+    """Run the check that the command line names."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -80,13 +80,13 @@ def main() -> int:
 
 
 class Thing(NamedTuple):
-    """An object as bddl's conditions know it."""
+    """An object in the form that bddl's conditions expect."""
 
     name: str
 
 
 class Asked:
-    """Answers bddl's questions about atoms from a state of ours."""
+    """Answers bddl's questions about atoms from a state of `eai`."""
 
     def __init__(self, domain: Domain, state: State) -> None:
         self.state = state
@@ -94,7 +94,7 @@ class Asked:
         self._known = domain.vocabulary
 
     def __call__(self, predicate: str, *things: Thing) -> bool:
-        """Whether an atom holds."""
+        """Return whether an atom holds."""
         variables = [f.Variable(f"v{place}") for place in range(len(things))]
         index = self.state.scene.index
         scope = {f"v{place}": index[lemma(thing.name)] for place, thing in enumerate(things)}
@@ -104,7 +104,10 @@ class Asked:
 
 
 def import_bddl(folder: Path) -> Any:
-    """The module `bddl.activity` of an unpacked distribution; of `future` it needs one function."""
+    """Import the module `bddl.activity` of an unpacked distribution.
+
+    A stub replaces the package `future`, of which bddl needs one function.
+    """
 
     def with_metaclass(meta: type, *bases: type) -> type:
         made: type = meta("Based", bases, {})
@@ -118,7 +121,7 @@ def import_bddl(folder: Path) -> Any:
 
 
 def backend_of(asked: Asked) -> Any:
-    """A backend for bddl whose predicates ask for atoms of ours."""
+    """Return a backend for bddl whose predicates look up atoms in a state of `eai`."""
     base = import_module("bddl.logic_base")
     unary = {each.name for each in p.GOAL_STATES} | {"future"}
 
@@ -136,7 +139,7 @@ def backend_of(asked: Asked) -> Any:
 
 
 def conditions_of(bddl: Any, task_id: str, asked: Asked) -> list[Any]:
-    """The compiled conditions of a goal. Names that end in ``_*`` stand for nothing here (D13)."""
+    """Return the compiled conditions of a goal. Names that end in ``_*`` stand for no object here (D13)."""
     activity = bddl.Conditions(task_id, 0, "omnigibson")
     kinds = activity.parsed_objects
     for kind, names in kinds.items():
@@ -181,13 +184,13 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
 
 
 class Mutant(NamedTuple):
-    """A plan with one fault put in.
+    """A plan with one inserted fault.
 
     Attributes:
-        steps: the names of its steps, each an action and its objects.
-        kinds: the kinds that the fault may have; `UNMET` where nothing fails and the goal is not reached.
-        place: the number of the step that fails, or the first that may.
-        later: whether the fault may show in a later step.
+        steps: Names of its steps, each an action and its objects.
+        kinds: Kinds that the fault may have; `UNMET` if no step fails and the goal is not reached.
+        place: Number of the step that fails, or of the first step that may fail.
+        later: Whether the fault may show in a later step.
     """
 
     steps: list[tuple[str, list[str]]]
@@ -205,7 +208,7 @@ HALLUCINATION = frozenset({FaultKind.HALLUCINATION.value})
 ARGUMENT_NUMBER = frozenset({FaultKind.ARGUMENT_NUMBER.value})
 
 ALREADY = ("GRASP", "OPEN", "CLOSE", "TOGGLE_ON", "TOGGLE_OFF", "FOLD", "UNFOLD", "IGNITE", "WIPE", "RINSE")
-"""Actions after which there is nothing left to do."""
+"""Actions that are unnecessary if their effect holds already."""
 
 TAKES_FOR: dict[str, tuple[int, Predicate]] = {
     "SLICE": (1, p.slicer),
@@ -227,13 +230,13 @@ TAKES_FOR: dict[str, tuple[int, Predicate]] = {
     "WASH": (0, p.washer),
     "RUN": (0, p.mixer),
 }
-"""Which object of an action must be of which kind: its tool, its vessel, or what is acted upon."""
+"""By action, the position of an object and the kind that it needs, such as a tool or a container."""
 
 Mutate: TypeAlias = Callable[[Dice, Task, "list[tuple[str, list[str]]]"], "Mutant | None"]
 
 
 def drop(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Leave a step out: a later one fails, or the goal is not reached."""
+    """Yield mutants without one step: a later step fails, or the goal is not reached."""
     if len(steps) == 1:
         return None
     place = dice.below(len(steps))
@@ -241,7 +244,7 @@ def drop(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant |
 
 
 def swap(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Exchange a step with the next, which has an object in common with it."""
+    """Yield mutants with a step exchanged with the next one, if the two share an object."""
     places = [i for i in range(len(steps) - 1) if set(steps[i][1]) & set(steps[i + 1][1])]
     if not places:
         return None
@@ -251,14 +254,14 @@ def swap(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant |
 
 
 def repeat(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Do a step twice: the second time it is not needed, or what it needs has been used up."""
+    """Yield mutants with a repeated step: it is unnecessary, or its precondition has been used up."""
     place = dice.below(len(steps))
     steps.insert(place, steps[place])
     return Mutant(steps, ADDITIONAL if steps[place][0] in ALREADY else WRONG_ORDER, place + 1)
 
 
 def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Put something in the place of a tool, a vessel or a thing that cannot be used so."""
+    """Yield mutants with an object of the wrong kind in the role of a tool, a container or a target."""
     places = [i for i, (action, _) in enumerate(steps) if action in TAKES_FOR]
     if not places:
         return None
@@ -275,7 +278,7 @@ def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str
 
 
 def misspell(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Write an action or an object as nothing is called."""
+    """Yield mutants with an unknown name of an action or an object."""
     place = dice.below(len(steps))
     action, names = steps[place]
     if names and dice.chance(0.7):
@@ -291,7 +294,7 @@ def misspell(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Muta
 
 
 def miscount(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Name an object too many or too few."""
+    """Yield mutants with one object too many or too few in a step."""
     place = dice.below(len(steps))
     action, names = steps[place]
     more = dice.chance(0.5) or not names
@@ -311,7 +314,7 @@ MUTATIONS: dict[str, Mutate] = {
 
 
 def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int:
-    """Count by kind of mutation which kinds of fault are found."""
+    """Count the kinds of fault found, for each kind of mutation."""
     suite = open_suite(behavior_1k(), Ability.ACTION_SEQUENCING)
     found: dict[str, Counter[str]] = {how: Counter() for how in MUTATIONS}
     right: Counter[str] = Counter()
@@ -343,7 +346,7 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
 
 
 def mutants_of(task: Task, seed: str, each: int) -> Iterator[tuple[str, Mutant]]:
-    """The mutants of the gold plan of a task."""
+    """Return the mutants of a task's gold plan."""
     names = [thing.name for thing in task.scene.objects]
     for how, mutate in MUTATIONS.items():
         for number in range(each if task.script else 0):
@@ -355,13 +358,13 @@ def mutants_of(task: Task, seed: str, each: int) -> Iterator[tuple[str, Mutant]]
 
 
 def written(mutant: Mutant) -> str:
-    """The plan as an answer."""
+    """Return the plan as the text of an answer."""
     steps = [json.dumps({"action": action, "object": ", ".join(names)}) for action, names in mutant.steps]
     return f"[{', '.join(steps)}]"
 
 
 def kind_of(verdict: Verdict) -> tuple[str, int | None]:
-    """The kind of fault that was found, and in which step."""
+    """Return the kind of fault found, and the number of its step."""
     if verdict.error is not None:
         return verdict.error.kind.value, verdict.error.step
     if not isinstance(verdict, PlanVerdict):
@@ -375,7 +378,7 @@ def kind_of(verdict: Verdict) -> tuple[str, int | None]:
 
 
 def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int:
-    """Have VAL judge gold plans on exported problems, and the same plans without their last step."""
+    """Judge gold plans with VAL on exported problems, and the same plans without their last step."""
     program = find_val()
     verdicts: Counter[str] = Counter()
     for task in map(tasks.__getitem__, chosen):

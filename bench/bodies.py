@@ -1,10 +1,10 @@
-"""Check that facts hold in scenes with bodies, and measure their cost and what pictures show.
+"""Check that facts hold in scenes with bodies; measure the cost of scenes and what their pictures show.
 
     python -m bench bodies [TASKS.jsonl ...] [--step 1] [--seen]
 
-Of BEHAVIOR's published tasks, and of each file of tasks. Times are of one process's CPU. With --seen it also
-tells which things and facts the two pictures of a question show, and how often a planner succeeds that knows
-these facts and no others, and the names of all things.
+Scenes are built for BEHAVIOR's published tasks and for each task file. Times are CPU times of one process.
+With --seen, the program also counts the objects and facts that the two pictures of a question show. It then
+prints how often a planner succeeds that knows only these facts and the names of all objects.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from eai.studies.perception.scene_graph import SceneGraph, graph_of
 
 VIEWS: tuple[View, ...] = ("head", "near")
 LEAST = 12
-"""How many pixels of a thing are enough to see it."""
+"""Minimum number of visible pixels of an object that counts as seen."""
 
 
 class Seen(NamedTuple):
-    """The scene graph of what is seen of a task, and how many things and facts there are."""
+    """Scene graph of the visible objects of a task, with the numbers of objects and facts."""
 
     graph: SceneGraph
     things: int
@@ -69,7 +69,7 @@ def main() -> None:
 
 
 def built(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyScene], str]:
-    """Return the scenes that can be made, and their cost; print the cost and why others cannot."""
+    """Return the scenes that can be built. Print their cost, and why the others cannot be built."""
     scenes, times = dict[str, BodyScene](), []
     for task_id in task_ids:
         start = time.process_time()
@@ -88,7 +88,7 @@ def built(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyScene], 
 
 
 def frames(scenes: Sequence[BodyScene]) -> str:
-    """Print and return the cost of a frame of 640 x 480."""
+    """Print and return the cost of rendering a frame of 640 x 480 pixels."""
     costs = []
     for shadows in (True, False):
         times = list(timed(scenes, shadows=shadows))
@@ -108,7 +108,7 @@ def timed(scenes: Sequence[BodyScene], *, shadows: bool) -> Iterator[float]:
 
 
 def seen_of(scene: BodyScene, suite: Suite) -> Seen:
-    """The facts whose things are all seen in the pictures of a question; floors are."""
+    """Return the facts whose objects are all visible in a question's pictures. Floors count as visible."""
     with Camera(scene, shadows=False) as camera:
         pixels = Counter(int(i) for view in VIEWS for i in camera.objects(view).ravel())
     task, words = scene.task, scene_words(suite.benchmark)
@@ -121,7 +121,7 @@ def seen_of(scene: BodyScene, suite: Suite) -> Seen:
 
 
 def told(suite: Suite, seen: Mapping[str, Seen]) -> None:
-    """Print how much is seen, and how often a planner succeeds that knows no more."""
+    """Print how much is visible, and how often a planner succeeds with the visible facts alone."""
     things = Rate(sum(each.seen for each in seen.values()), sum(each.things for each in seen.values()))
     facts = Rate(
         sum(len(each.graph.facts) for each in seen.values()), sum(each.facts for each in seen.values())

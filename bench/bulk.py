@@ -1,9 +1,10 @@
 """Measure bulk scoring and single rewards of VirtualHome's plans.
 
-Of ``eai score`` the processor time counts, imports and making the tasks included, beside that of scoring
-alone in the same run, with garbage searched for as seldom as there. Modules are compiled to bytecode before,
-as those of an installed package are. The answers are the data set's scripts
-with seeded noise, or those of given response files, as often as is asked for, each time as another model's.
+For ``eai score``, the processor time of the whole command counts, with imports and making the tasks. Beside
+it stands the time of scoring alone in the same run, with garbage collection as rare as in the command.
+Modules are compiled to bytecode beforehand, like modules of an installed package. The answers are the data
+set's scripts with seeded noise, or given response files. They are repeated as often as asked, each time under
+another model name.
 """
 
 from __future__ import annotations
@@ -93,11 +94,11 @@ def _given(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:
 
 
 def _cpu(folder: Path, arguments: Sequence[str]) -> tuple[float, float]:
-    """CPU seconds of a command with all its processes, and the most memory of one of them in MB.
+    """Return the CPU seconds of a command with its processes, and the peak memory of the largest one in MB.
 
     Args:
-        folder: where it finds bytecode, or leaves it.
-        arguments: those of the command.
+        folder: Folder of its bytecode.
+        arguments: Arguments of the command.
     """
     written = {"PYTHONPYCACHEPREFIX": str(folder / "bytecode"), "PYTHONDONTWRITEBYTECODE": ""}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -123,7 +124,7 @@ def _rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> tuple[str, str
     batch = answers[:BATCH]
     here = min(_timed(lambda: reward.batch(*zip(*batch, strict=True)), time.perf_counter) for _ in range(5))
     with Scoring(workers=2) as scoring:
-        for _ in range(5):  # both workers have made all scorers
+        for _ in range(5):  # by now both workers have made the scorers of all tasks
             list(scoring.rewards(reward, answers))
         there = min(_timed(lambda: list(scoring.rewards(reward, batch)), time.perf_counter) for _ in range(9))
     print(f"a warm batch of {BATCH}: {1e3 * here:.0f} ms here, {1e3 * there:.0f} ms with two workers (wall)")

@@ -1,18 +1,22 @@
 """Measure answers per CPU second in each of the eight suites.
 
-The answers are those of ``../shared/oracle``, as released. A fresh process scores those of the first model,
-which makes all tasks and scorers (cold), then those of the others (steady), where what is remembered of an
-answer helps only if another model gives the same, and then those of the others a second time (again), as a
-trainer's samples repeat. The median of several processes counts. Garbage is searched for as seldom as in
-``eai score``, and bytecode is to be there, as of an installed package: what starts cold takes half as long
-again without it (``PYTHONDONTWRITEBYTECODE``). No planner is asked. In the same run the reference package may
-score some of the first model's answers, evenly spread over the tasks, where it can do so here (`reference`).
+The answers are the public ones in ``../shared/oracle``. A fresh process scores them in three rounds:
+
+- cold: the answers of the first model; this round makes all tasks and scorers;
+- steady: the answers of the other models; cached results help only if two models give equal answers;
+- again: the answers of the other models a second time, as a trainer's samples repeat.
+
+The median of several processes counts. Garbage collection is as rare as in ``eai score``. Bytecode must be
+there, as in an installed package: the cold round takes half as long again without it
+(``PYTHONDONTWRITEBYTECODE``). No planner runs. With `--reference`, the reference package scores some of the
+first model's answers in the same run, evenly spread over the tasks, for suites that it can score here.
 
     python -m bench by_suite [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
     python -m bench by_suite --beside ../before/.venv/bin/python
 
-The second measures another build, which that interpreter imports, in turn with this one, and says how many
-times as fast it is: the median of the ratios of runs that follow each other, since a machine has its moods.
+The second command also measures the build that the other interpreter imports, in turn with this one. It
+prints how many times as fast this build is: the median of the ratios of consecutive runs, because the speed
+of a machine varies.
 """
 
 from __future__ import annotations
@@ -43,7 +47,7 @@ MODELS = ("gpt-4o-2024-05-13", "claude-3-5-sonnet-20240620", "llama-3-8b-chat", 
 
 
 class Speed(NamedTuple):
-    """How many answers were scored a CPU second: the first model's, those of the others, and these again."""
+    """Answers scored per CPU second in the rounds cold, steady and again."""
 
     cold: float
     steady: float
@@ -91,7 +95,7 @@ def main() -> None:
 
 
 def _cells(speed: Speed) -> list[Figure]:
-    """Return the speeds, and what 100 million answers cost at the steady one."""
+    """Return the speeds, and the cost of 100 million answers at the steady speed."""
     hours = 1e8 / speed.steady / 3600
     on_node = f"{hours / 64:.1f} h" if hours > 64 else f"{60 * hours / 64:.1f} min"
     return [*map(round, speed), float(f"{hours:.2g}"), on_node, f"${0.05 * hours:.2f}"]
@@ -102,7 +106,7 @@ def _medians(speeds: Sequence[Speed]) -> Speed:
 
 
 def _once(python: str, suite: str, protocol: Protocol) -> Speed:
-    """The speed of a fresh process of an interpreter."""
+    """Measure the speed of a fresh process of an interpreter."""
     program = [python, "-m", "bench", "by_suite"]
     command = [*program, "--once", "--suite", suite, "--protocol", protocol.value]
     (speed,) = json.loads(
@@ -112,7 +116,7 @@ def _once(python: str, suite: str, protocol: Protocol) -> Speed:
 
 
 def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
-    """The speed of this process, which has scored nothing yet."""
+    """Measure the speed of this process, which must not have scored anything yet."""
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
     first, *others = [_answers(domain, ability, model) for model in MODELS]
     collect_seldom()
@@ -120,7 +124,7 @@ def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
 
 
 def reference_speed(ability: Ability, number: int) -> float:
-    """How many of the first model's answers the reference scores a CPU second, its start not counted."""
+    """Return how many answers the reference package scores per CPU second, without its start-up."""
     answers = _answers("virtualhome", ability, MODELS[0])
     some = answers[:: max(1, len(answers) // number)][:number]
     measurement = reference.evaluate(

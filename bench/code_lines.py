@@ -2,8 +2,9 @@
 
     python -m bench code_lines [MODULE ...]
 
-Of all packages, or of what somebody reads who follows every import of the package's own from these modules
-on. How a plan is scored: eai.abilities.action_sequencing.scorer eai.benchmarks.virtualhome.plan_notation
+Without MODULE, all packages are counted. With modules, only these modules are counted and all modules of the
+package that they import, directly or not. The modules that score a plan:
+eai.abilities.action_sequencing.scorer eai.benchmarks.virtualhome.plan_notation
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _NOTHING |= {tokenize.ENCODING, tokenize.ENDMARKER}
 
 
 def code_lines(text: str) -> int:
-    """The number of lines that hold a token of code."""
+    """Return the number of lines that hold a token of code."""
     lines = {
         line
         for token in tokenize.generate_tokens(io.StringIO(text).readline)
@@ -40,7 +41,7 @@ def code_lines(text: str) -> int:
 
 
 def read_from(start: Sequence[str]) -> set[str]:
-    """These modules and all that they import, and so on, what is imported for types alone included."""
+    """Return the modules and all modules that they import, directly or not. Imports for types count."""
     found: set[str] = set()
     pending = list(start)
     while pending:
@@ -62,7 +63,7 @@ def _imported(path: Path) -> Iterator[str]:
 
 
 def main() -> None:
-    """Print a line a package, and the sum."""
+    """Print the number of lines of each package, and the sum."""
     counts: Counter[str] = Counter()
     start = sys.argv[1:]
     for module in read_from(start) if start else _MODULES:

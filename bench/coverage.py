@@ -2,9 +2,9 @@
 
     python -m bench coverage [--samples 500]
 
-Runs are made up: 26 names with up to 35 tasks each, whose chance of success has a beta distribution with the
-intraclass correlation that was measured (0.6). Beside the intervals of reports stand those that were not
-taken. In each cell: how often the truth is within, in percent, and the mean half width in points.
+Runs are simulated: 26 names with up to 35 tasks each. The chance of success of a name has a beta distribution
+with the measured intraclass correlation (0.6). The intervals of reports are compared with alternatives that
+reports do not use. Each cell of the table has the coverage in percent and the mean half width in points.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Method = Callable[[Sequence[Case], random.Random], Interval]
 
 
 def certainty(cases: Sequence[Case]) -> Certainty:
-    """How sure a rate is, of which there is something."""
+    """Return the uncertainty of a rate, which must have one."""
     found = certainty_of_rate(cases)
     if found is None:
         raise ValueError("a rate of nothing")
@@ -46,17 +46,17 @@ def certainty(cases: Sequence[Case]) -> Certainty:
 
 
 def reported(cases: Sequence[Case], generator: random.Random) -> Interval:
-    """As reports have it."""
+    """Return the interval that reports show."""
     return certainty(cases).interval
 
 
 def independent(cases: Sequence[Case], generator: random.Random) -> Interval:
-    """As if all tasks were independent."""
+    """Return the interval for independent tasks."""
     return certainty(cases).by_task
 
 
 def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
-    """Percentiles of a bootstrap over names."""
+    """Return the percentile interval of a bootstrap over names."""
     sums = list(sum_by_name(cases).values())
     values = []
     for _ in range(DRAWS):
@@ -67,7 +67,7 @@ def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
 
 
 def plain(cases: Sequence[Case], generator: random.Random) -> Interval:
-    """Wilson's with the design effect as it is observed; one per name where nothing varies."""
+    """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
     rate = deviations_of_rate(sum_by_name(cases))
     if rate is None:
         raise ValueError("a rate of nothing")
@@ -88,7 +88,7 @@ METHODS: dict[str, Method] = {
 
 
 def main() -> None:
-    """Print the tables."""
+    """Simulate the runs and print the tables of coverage."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--samples", type=int, default=500)
     add_write_option(parser)
@@ -119,10 +119,10 @@ def main() -> None:
 
 
 def effects(samples: int) -> None:
-    """Print how often log odds, rank correlations and abilities are held, in hundredths.
+    """Print the coverage of intervals of log odds, rank correlations and abilities, in hundredths.
 
-    Nine models answer. Chances of success and cofactors are alike within a name; the truth is that of 20,000
-    tasks.
+    Nine models answer. Chances of success and cofactors are equal within a name. The truth is computed on
+    20,000 tasks.
     """
     whole = answers(seeded("effects"), [1] * 20_000)
     odds, rho, logit = log_odds(whole), correlation(whole), ability(whole)
@@ -143,12 +143,12 @@ def effects(samples: int) -> None:
 
 
 def seeded(name: str) -> random.Random:
-    """A generator of its own for each line, so that lines do not depend on each other."""
+    """Return a random generator for one line of a table, so that lines do not depend on each other."""
     return random.Random(name)  # noqa: S311 - reproducible, not secret
 
 
 def row(name: str, runs: Sequence[Sequence[Case]], truth: float) -> list[str]:
-    """Print and return one line: the coverage of every method on the same runs."""
+    """Print and return one line: the coverage of every method on the same simulated runs."""
     generator = seeded(name)
     cells = [cell([method(run, generator) for run in runs], truth) for method in METHODS.values()]
     print(name.ljust(16), *cells)
@@ -161,7 +161,7 @@ def tidy(text: str) -> str:
 
 
 def cell(intervals: Sequence[Interval], truth: float) -> str:
-    """How often the truth is within, and the mean half width."""
+    """Return the coverage and the mean half width as a cell of the table."""
     within = 100 * fmean(interval.low <= truth <= interval.high for interval in intervals)
     width = fmean(interval.high - interval.low for interval in intervals) / 2
     return f"{within:6.1f} ({width:4.1f})".rjust(14)

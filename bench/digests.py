@@ -1,16 +1,16 @@
 """Compare the digests of all verdicts on the oracle's answers with digests.json.
 
-A change of code that is meant to change no verdict leaves them equal.
+A change of code that must change no verdict leaves the digests equal.
 
-    python -m bench digests              compares with digests.json, exits with status 1 where they differ
+    python -m bench digests              compares with digests.json; the exit status is 1 if they differ
     python -m bench digests --write      writes digests.json
     python -m bench digests --rows DIR   also writes every verdict, one a line, to compare with `diff`
     python -m bench digests --only behavior/action_sequencing
     python -m bench digests --only /plan       planners alone
 
-The verdicts are those without a planner. What planners find has digests of its own: of the built-in planner's
-outcomes with the operators of all answers (gold ones among them), of its plans, and of the plans for all
-tasks of a household. Effort is no part of them; how many outcomes there are of each kind is printed.
+The digests of verdicts do not depend on a planner. Planners have their own digests: the outcomes of the
+built-in planner with the operators of all answers (gold ones too), its plans, and the plans for all tasks of
+a household. Search effort is left out; the number of outcomes of each kind is printed.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ FIELDS = (
     "planner",
     "repairs",
 )
-"""The fields of every verdict."""
+"""Fields of every verdict that a digest covers."""
 
 OF_ERRORS = ("kind", "step", "detail")
-"""What an error has said from the beginning."""
+"""Fields of an error that its digest covers: those that errors had when digests were first taken."""
 
 REWORDED = (
     (re.compile(r"(?<= takes 1 )(object|argument)(?=,)"), r"\1s"),
@@ -75,7 +75,7 @@ REWORDED = (
         "what lies between is a subgoal, too",
     ),
 )
-"""What details say, and what they said when the digests were first taken, as which they are hashed."""
+"""Reworded details, with the words that are hashed: those in use when the digests were first taken."""
 
 OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "virtualhome/action_sequencing": (),
@@ -87,14 +87,14 @@ OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "virtualhome/transition_modeling": ("task_categories", "operators", "literals"),
     "behavior/transition_modeling": ("task_categories", "operators", "literals"),
 }
-"""What else a verdict of a suite has said from the beginning."""
+"""Further fields of a suite's verdicts that a digest covers."""
 
 
 RENAMED = {"attempts": "tried_actions"}
-"""Fields by the names under which they are hashed, with their names of today."""
+"""Present names of renamed fields, by the names under which they are hashed."""
 
 HOUSEHOLDS = ("virtualhome", "behavior")
-"""Those whose planners have digests."""
+"""Households whose planners have digests."""
 
 
 def main() -> None:
@@ -129,7 +129,7 @@ def main() -> None:
 
 
 def _digested() -> dict[str, Callable[[], Iterable[str]]]:
-    """All that has a digest, by name."""
+    """Yield everything that has a digest, by name."""
     found: dict[str, Callable[[], Iterable[str]]] = {}
     for suite, protocol in product(OWN_FIELDS, Protocol.list_names()):
         found[f"{suite} {protocol.value}"] = partial(_lines, suite, protocol)
@@ -142,7 +142,7 @@ def _digested() -> dict[str, Callable[[], Iterable[str]]]:
 
 @cache
 def _planned(household: str, protocol: Protocol) -> Sequence[str]:
-    """What comes of the operators of all answers, file by file, and with which plan."""
+    """Yield the planner's outcome and plan for the operators of each answer, file by file."""
     ability, lines = Ability.TRANSITION_MODELING, []
     for path in answer_files(f"{household}/{ability.value}"):
         opened = open_suite(household, ability, protocol, source=Source(planner=PlannerChoice.BUILT_IN))
@@ -159,7 +159,7 @@ def _without_plans(planned: Callable[[], Sequence[str]]) -> Iterator[str]:
 
 
 def _plans(household: str) -> Iterator[str]:
-    """The plan for each task of a household."""
+    """Yield the plan for each task of a household."""
     source = Source(planner=PlannerChoice.NONE)
     opened = open_suite(household, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
     planner = Planner(opened.benchmark.domain)
@@ -170,7 +170,7 @@ def _plans(household: str) -> Iterator[str]:
 
 
 def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
-    """The verdicts on all answers of a suite, file by file: all of a file are read together."""
+    """Yield the verdicts on all answers of a suite, file by file. All answers of a file are read together."""
     domain, ability = suite.split("/")
     for path in answer_files(suite):
         answers = oracle_answers(path)
@@ -183,7 +183,7 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
 
 
 def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields to compare; whole numbers are written without a point, what is empty is left out."""
+    """Return the fields to compare. Whole numbers lose their decimal point, and empty values are removed."""
     kept = {name: _plain(fields.get(RENAMED.get(name, name))) for name in (*FIELDS, *OWN_FIELDS[suite])}
     if kept["error"] is not None:
         kept["error"] = {name: kept["error"][name] for name in OF_ERRORS}

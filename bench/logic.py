@@ -1,9 +1,10 @@
 """Measure formulas of 20 operators on traces of 1,000 states, and the reading of answers.
 
-The limit is issue 3's: 10 ms for one evaluation, truths of atoms included. The slowest shape is a mixture of
-``then`` with negated ``then`` in front of ``then``, which must be evaluated on every piece. The naive
-evaluator of the tests runs on a trace of 30 states in the same run, for comparison. Run with
-``python -m bench logic``.
+    python -m bench logic
+
+The limit is 10 ms for one evaluation, including the truth of atoms. The slowest form mixes ``then`` with
+negated ``then`` in front of ``then``, which must be evaluated on every segment of the trace. For comparison,
+the naive evaluator of the tests runs on a trace of 30 states in the same run.
 """
 
 from __future__ import annotations
@@ -80,11 +81,11 @@ FORMULAS = {
         then clean(cup.1) or open(cup.1)
     """,
 }
-"""Formulas by what they stress; each has at least 20 operators."""
+"""Formulas with at least 20 operators each, by the part of evaluation that they stress."""
 
 
 def states(count: int) -> list[Facts]:
-    """States in which facts come and go with various periods."""
+    """Return states in which facts become true and false with various periods."""
 
     def true(i: int) -> frozenset[tuple[str, tuple[str, ...]]]:
         unary = {
@@ -108,7 +109,7 @@ def evaluate(formula: Formula, states: list[Facts], actions: list[TakenAction]) 
 
 
 def milliseconds(run: Callable[[], object], repetitions: int) -> float:
-    """CPU time of one run: the best of three series."""
+    """Return the CPU time of one run in milliseconds: the minimum of three series."""
     series = []
     for _ in range(3):
         start = time.process_time()

@@ -3,8 +3,8 @@
     python -m venv agents && agents/bin/pip install openai-agents
     python -m bench mcp_agent --python agents/bin/python [--domain virtualhome] [--tasks 10]
 
-Its model is a server on this machine that looks, says the commands of the reference one after the other, and
-is done. Printed are the episodes, how many are won, and the seconds.
+The model is a server on this machine. It looks, says the commands of the reference plan one after the other,
+and ends the episode. The program prints the episodes, the number won, and the seconds.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ AGENT = Path(__file__).parents[1] / "examples/mcp/openai_agents.py"
 
 
 def next_call(messages: Sequence[Mapping[str, Any]], gold: Mapping[str, Sequence[str]]) -> tuple[str, object]:
-    """The tool that the model calls after these messages, and its arguments."""
+    """Return the tool that the model calls after these messages, and its arguments."""
     told = [message["content"] for message in messages if message["role"] == "tool"]
     asked = [message["content"] for message in messages if message["role"] == "user"]
     taken = len(told)
-    if asked[0] in gold:  # who acts in Inspect is told the task by its question
+    if asked[0] in gold:  # an agent in Inspect reads the task in its question
         commands = gold[asked[0]]
     elif not told:
         return "look", {}
@@ -54,7 +54,7 @@ def next_call(messages: Sequence[Mapping[str, Any]], gold: Mapping[str, Sequence
 
 @contextmanager
 def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
-    """A scripted model behind the chat completions of OpenAI; yields its address."""
+    """Serve a scripted model as OpenAI chat completions, and yield its address."""
 
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
@@ -78,7 +78,7 @@ def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
             self.wfile.write(body)
 
         def log_message(self, *_: object) -> None:
-            """Say nothing."""
+            """Write no log of requests."""
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -87,20 +87,20 @@ def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
 
 
 def references(suite: Suite, tickets: Path) -> dict[str, Sequence[str]]:
-    """The commands that win the tasks of tickets, by question."""
+    """Return the commands that win each ticket's task, by the text of its question."""
     arena = AgentTask(suite.benchmark)
     tasks = [suite.tasks[row["identifier"]] for row in json.loads(tickets.read_text("utf-8"))]
     return {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
 
 
 def listens(port: int) -> bool:
-    """Whether there is a server at a port of this machine."""
+    """Return whether a server listens at a port of this machine."""
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 def main() -> None:
-    """Play, score and print."""
+    """Play the tasks, score the episodes, and print the number won."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

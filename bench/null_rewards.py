@@ -1,14 +1,16 @@
-"""Measure the rewards of answers that decide nothing, and the wins of a random agent.
+"""Measure the rewards of null answers, and the wins of a random agent.
 
     python -m bench null_rewards [--suite virtualhome/goal] [--sweeps 10] [--declining pairs/]
 
-An answer is empty, as a text (``""``) or in the form that is asked for; the prompt itself; or what the null
-models say (`eai/copy`, `eai/random`, `eai/lookup`). Goals and operators may also assert all that can be said.
-Printed is the mean over the tasks in which something can be earned, for each shaping, with answers of any
-length read. The agent plays each task once a sweep by commands that are possible then, and the share of
-episodes is printed that it has won after so many steps, beside `DONE` at once under each reward.
+Null answers are: an empty text, or an empty answer in the form that is asked for; the prompt itself; and the
+answers of the null models (`eai/copy`, `eai/random`, `eai/lookup`). For goals and operators there is also an
+answer that asserts everything possible. For each shaping, the program prints the mean over the tasks that can
+pay a reward. Answers of any length are read.
 
-With ``--declining`` only the rewards of two answers are printed: to refuse each task, and to ask about each.
+The agent plays each task once per sweep, with commands that are possible in the current state. The program
+prints the share of episodes won within some numbers of steps, and the reward of an immediate `DONE`.
+
+With ``--declining`` it prints the rewards of two answers only: refusing each task, and asking about each.
 """
 
 from __future__ import annotations
@@ -44,11 +46,11 @@ from eai.tasks.source import Source
 HOUSEHOLDS = ("virtualhome", "behavior")
 STEPS = (10, 20, 50, 100)
 SHOWN = ("copy", "random", "everything")
-"""Answers that the page of results shows."""
+"""Null answers that the page of results shows."""
 
 
 def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
-    """The null answers of a suite: what each is called, and what it says of a task."""
+    """Yield the null answers of a suite: a name, and a function from a task to its answer."""
     benchmark, ability, source = suite.benchmark, suite.ability, suite.source
     prompts = Library("official", None, source).open(benchmark, ability)
     chance = open_random_answers(benchmark, ability, source)
@@ -68,12 +70,12 @@ def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
 
 
 def answers_of(book: AnswerBook) -> Callable[[str], str]:
-    """The text of a null model's answer to a task."""
+    """Return a function from a task to the text of a null model's answer."""
     return lambda task_id: book[task_id].text
 
 
 def all_goals(suite: Suite, task_id: str) -> str:
-    """Every state of every object, every relation of any two, and every action where answers state any."""
+    """Return all states of all objects, all relations, and all actions if answers may have actions."""
     notation, task = suite.benchmark.notation.goals, suite.tasks[task_id]
     lexicon = GoalLexicon(task, suite.benchmark.domain, notation)
     said = [
@@ -87,7 +89,7 @@ def all_goals(suite: Suite, task_id: str) -> str:
 
 
 def all_operators(suite: Suite, task_id: str) -> str:
-    """Operators that need and bring about every predicate of their parameters."""
+    """Return operators whose preconditions and effects have every predicate of their parameters."""
     task = suite.benchmark.operators(suite.source)[task_id]
     written = []
     for operator in task.gold.values():
@@ -105,14 +107,14 @@ def all_operators(suite: Suite, task_id: str) -> str:
 
 
 def declining(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
-    """The answers of who refuses each task, and who asks about each."""
+    """Return two answers for each task: one that refuses it, and one that asks about it."""
     refused, asked = write_refusal("nothing leads there"), write_refusal("Which one?", QUESTION)
     yield "refuse", lambda task_id: refused
     yield "ask", lambda task_id: asked
 
 
 def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
-    """What an answer earns in the mean over the tasks in which something can be earned."""
+    """Return the mean reward of an answer over the tasks that can pay a reward."""
     texts = list(map(answer, suite.task_ids))
     of_plans = suite.ability is Ability.ACTION_SEQUENCING
     values = {
@@ -124,13 +126,13 @@ def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
 
 
 def playable(environment: TextEnvironment) -> list[str]:
-    """The tasks that have goals."""
+    """Return the tasks that have goals."""
     tasks = environment.benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
     return [task_id for task_id in environment.task_ids if tasks[task_id].plan_exclusion is None]
 
 
 def done_at_once(name: str, reward: Shaping) -> float:
-    """What an agent is paid in the mean that ends each task at once."""
+    """Return the mean reward of an agent that says `DONE` at once."""
     environment, paid = make(name, reward=reward, gamma=0.9, until="done"), []
     for task_id in playable(environment):
         environment.reset(seed=0, options={"task_id": task_id})
@@ -139,7 +141,10 @@ def done_at_once(name: str, reward: Shaping) -> float:
 
 
 def steps_to_win(name: str, observe: Observe, sweeps: int) -> list[int]:
-    """After how many steps a random agent won each episode; one more than there are where it did not."""
+    """Return the number of steps after which a random agent won each episode.
+
+    An episode that it did not win has the maximum number of steps plus one.
+    """
     feedback = "facts" if observe == "partial" else "outcome"
     environment = make(name, observe=observe, feedback=feedback, admissible=True, max_steps=STEPS[-1])
     steps = []
@@ -157,7 +162,7 @@ def steps_to_win(name: str, observe: Observe, sweeps: int) -> list[int]:
 
 
 def main() -> None:
-    """Print both tables."""
+    """Print the rewards of null answers and the wins of the random agent."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

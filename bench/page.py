@@ -28,7 +28,7 @@ Each section is a result: the command that measures it, the machine, the commit 
   `python -m bench action_sequencing` (`make bench`) runs it and `eai` on the same 342 answers.
 - "The same" refers to the claim before. Two figures belong to the two things that the claim names.
 """
-"""Words of the page that no result holds."""
+"""Texts of the page that are in no result."""
 
 
 def main() -> int:

@@ -2,11 +2,13 @@
 
     python -m bench pairs FOLDER [--planned N]
 
-Prints for each shortcut how many tasks it takes for what they are, out of all: to refuse all or none; by the
-length of what a prompt says of the task; by its id; by the kind of thing that lacks something, or is meant.
-The last three are fitted on every other pair and tried on the rest. With perfect plans that is the success a
-shortcut has. Of ambiguous tasks it prints in how many the thing that is meant is listed before the other.
-With `--planned` the planner looks for a plan of the first N tasks without one, in 3,000 states.
+A shortcut guesses whether a task is solvable or clear without solving it. The shortcuts are: refuse all tasks
+or none; the length of the task's part of a prompt; the task's id; the category of the object that lacks
+something or is meant. The last three are fitted on every other pair and tested on the rest. For each shortcut
+the program prints the share of tasks that it guesses right. A shortcut with perfect plans has this share of
+success. For ambiguous tasks it also prints how often the intended object is listed before the other one.
+
+With `--planned` the planner looks for a plan of the first N tasks without a plan, in 3,000 states.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ LIMITS = Limits(3000)
 
 
 def main() -> None:
-    """Print how far shortcuts come."""
+    """Print how often each shortcut is right."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -73,7 +75,7 @@ def main() -> None:
 
 
 def _shown(task: Task, benchmark: Benchmark) -> str:
-    """The part of a prompt that is about a task."""
+    """Return the part of a prompt that describes the task."""
     wording = benchmark.wording(Ability.ACTION_SEQUENCING)
     return "".join(
         (wording.describe_objects(task), wording.describe_initial(task), wording.describe_goals(task))
@@ -81,7 +83,7 @@ def _shown(task: Task, benchmark: Benchmark) -> str:
 
 
 def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
-    """The predicate of the fact that is lacking, and the category of what it is, or an instruction, about."""
+    """Return the predicate and category of the missing fact, or of the fact that an instruction is about."""
     match task.special:
         case Impossible(missing) if missing:
             fact = missing[0]
@@ -94,7 +96,10 @@ def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
 
 
 def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
-    """How many tasks the majority of those with the same feature in the other pairs is right about."""
+    """Count the tasks on which a shortcut is right.
+
+    It guesses the majority label that the other pairs' tasks with this feature have.
+    """
     titles = {title: number % 2 for number, title in enumerate(dict.fromkeys(task.title for task in tasks))}
     right = 0
     for half in (0, 1):

@@ -2,11 +2,15 @@
 
     python -m bench peers --python PYTHON [--steps 10 100 1000]
 
-PYTHON has `unified-planning`, `pyperplan`, `textworld[pddl]` and `flloat`. A plan of so many steps of a ferry
-is judged, and a formula with ten operators on a trace of so many states. Ours is told thrice: the verdict of
-`strict` from the text of the answer, with its diagnosis; execution of steps that are read already, which is
-what the others do; and a game in which each step is a command, answered with those that are possible, as
-TextWorld's are. VAL is a program that reads its files each time.
+PYTHON has `unified-planning`, `pyperplan`, `textworld[pddl]` and `flloat`. The plan belongs to a ferry domain
+and has the given number of steps. The formula has ten operators, and its trace has the given number of
+states. Three times of `eai` are printed:
+
+- the verdict of `strict` on the text of the answer, with its diagnosis;
+- execution of parsed steps, for comparison with the other libraries;
+- a game in which each step is a command and each reply lists the possible commands, as TextWorld's do.
+
+VAL is a program that reads its files each time.
 """
 
 from __future__ import annotations
@@ -57,7 +61,7 @@ COLUMNS = (
 
 
 class Facts:
-    """A state of the trace: the letters that are true."""
+    """A state of the trace: the true atoms, each a letter."""
 
     def __init__(self, number: int) -> None:
         self.true = {letter for n, letter in enumerate(LETTERS) if number % (n + 2) == 0}
@@ -70,7 +74,10 @@ class Facts:
 
 
 def milliseconds(work: Callable[[], bool]) -> float:
-    """The least processor time of five runs with one outcome, that of programs which they start included."""
+    """Return the minimum processor time of five runs in milliseconds, with the programs that they start.
+
+    All runs must have the same outcome.
+    """
     found, outcomes = [], set()
     for _ in range(5):
         start = cpu_seconds()
@@ -85,20 +92,20 @@ def succeeds(verdict: Verdict) -> bool:
 
 
 def valid(found: bool) -> bool:
-    """That a plan was found valid, as all of these are."""
+    """Raise unless a plan was judged valid: all plans of this program are."""
     if not found:
         raise SystemExit("a valid plan was refused")
     return found
 
 
 def plan_of(length: int) -> list[str]:
-    """A plan of some such length that ends at the goal."""
+    """Return a plan of about the given length that reaches the goal."""
     before = (length - len(END)) // len(ROUND) * len(ROUND)
     return [*islice(cycle(ROUND), max(0, before)), *END]
 
 
 def judging(steps: list[str]) -> dict[str, float]:
-    """What ours and VAL take for a plan."""
+    """Return the milliseconds that `eai` and VAL need to judge a plan."""
     suite = open_suite(find_benchmark(f"pddl:{DOMAIN},{PROBLEM}"), Ability.ACTION_SEQUENCING)
     ((task_id, task),) = suite.tasks.items()
     text = "\n".join(f"({step})" for step in steps)
@@ -123,7 +130,7 @@ def judging(steps: list[str]) -> dict[str, float]:
 
 
 def plays(game: Game, actions: Sequence[Action]) -> bool:
-    """Whether a game is won by actions, each a command that is answered with those that are possible."""
+    """Return whether commands win a game. Each command is answered with the possible commands."""
     for action in actions:
         game.act(game.stage.commands.write(action))
         [game.stage.commands.write(each) for each in game.admissible()]
@@ -131,14 +138,14 @@ def plays(game: Game, actions: Sequence[Action]) -> bool:
 
 
 def evaluating(length: int) -> dict[str, float]:
-    """What ours takes for a formula."""
+    """Return the milliseconds that `eai` needs to evaluate a formula."""
     formula = read_formula(OURS, Signature(dict.fromkeys(LETTERS, 0), {}))[0]
     states = [Facts(number) for number in range(length)]
     return {"formula": milliseconds(lambda: holds(formula, Trace(states)))}
 
 
 def of_others(python: str, steps: list[str]) -> dict[str, float]:
-    """What the other libraries take, each in the environment of PYTHON."""
+    """Return the milliseconds that the other libraries need, each in the environment of PYTHON."""
     trace = [{letter: letter in Facts(number).true for letter in LETTERS} for number in range(len(steps))]
     work = {"domain": str(DOMAIN), "problem": str(PROBLEM), "formula": FORMULA, "trace": trace}
     work["plan"] = "\n".join(f"({step})" for step in steps)

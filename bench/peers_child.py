@@ -1,8 +1,8 @@
-"""What other libraries take for the work of `peers.py`: processor milliseconds of each, printed as JSON.
+"""Measure other libraries on the work of `peers.py`, and print processor milliseconds as JSON.
 
-It runs in an environment of its own with `unified-planning`, `pyperplan`, `textworld[pddl]` and `flloat`.
+It runs in a separate environment with `unified-planning`, `pyperplan`, `textworld[pddl]` and `flloat`.
 Standard input has the work: files of a domain and a problem, a plan, a formula and a trace. Reading and
-grounding are not counted, but for TextWorld's, which begins a game anew each time.
+grounding do not count, except in TextWorld, which starts each game from its files.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 
 def milliseconds(work: Callable[[], object]) -> float:
-    """The least processor time of five runs, of which the first ones make what is made once."""
+    """Return the minimum processor time of five runs in milliseconds. The first runs also fill caches."""
     found = []
     for _ in range(5):
         start = time.process_time()
@@ -26,13 +26,13 @@ def milliseconds(work: Callable[[], object]) -> float:
 
 
 def valid(found: bool) -> None:
-    """Say where a plan is refused, which is valid."""
+    """Raise if a library rejects the plan, which is valid."""
     if not found:
         raise SystemExit("a valid plan was refused")
 
 
 def validating(domain: str, problem: str, plan: str) -> Callable[[], object]:
-    """Its validator of sequential plans, on a plan that is read before."""
+    """Return a run of unified-planning's validator of sequential plans on a parsed plan."""
     from unified_planning.engines import SequentialPlanValidator, ValidationResultStatus
     from unified_planning.io import PDDLReader
 
@@ -44,7 +44,7 @@ def validating(domain: str, problem: str, plan: str) -> Callable[[], object]:
 
 
 def replaying(domain: str, problem: str, plan: str) -> Callable[[], object]:
-    """Its grounded operators, applied one after another."""
+    """Return a run of pyperplan's ground operators, applied one after another."""
     from pyperplan.planner import _ground, _parse
 
     task = _ground(_parse(domain, problem))
@@ -63,7 +63,7 @@ def replaying(domain: str, problem: str, plan: str) -> Callable[[], object]:
 
 
 PLACES = {"?from": "?here", "?to": "?there"}
-"""Parameters that are words of Python, by names that are none: TextWorld evaluates them."""
+"""New names for parameters that are keywords of Python, because TextWorld evaluates parameters."""
 
 GRAMMAR = """
 grammar :: \"\"\"{"intro": [{"rhs": "A ferry."}], "done": [{"rhs": "Done."}]}\"\"\";
@@ -74,7 +74,7 @@ action debark { template :: "debark {v} {h}"; feedback :: "#done#"; }
 
 
 def playing(domain: str, problem: str, plan: str) -> Callable[[], object]:
-    """Its engine for games in PDDL: a plan as commands, each answered with the commands that are possible."""
+    """Return a run of TextWorld's engine: each step is a command, answered with the possible commands."""
     import textworld
     from textworld.envs import PddlEnv
 
@@ -96,7 +96,7 @@ def playing(domain: str, problem: str, plan: str) -> Callable[[], object]:
 
 
 def evaluating(formula: str, trace: list[dict[str, bool]]) -> Callable[[], object]:
-    """Its truth of a formula on a finite trace."""
+    """Return a run of flloat's evaluation of a formula on a finite trace."""
     from flloat.parser.ltlf import LTLfParser
 
     parsed = LTLfParser()(formula)

@@ -57,7 +57,7 @@ ERRORS = (
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """Which protocol each part of scoring follows."""
+    """Protocol of each part of scoring."""
 
     tasks: Protocol
     reading: Protocol
@@ -71,7 +71,7 @@ class Rules:
 
 
 def rules_of(protocol: Protocol) -> Rules:
-    """The rules of one protocol throughout."""
+    """Return rules in which all parts follow one protocol."""
     simulator = (
         virtualhome.domain_in_paper_order() if protocol is STRICT else virtualhome_quirks.as_in_reference()
     )
@@ -79,7 +79,7 @@ def rules_of(protocol: Protocol) -> Rules:
 
 
 def variants() -> dict[str, Rules]:
-    """`strict` with one rule of the reference at a time, by name."""
+    """Return the variants of `strict` with one rule of `eai-1.0.5` each, by name."""
     strict = rules_of(STRICT)
     in_reference_order = Simulator("virtualhome", VOCABULARY, make_operators())
     return {
@@ -97,7 +97,7 @@ def variants() -> dict[str, Rules]:
 
 @dataclass(frozen=True)
 class Judge:
-    """Scores the answers to one task by any rules."""
+    """Scores the answers to one task under any rules."""
 
     task: VirtualHomeTask
     with_ids: bool
@@ -111,11 +111,11 @@ class Judge:
 
     @cached_property
     def goals(self) -> Mapping[Protocol, GoalTest]:
-        """What tests the goals, with action goals in data set order."""
+        """Return the test of the goals, with action goals in data set order."""
         return {STRICT: GoalTest(self.task), REFERENCE: _GoalTest(self.task, as_in_data_set=True)}
 
     def score(self, text: str, rules: Rules) -> PlanVerdict:
-        """The verdict on an answer."""
+        """Return the verdict on an answer under some rules."""
         excluded = self.scorers[rules.tasks].excluded
         if excluded is not None:
             return PlanVerdict(excluded=excluded)
@@ -157,7 +157,7 @@ class Judge:
 
 
 def _counted(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
-    """The verdict as the reference counts it, if it is to."""
+    """Return the verdict in the counts of the reference package, if the rules say so."""
     if rules.counting is STRICT or verdict.goals is None:
         return verdict
     errors = {FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0}
@@ -168,21 +168,21 @@ def _counted(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """The answers of one model, each with its judge."""
+    """The answers of one model, each with the judge of its task."""
 
     model: str
     judged: Sequence[tuple[Judge, str]]
 
     def rates(self, rules: Rules) -> dict[str, Rate]:
-        """The summary by some rules."""
+        """Return the summary under some rules."""
         verdicts = [judge.score(text, rules) for judge, text in self.judged]
         return summarise(verdicts, Ability.ACTION_SEQUENCING)
 
     def check(self) -> None:
-        """The parts put together are the protocols.
+        """Check that the combined parts give the verdicts of the whole protocols.
 
         Raises:
-            AssertionError: they are not.
+            AssertionError: A verdict differs.
         """
         for protocol in Protocol.list_names():
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
@@ -192,18 +192,18 @@ class Answers:
 
 
 def answers_of(file: ResponseFile, tasks: TaskSet[VirtualHomeTask]) -> Answers:
-    """The answers of a file, each with its judge."""
+    """Return the answers of a file, each with the judge of its task."""
     with_ids = written_with_ids([response.text for response in file.responses])
     return Answers(file.model, [(Judge(tasks[r.task_id], with_ids), r.text) for r in file.responses])
 
 
 def percent(rate: Rate) -> float:
-    """A rate in percent, 0 where it is about nothing."""
+    """Return a rate in percent, or 0 for a rate of nothing."""
     return rate.percent or 0.0
 
 
 def side_by_side(models: Sequence[Answers]) -> Iterator[str]:
-    """The rates of each model under both protocols, as a Markdown table."""
+    """Return the rates of each model under both protocols as a Markdown table."""
     yield "| model | task success | | execution success | |"
     yield "|---|---:|---:|---:|---:|"
     yield "| | eai-1.0.5 | strict | eai-1.0.5 | strict |"
@@ -214,7 +214,7 @@ def side_by_side(models: Sequence[Answers]) -> Iterator[str]:
 
 
 def effects(models: Sequence[Answers]) -> Iterator[str]:
-    """What each rule of the reference changes in `strict`, in points, as a Markdown table."""
+    """Return a Markdown table: how each rule of `eai-1.0.5` changes the rates of `strict`, in points."""
     yield "| rule | task success | execution success | kinds of error that change most (mean) |"
     yield "|---|---:|---:|---|"
     base = [model.rates(rules_of(STRICT)) for model in models]
@@ -228,14 +228,14 @@ def effects(models: Sequence[Answers]) -> Iterator[str]:
 
 
 def spread(points: Sequence[float]) -> str:
-    """Mean and range of differences in points."""
+    """Return the mean and range of differences in points."""
     if not any(round(point, 1) for point in points):
         return "0"
     return f"{mean(points):+.1f} ({min(points):+.1f} to {max(points):+.1f})"
 
 
 def largest(moved: Mapping[str, Sequence[float]]) -> str:
-    """The kinds of error whose mean changes by at least a tenth of a point, the largest change first."""
+    """Return the kinds of error whose mean changes by at least a tenth of a point, largest change first."""
     means = {name: mean(moved[name]) for name in ERRORS}
     shown = sorted((n for n in ERRORS if abs(means[n]) >= 0.05), key=lambda n: -abs(means[n]))
     return ", ".join(f"{name.replace('_', ' ')} {means[name]:+.1f}" for name in shown[:3]) or "none"

@@ -1,6 +1,6 @@
-"""Measure world-model questions per CPU second, the evenness of answers, and shortcuts.
+"""Measure world-model questions per CPU second, the balance of their answers, and shortcuts.
 
-A thousand questions of all kinds are written first, so that no kind pays for opening the tasks.
+A thousand questions of all kinds are written first, so that no measured kind includes opening the tasks.
 
     python -m bench questions [--domain D ...] [--n N]
 """

@@ -2,10 +2,11 @@
 
     python -m bench react [--domain virtualhome] [--tasks 10]
 
-The model is that of mcp_agent.py: a server on this machine that says the commands of the reference. Printed
-are the episodes and how many are won, and CPU seconds a task, start included. Then, without Inspect, of the
-same tasks played at random for 30 turns: the characters that a model has read and written at the end, as
-tokens of 3.5 characters, and CPU milliseconds an episode, with what makes a task ready apart.
+The model is the server of mcp_agent.py, which says the commands of the reference plan. The program prints the
+episodes, the number won, and the CPU seconds per task, start-up included. Then it plays the same tasks at
+random for 30 turns without Inspect. It prints the characters that a model has read and written at the end, as
+tokens of 3.5 characters, and the CPU milliseconds per episode. The time to prepare a task is listed
+separately.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ from eai.benchmarks.suite import Suite, open_suite
 
 TURNS = 30
 CHARACTERS = 3.5
-"""About how many characters a token has."""
+"""Approximate number of characters of a token."""
 
 CALL = 120
-"""About how many characters a call of a tool and its reply have besides the command and what is told."""
+"""Approximate characters of a tool call and its reply besides the command and the observation."""
 
 
 def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
-    """Play by the command of the docs; print and return the tasks won and the CPU seconds of a task."""
+    """Play by the command in the docs. Print and return the tasks won and the CPU seconds per task."""
     arena = AgentTask(suite.benchmark)
     tasks = [suite.tasks[task_id] for task_id in task_ids]
     gold = {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
@@ -55,20 +56,20 @@ def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
 
 
 def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
-    """Play without Inspect; print and return the tokens of contexts and the CPU ms of an episode."""
+    """Play without Inspect. Print and return the tokens of contexts and the CPU ms per episode."""
     arena = AgentTask(suite.benchmark, Setting(steps=TURNS, budget=1_000))
     contexts, ready, played = [], 0.0, 0.0
     for task_id in task_ids:
         start = time.process_time()
         task = suite.tasks[task_id]
         read = len(arena.prompt(task).user)
-        suite.score(task_id, arena.play(task).text("stopped"))  # makes it ready to be scored in this setting
+        suite.score(task_id, arena.play(task).text("stopped"))  # makes the scorer before time is taken
         ready += time.process_time() - start
         play = arena.play(task)
         agent = random_agent(play)
         for _ in range(TURNS):
             command = DONE
-            while command == DONE:  # it goes on to the last turn
+            while command == DONE:  # without this condition episodes would end before the last turn
                 command = agent()
             start = time.process_time()
             told = play.say(command)
@@ -86,7 +87,7 @@ def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure episodes with and without Inspect, and print the figures."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,10 +1,11 @@
-"""Measure how many fewest edits of models' failed plans are known, and how long it takes.
+"""Measure for how many failed plans of models the minimum repair is known, and the time to find it.
 
     python -m bench repairs [HOUSEHOLD] [--number N] [--seed S] [--effort N]
 
-Of the plans in ``../shared/oracle`` that can be read and fail, so many are drawn by chance. The fewest edits
-are exact if they are proved to be, and near if the bounds differ by two at most. What takes more than a CPU
-second counts as neither. Times are those of a process of `eai`, whose garbage collector rests.
+`--number` plans are drawn at random from the plans in ``../shared/oracle`` that can be read and fail. A
+repair is exact if its number of edits is proved to be the minimum, and near if the bounds differ by at most
+two. A repair that takes more than a CPU second is neither. Times are those of a process of `eai`, in which
+garbage collection is rare.
 """
 
 from __future__ import annotations
@@ -28,23 +29,23 @@ from eai.benchmarks.suite import Suite
 from eai.results.collector import collect_seldom
 
 _IN_TIME, _NEAR = 1.0, 2
-"""The CPU seconds within which a repair counts; the bounds of so many edits are near."""
+"""Maximum CPU seconds of a repair that counts; maximum difference of bounds that count as near."""
 
 
 class _Found(NamedTuple):
-    """What is known of the repair of a plan, and the CPU seconds that it took."""
+    """The bounds of a plan's repair, and the CPU seconds of the search."""
 
     at_least: int
     at_most: int | None
     seconds: float
 
     def is_within(self, edits: int) -> bool:
-        """Whether its bounds differ by so many edits at most, found in time."""
+        """Return whether the bounds differ by at most the given edits and were found in time."""
         return self.at_most is not None and self.at_most - self.at_least <= edits and self.seconds <= _IN_TIME
 
 
 def _failed(suite: Suite) -> Iterator[Callable[[int], Verdict]]:
-    """For each plan that can be read and fails the look for its repair with so much effort."""
+    """Yield a search for the repair of each plan that can be read and fails, with the given effort."""
     for path in model_files(f"{suite.domain}/{suite.ability}"):
         for answer in oracle_answers(path):
             if answer.task_id in suite.task_ids:
@@ -54,7 +55,7 @@ def _failed(suite: Suite) -> Iterator[Callable[[int], Verdict]]:
 
 
 def _mend(look_back: Callable[[int], Verdict], effort: int) -> _Found | None:
-    """The repair of a plan; None where its task has none."""
+    """Return the repair of a plan, or None if its task has no repair."""
     begun = time.process_time()
     verdict = look_back(effort)
     seconds = time.process_time() - begun
@@ -78,7 +79,7 @@ def _print(household: str, found: list[_Found]) -> list[Figure]:
 
 
 def main() -> None:
-    """Print how much is known of the repairs of each household's plans."""
+    """Print for each household how many minimum repairs are known."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("household", nargs="*", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--number", type=int, default=150)

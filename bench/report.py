@@ -2,8 +2,8 @@
 
     python -m bench report RECORDS [--models 18]
 
-RECORDS is a folder with the records of one model, at best of all eight suites, with explanations. Each run is
-copied under as many names as there are models; then `eai report --paper` is run on the copies.
+RECORDS is a folder with the records of one model, preferably of all eight suites, with explanations. Each
+run is copied under as many names as there are models; then `eai report --paper` runs on the copies.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from eai.results.runs import find_record_files
 
 
 def main() -> None:
-    """Copy, report, print."""
+    """Copy the records, make the report, and print its cost."""
     arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     arguments.add_argument("records", type=Path)
     arguments.add_argument("--models", type=int, default=18)
@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def multiply(file: Path, folder: Path, models: int) -> int:
-    """Write the records of a file under many names; returns how many were written."""
+    """Write the records of a file under many model names, and return the number of records written."""
     records = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
     for number in range(models):
         place = folder / f"model-{number:02}"

@@ -127,7 +127,7 @@ def with_figures(
 def with_rows(
     table: FigureTable, rows: Sequence[Sequence[Figure]], keys: int, measured: Measurement
 ) -> FigureTable:
-    """Return a table in which rows replace those with the same first cells, or are added at the end.
+    """Return a table with new rows. A row replaces the row with the same first cells, or is added at the end.
 
     Raises:
         ValueError: A row is not as wide as the table.

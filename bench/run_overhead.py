@@ -1,10 +1,13 @@
 """Measure the processor time per sample that `eai run` adds to Inspect and the model.
 
-Ours is timed sample by sample, for every suite: making the scorer of a task (once a task, however many models
-are asked), scoring an answer, explaining it, writing the record. `--difference` adds what asking costs beyond
-Inspect alone, answers written down included: all of `eai run`'s asking and Inspect's own generate solver, not
-scored, put the same questions to the same built-in model in turn, since a run varies more than they differ.
-Transition modeling is scored without a planner, whose time is not overhead.
+The work of `eai` is timed sample by sample, for every suite: making the scorer of a task (once per task for
+all models), scoring an answer, explaining it, and writing the record.
+
+`--difference` adds the cost of asking beyond Inspect alone, including the log of answers. For this, two
+solvers ask the same built-in model the same questions in turn: `eai run`'s, and Inspect's own generate
+solver. They take turns because runs vary more than the solvers differ. Nothing is scored.
+
+Transition modeling is scored without a planner, whose time is no overhead.
 
     python -m bench run_overhead [--samples N] [--difference ROUNDS] [--suite DOMAIN ABILITY]
 """
@@ -48,28 +51,28 @@ PARTS = ("making", "scoring", "explaining", "recording")
 
 @dataclass(frozen=True, slots=True)
 class Questions:
-    """The questions of a suite."""
+    """Questions of a suite, as Inspect's samples."""
 
     suite: Suite
     prompts: Mapping[str, Prompt]
 
 
 def processor_ms(work: Callable[[], object]) -> float:
-    """Processor time of a call, in milliseconds."""
+    """Return the processor time of a call in milliseconds."""
     start = time.process_time()
     work()
     return 1000 * (time.process_time() - start)
 
 
 def on_its_own_ms(work: Callable[[], object]) -> float:
-    """The same without what earlier work left to the garbage collector."""
+    """Return the processor time of a call in milliseconds, after collecting the garbage of earlier work."""
     gc.collect()
     collect_seldom()
     return processor_ms(work)
 
 
 def inspect_alone(asked: Questions, folder: Path) -> None:
-    """The questions without anything of ours but the model that answers."""
+    """Return a task of Inspect with the questions, Inspect's own solver and the built-in model."""
     task = build_task(asked.suite, asked.prompts, generate())
     inspect_ai.eval(
         task, model=MODEL, log_dir=str(folder), display="none", score=False, temperature=0.0, max_retries=5
@@ -77,7 +80,7 @@ def inspect_alone(asked: Questions, folder: Path) -> None:
 
 
 def by_sample(asked: Questions) -> list[dict[str, float]]:
-    """Each part of what we do for each sample, beginners' costs left out."""
+    """Return the milliseconds of each part of `eai`'s work, sample by sample, without one-time costs."""
     suite = asked.suite
     gold = open_answer_book(suite.benchmark, suite.ability)
     answers = {task_id: gold[task_id].text for task_id in asked.prompts}
@@ -87,7 +90,10 @@ def by_sample(asked: Questions) -> list[dict[str, float]]:
 
 
 def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float]]:
-    """How long each part takes for one answer; records and explanations are timed by what they add."""
+    """Return the milliseconds of each part for one answer.
+
+    Records and explanations count as the time that they add.
+    """
     yield "making", processor_ms(partial(suite.scorer, task_id))
     scoring = processor_ms(partial(suite.score, task_id, text))
     yield "scoring", scoring
@@ -98,7 +104,7 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
 
 
 def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
-    """A sample's share of Inspect alone, and of what our asking costs beyond it."""
+    """Return the milliseconds per sample of Inspect alone, and of `eai`'s asking beyond it."""
     job = Job(Endpoint(MODEL), asked.suite, asked.prompts)
     inspect_alone(asked, folder / "warm")
     alone, ours = [], []
@@ -113,7 +119,7 @@ def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
 
 
 def measure(asked: Questions, rounds: int) -> dict[str, float]:
-    """The median of each part in milliseconds, and of what all parts of ours take together."""
+    """Return the median of each part in milliseconds, and of the sum of all parts of `eai`."""
     times = by_sample(asked)
     result = {part: statistics.median(sample[part] for sample in times) for part in PARTS}
     result["ours"] = statistics.median(sum(sample.values()) for sample in times)
@@ -125,7 +131,7 @@ def measure(asked: Questions, rounds: int) -> dict[str, float]:
 
 
 def measure_suites(samples: int, rounds: int, suite: tuple[str, str] | None) -> dict[str, dict[str, float]]:
-    """Measure, print a table and a line of JSON, and return the milliseconds of each part by suite."""
+    """Measure suites, print a table and a line of JSON, and return the milliseconds of each part by suite."""
     suites = [
         (d, a) for d in ("virtualhome", "behavior") for a in PAPER_ABILITIES if suite in (None, (d, a.value))
     ]

@@ -1,4 +1,4 @@
-"""Score a response file once and print what it cost, as JSON: `scoring_child.py FILE`, in a fresh process.
+"""Score a response file once and print the cost as JSON: `scoring_child.py FILE`, in a fresh process.
 
 The start of the interpreter counts as importing. The data set must have been fetched.
 """
@@ -15,7 +15,7 @@ from differential.reference_child import peak_bytes
 
 
 def main(path: Path) -> None:
-    """Measure importing, loading every task, and scoring every answer, one after the other."""
+    """Measure in turn: importing, loading all tasks, and scoring all answers."""
     rows = [(row["identifier"], row["llm_output"]) for row in json.loads(path.read_text(encoding="utf-8"))]
     clock = [0.0]
     from eai.abilities.verdict import PlanVerdict

@@ -1,12 +1,13 @@
 """Measure the scoring of a million answers in one process, with workers, and on Ray.
 
-The answers are mutated plans of VirtualHome's (`mutated_plans`), of which so many are different, and each is
-a sample of its task. They are written first, which is not counted. Then ``eai score`` reads and scores the
-file in one process, and again with workers. The processor time is that of all processes, starts and ends
-included; the memory is the most that one of them had. Of Ray, whose processes are not waited for, only the
-driver counts. With ``--simulated N`` there are N workers besides that score one batch and, for every other
-one, sleep as long as that took: the share of a core that their driver has to do shows how many it can keep
-busy. Only on Linux.
+The answers are mutated plans of VirtualHome (`mutated_plans`). `--different` of them are distinct, and each
+is a sample of its task. They are written beforehand, which does not count. Then ``eai score`` reads and
+scores the file in one process, and again with workers. The processor time includes all processes with their
+start and end; the memory is that of the largest process. On Ray only the driver counts, because its other
+processes are not waited for.
+
+``--simulated N`` adds N workers that score one batch and sleep for as long at every other batch. The share
+of a core that their driver uses shows how many workers it can keep busy. Linux only.
 
     python -m bench stream [--answers 1000000] [--different 20000] [--workers 2] [--ray] [--simulated 16]
 """
@@ -42,12 +43,12 @@ from eai.results.workers import Workers
 
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 BECOME_REAPER = 36
-"""``PR_SET_CHILD_SUBREAPER`` of ``prctl(2)``: processes whose parent has ended become its children."""
+"""``PR_SET_CHILD_SUBREAPER`` of ``prctl(2)``: this process adopts processes whose parent has ended."""
 BATCH = 256
 
 
 class Taken(NamedTuple):
-    """What scoring took: seconds of processor time, MB of the largest process; and what was written."""
+    """Cost of scoring: seconds of processor time, MB of the largest process, and the printed output."""
 
     seconds: float
     memory: float
@@ -92,7 +93,7 @@ def main() -> None:
 
 
 def write_answers(path: Path, number: int, different: int) -> None:
-    """Write so many answers, each a numbered sample of its task."""
+    """Write answers, each a numbered sample of its task."""
     suite, make = open_suite(*SUITE), maker(*SUITE)
     dice = Dice("0")
     rounds = -(-different // len(suite.task_ids))
@@ -106,7 +107,7 @@ def write_answers(path: Path, number: int, different: int) -> None:
 
 
 def taken(answers: Path, options: Sequence[str]) -> Taken:
-    """What it takes to score a file of answers."""
+    """Score a file of answers, and return the cost."""
     out = answers.with_name("out")
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     where = ["--domain", SUITE[0], "--ability", SUITE[1].value, "--out", str(out)]
@@ -116,7 +117,7 @@ def taken(answers: Path, options: Sequence[str]) -> Taken:
         stdout=subprocess.DEVNULL,
     )
     with suppress(ChildProcessError):
-        while True:  # what starts workers ends after the program that had it started
+        while True:  # the process that starts workers ends after the program
             os.wait()
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -133,14 +134,14 @@ def taken(answers: Path, options: Sequence[str]) -> Taken:
 
 
 class Simulated:
-    """The work of a worker that does one batch, and for the others sleeps as long as that took."""
+    """Work of a simulated worker: it scores one batch, and sleeps for as long at every other batch."""
 
     def __init__(self, answers: Path, *, explanations: bool) -> None:
         suite = open_suite(*SUITE)
         settings = ScoringOptions(explanations=explanations)
         file = answers.with_name("batch_outputs.jsonl")
         rows = read_responses(answers, suite.task_ids, samples=True).rows()
-        for number in (2 * len(suite.task_ids), BATCH):  # the first make all tasks; the others are new
+        for number in (2 * len(suite.task_ids), BATCH):  # the first batches include making all tasks
             some = islice(rows, number)
             file.write_bytes(b"".join(row for row in some if isinstance(row, bytes)))
             batch = read_responses(file, suite.task_ids, samples=True)
@@ -154,7 +155,7 @@ class Simulated:
 
 
 def simulate(answers: Path, workers: int, *, explanations: bool) -> None:
-    """Print what a driver of so many workers does."""
+    """Print the processor time of a driver with this number of simulated workers."""
     work = Simulated(answers, explanations=explanations)
     suite = open_suite(*SUITE)
     start = time.process_time()

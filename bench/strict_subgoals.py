@@ -1,9 +1,9 @@
 """Compare the cost of `strict` and `eai-1.0.5` in subgoal decomposition.
 
-Under `strict` a subgoal is carried out by a small search, under `eai-1.0.5` by the reference's tables; the
-ratio of processor time an answer is what the search costs. Scorers are made beforehand; each answer is scored
-once, all models' answers to a task by one scorer. Then an answer that is made to take long under `strict`:
-sixteen subgoals, each an action on whatever object.
+Under `strict` a small search carries out a subgoal; under `eai-1.0.5` the tables of the reference package do.
+The ratio of processor time per answer is the cost of the search. Scorers are made beforehand. Each answer is
+scored once, and one scorer scores all models' answers to a task. Then an answer is scored that is slow under
+`strict` by design: sixteen subgoals, each an action on any object.
 
     python -m bench strict_subgoals [--every 4]
 """
@@ -69,7 +69,7 @@ def main() -> None:
 
 
 def _costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list[float]:
-    """The processor time of each answer in ms, ascending."""
+    """Return the processor time of each answer in ms, ascending."""
     suite = open_suite(domain, Ability.SUBGOAL_DECOMPOSITION, protocol)
     suite = suite.adapt_to_answers([answer.text for answer in answers])
     costs = []

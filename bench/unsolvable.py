@@ -2,10 +2,12 @@
 
     python -m bench unsolvable [SUITE] [--every N] [--solved]
 
-Every fact may be so, or not, from when an action could make it so, whatever else is so then; what can be held
-may be anywhere. What cannot be so even then is never so: a goal that cannot is proved out of reach. So are
-goals whose facts exclude each other. By default the activities of BEHAVIOR-1K that are left out are tried;
-`--solved` takes those with a plan, of which none may be out of reach.
+The proof relaxes the rules. A fact may be true or false as soon as an action could change it, whatever else
+holds. An object that can be held may be anywhere. A fact that stays impossible under these rules is never
+true, so a goal that needs it has no plan. Goals whose facts exclude each other have no plan either.
+
+By default the excluded activities of BEHAVIOR-1K are tried. `--solved` tries activities with a plan; a proof
+for one of them is a fault of this program.
 """
 
 from __future__ import annotations
@@ -30,14 +32,14 @@ from eai.world.operator import Operator
 from eai.world.state import Fact, State
 
 FREE = frozenset(("stands_by", "stands_under", "robot_on"))
-"""The predicates that are taken to be anything."""
+"""Predicates that may have any value in this proof."""
 
 SUPPORTS = frozenset(("lies_in", "lies_on", "attached_to", "laid_over", "draped_on"))
-"""Those of what a thing is in or on: that may be anything where it ever is in or on something, or held."""
+"""Predicates of support, which may hold anywhere if an object is ever in or on something, or held."""
 
 
 class _Possible(PossibleFacts):
-    """What may ever be so in BEHAVIOR-1K: what can be held may be anywhere, and what touches what is free."""
+    """Facts of BEHAVIOR-1K that may ever hold. Objects that can be held may be anywhere."""
 
     def __init__(self, domain: Domain, initial: State, usable: Sequence[int]) -> None:
         at_start = list(initial.facts())
@@ -68,7 +70,7 @@ class _Possible(PossibleFacts):
 
 
 def _matters(operator: Operator, changing: Collection[str]) -> bool:
-    """Whether an action does more than to put down what was in a hand."""
+    """Return whether an action does more than to put down a held object."""
     held = {check.condition for check in operator.checks}
     for adds, atom in _changes(operator.effects):
         predicate, first = atom.predicate, atom.arguments[0]
@@ -80,7 +82,7 @@ def _matters(operator: Operator, changing: Collection[str]) -> bool:
 
 
 def _changes(effects: Iterable[Effect]) -> Iterator[tuple[bool, f.Atom]]:
-    """The atoms that effects add (True) or delete."""
+    """Return the atoms that effects add (True) or delete (False)."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -92,7 +94,7 @@ def _changes(effects: Iterable[Effect]) -> Iterator[tuple[bool, f.Atom]]:
 
 
 def _literals(task: Task) -> Iterator[GroundAtom]:
-    """The facts that the goals ask for in any case, and those that they deny."""
+    """Return the facts that the goals require in any case, and the facts that they forbid."""
     scene = task.scene
     for goal in task.goals:
         for formula, scope, truth in conjuncts(Subgoal(goal.formula, {}, True), scene):
@@ -102,7 +104,7 @@ def _literals(task: Task) -> Iterator[GroundAtom]:
 
 
 def main() -> int:
-    """Print for each task which of its goals are out of reach."""
+    """Print for each task the goals that cannot be reached."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
