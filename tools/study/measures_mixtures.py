@@ -14,7 +14,7 @@ from rates import all_of, if_so, most_of, rates_of
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
 from eai.results.paper_tables import read_paper_models, read_published_scores
-from eai.studies.sensitivity.study import Trial
+from eai.studies.sensitivity.study import OperatorTrial
 from eai.tasks.operator_task import OperatorLibrary
 
 O1 = "o1-preview-2024-09-12"
@@ -354,7 +354,7 @@ def _only_switched(problem: str) -> set[str]:
     return (facts["has_switch"] & facts["plugged_out"]) - facts["has_plug"]
 
 
-def _solved(trials: Sequence[Trial]) -> float:
+def _solved(trials: Sequence[OperatorTrial]) -> float:
     return sum(trial.outcome == PlannerOutcome.SOLVED.value for trial in trials) / max(1, len(trials))
 
 
