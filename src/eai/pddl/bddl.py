@@ -84,8 +84,13 @@ class _BddlReader:
                 case _:
                     self._arguments()
         self._take(_END, "the end")
-        for section, found in (("domain", domains), ("objects", objects), ("init", facts), ("goal", goals)):
-            if len(found) != 1:
+        for section, sections in (
+            ("domain", domains),
+            ("objects", objects),
+            ("init", facts),
+            ("goal", goals),
+        ):
+            if len(sections) != 1:
                 raise error_at(self._text, len(self._text), f"exactly one ':{section}' section")
         initial, denied = facts[0]
         return PddlProblem(name, domains[0], objects[0], initial, denied, goals[0])
@@ -103,15 +108,15 @@ class _BddlReader:
 
     def _declarations(self) -> tuple[TypedName, ...]:
         """Read groups of names, each followed by a hyphen and a category, and the closing parenthesis."""
-        found: list[TypedName] = []
+        declarations: list[TypedName] = []
         while not self._next_is(")"):
             names = [self._declared_name("a name or ')'")]
             while not self._tokens[self._next].startswith("-"):
                 names.append(self._declared_name("a name or '-'"))
             category = self._category()
-            found += [TypedName(name, category) for name in names]
+            declarations += [TypedName(name, category) for name in names]
         self._take(")")
-        return tuple(found)
+        return tuple(declarations)
 
     def _declared_name(self, expected: str) -> str:
         word = self._word(expected)
@@ -151,10 +156,10 @@ class _BddlReader:
         self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH
     ) -> tuple[f.Formula, ...]:
         """Read conditions and the closing parenthesis."""
-        found: list[f.Formula] = []
+        conditions: list[f.Formula] = []
         while self._opens():
-            found.append(self._condition(scope, levels))
-        return tuple(found)
+            conditions.append(self._condition(scope, levels))
+        return tuple(conditions)
 
     def _condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
         """Read a condition that is nested at most `levels` deep."""
@@ -251,8 +256,8 @@ class _BddlReader:
     @cached_property
     def _offsets(self) -> list[int]:
         """The offset of each token in the text."""
-        found = [match.start() for match in _TOKEN.finditer(self._text) if match[0][0] != ";"]
-        return [*found, len(self._text)]
+        offsets = [match.start() for match in _TOKEN.finditer(self._text) if match[0][0] != ";"]
+        return [*offsets, len(self._text)]
 
 
 def _plain(word: str) -> str:

@@ -128,7 +128,9 @@ class Declarations:
 
     def has_type(self, name: str) -> bool:
         """Whether all alternatives of a type are declared. The root type always is."""
-        return all(each == m.OBJECT or each in self.parents for each in m.alternatives(name))
+        return all(
+            alternative == m.OBJECT or alternative in self.parents for alternative in m.alternatives(name)
+        )
 
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
@@ -183,7 +185,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
     findings += _Checker(vocabulary, "goal").formula(problem.goal, {})
     for action in domain.actions:
         findings += [
-            each for each in check_action(action, vocabulary) if each.offence is MENDABLE_BY_PROBLEMS
+            finding for finding in check_action(action, vocabulary) if finding.offence is MENDABLE_BY_PROBLEMS
         ]
     return tuple(dict.fromkeys(findings))
 
@@ -211,7 +213,11 @@ class _Checker:
             case _:
                 bound = bound_variables(formula)
                 yield from _unknown_types(bound, self.vocabulary, self.place)
-                inner = {**scope, **{each.name: m.type_of(each) for each in bound}} if bound else scope
+                inner = (
+                    {**scope, **{variable.name: m.type_of(variable) for variable in bound}}
+                    if bound
+                    else scope
+                )
                 for part in children(formula):
                     yield from self.formula(part, inner)
 
@@ -249,12 +255,12 @@ class _Checker:
                 yield PddlFinding(Violation.UNDECLARED_CONSTANT, name, self.place)
 
     def _fit(self, parameter: f.Variable, argument: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
-        known = scope if isinstance(argument, f.Variable) else self.vocabulary.constants
-        actual = known.get(argument.name)
+        types = scope if isinstance(argument, f.Variable) else self.vocabulary.constants
+        actual = types.get(argument.name)
         if actual is None or not self.vocabulary.has_type(actual):
             return
         above = self.vocabulary.parents
-        kinds = {name for each in m.alternatives(actual) for name in m.supertypes(above, each)}
+        kinds = {name for alternative in m.alternatives(actual) for name in m.supertypes(above, alternative)}
         if kinds.isdisjoint(m.alternatives(m.type_of(parameter))):
             yield PddlFinding(Violation.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 

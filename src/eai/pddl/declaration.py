@@ -49,8 +49,8 @@ class DeclaredDomain:
         defined: dict[str, DerivedPredicate] = {**plain}
         for circle in dict.fromkeys(map(frozenset, derived.circles.values())):
             members = [each for name, each in plain.items() if name in circle]
-            found = define_recursively(members, lambda: self.domain.vocabulary)
-            defined |= {each.name: each for each in found}
+            recursive = define_recursively(members, lambda: self.domain.vocabulary)
+            defined |= {each.name: each for each in recursive}
         stored = [
             Predicate(each.name, len(each.parameters), static=each.name not in changing)
             for each in source.predicates

@@ -49,15 +49,15 @@ class DerivedPredicates:
 
         It includes itself only if it is recursive.
         """
-        found: dict[str, None] = {}
+        reachable: dict[str, None] = {}
         waiting = [predicate]
         while waiting:
             for axiom in self.axioms[waiting.pop()]:
                 names = predicates_of(axiom.condition)
-                new = [name for name in names if name in self.axioms and name not in found]
-                found |= dict.fromkeys(new)
+                new = [name for name in names if name in self.axioms and name not in reachable]
+                reachable |= dict.fromkeys(new)
                 waiting += new
-        return tuple(found)
+        return tuple(reachable)
 
 
 class _StateEvaluation:
@@ -119,8 +119,8 @@ class _StateEvaluation:
         """Yield a binding with each value of a variable for which a body may hold, in declared order."""
         members = self._objects[m.type_of(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        found = support(body, variable.name, inner, True, self._find_atom_support)
-        names = [name for name in members if found is None or name in found]
+        candidates = support(body, variable.name, inner, True, self._find_atom_support)
+        names = [name for name in members if candidates is None or name in candidates]
         return ({**inner, variable.name: name} for name in self._looks.take_within_limit(names))
 
     def _has(self, predicate: str, row: _Row) -> bool:
@@ -130,11 +130,11 @@ class _StateEvaluation:
         if predicate in self._rows:
             return row in self._rows[predicate]
         key = (predicate, row)
-        known = self._known.get(key)
-        if known is None:
+        holds = self._known.get(key)
+        if holds is None:
             axioms = self._axioms[predicate]
-            known = self._known[key] = any(self.holds(each.condition, each.scope(row)) for each in axioms)
-        return known
+            holds = self._known[key] = any(self.holds(each.condition, each.scope(row)) for each in axioms)
+        return holds
 
     def _complete(self, predicate: str) -> None:
         """Compute all rows of a derived predicate that depends on itself, and of its circle of predicates."""
@@ -178,12 +178,12 @@ class _StateEvaluation:
     def _find_derived_support(
         self, predicate: str, place: int, values: Sequence[str | None]
     ) -> Set[str] | None:
-        found = []
+        supports = []
         for axiom in self._axioms[predicate]:
             names = [parameter.name for parameter in axiom.parameters]
             binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
-            found.append(support(axiom.condition, names[place], binding, True, self._find_atom_support))
-        return unite_supports(found)
+            supports.append(support(axiom.condition, names[place], binding, True, self._find_atom_support))
+        return unite_supports(supports)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
         """Yield the rows of a predicate with given values; None stands for any value."""
@@ -195,12 +195,12 @@ class _StateEvaluation:
         return (row for row in rows if all(value in (None, x) for value, x in zip(values, row, strict=True)))
 
     def _index(self, predicate: str, place: int) -> Mapping[str, list[_Row]]:
-        found = self._indexed.get((predicate, place))
-        if found is None:
-            found = self._indexed[predicate, place] = {}
+        rows_by_value = self._indexed.get((predicate, place))
+        if rows_by_value is None:
+            rows_by_value = self._indexed[predicate, place] = {}
             for row in self._rows.get(predicate, ()):
-                found.setdefault(row[place], []).append(row)
-        return found
+                rows_by_value.setdefault(row[place], []).append(row)
+        return rows_by_value
 
 
 def resolve_term(term: f.Term, binding: Valuation) -> str:

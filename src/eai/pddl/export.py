@@ -40,7 +40,7 @@ def _object_keys(scene: Scene) -> list[str]:
 
     The key of the agent is the name that conditions use.
     """
-    keys = [f"{each.name} " if each.name == AGENT.name else each.name for each in scene.objects]
+    keys = [f"{thing.name} " if thing.name == AGENT.name else thing.name for thing in scene.objects]
     if scene.agent is not None:
         keys[scene.agent] = AGENT.name
     return keys
@@ -79,8 +79,8 @@ def _facts(
 ) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the initial facts about the objects of a problem, with the PDDL names of their predicates."""
     declared = {predicate.name for predicate in header.predicates}
-    kept = list(bits(source.kept))
-    among = set(kept)
+    indices = list(bits(source.kept))
+    among = set(indices)
     for predicate, arguments in source.initial.facts():
         name = glossary.predicates[predicate]
         if name in declared and among.issuperset(arguments):
@@ -88,11 +88,11 @@ def _facts(
     for category, kind in glossary.kinds.items():
         yield from ((kind, (i,)) for i in bits(source.initial.scene.category(category)) if i in among)
     for name in glossary.frozen:
-        listed = make_listing(glossary.vocabulary, name, repeated=True).facts(source.initial, kept)
+        listed = make_listing(glossary.vocabulary, name, repeated=True).facts(source.initial, indices)
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
     if glossary.ordered:
         order = _order_name(glossary)
-        yield from ((order, (i, j)) for place, i in enumerate(kept) for j in kept[place + 1 :])
+        yield from ((order, (i, j)) for place, i in enumerate(indices) for j in indices[place + 1 :])
 
 
 REQUIREMENTS = (":adl", ":derived-predicates")
@@ -206,12 +206,14 @@ def export_problems(
     actions = tuple([_add_history(action, glossary, operators) for action in written])
     exported = replace(header, actions=actions)
     unsupported = tuple(_find_unsupported(glossary))
-    found = []
+    problems = []
     for names, source, goal in zip(things, sources, goals, strict=True):
         words = [names[key] for key in _object_keys(source.initial.scene)]
         problem = _problem(glossary, words, header, source, goal)
-        found.append(ExportedProblem(exported, problem, unsupported, operators, glossary.predicates, words))
-    return tuple(found)
+        problems.append(
+            ExportedProblem(exported, problem, unsupported, operators, glossary.predicates, words)
+        )
+    return tuple(problems)
 
 
 def _find_unsupported(glossary: Glossary) -> Iterator[str]:
@@ -241,7 +243,7 @@ def _operator(
         asked.append(_some_try(operator))
     with prefix_errors(f"operator {operator.name}", DomainError):
         precondition = conjunction(
-            [conditions.convert(replace_hidden(each, hidden), scope) for each in asked]
+            [conditions.convert(replace_hidden(condition, hidden), scope) for condition in asked]
         )
         effect = write_simultaneous_effect(operator, conditions, scope, hidden)
     return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
@@ -249,8 +251,8 @@ def _operator(
 
 def _some_try(operator: Operator) -> f.Formula:
     """Return the condition that some attempted try succeeds, or that no try is attempted."""
-    succeeds = [f.And(each.conditions) for each in operator.tries]
-    return f.Or((f.And(tuple([f.Not(each.condition) for each in operator.tries])), *succeeds))
+    succeeds = [f.And(attempt.conditions) for attempt in operator.tries]
+    return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.tries])), *succeeds))
 
 
 def _add_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
@@ -293,10 +295,14 @@ def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
 
 def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
     """Yield the used derived predicates, and those that their conditions use in turn."""
-    done: set[str] = set()
-    while rest := [each for each in glossary.derived.values() if each.name not in done]:
+    names_done: set[str] = set()
+    while rest := [
+        derived_predicate
+        for derived_predicate in glossary.derived.values()
+        if derived_predicate.name not in names_done
+    ]:
         for derived in rest:
-            done.add(derived.name)
+            names_done.add(derived.name)
             conditions = ConditionWriter(glossary)
             scope = conditions.parameters(derived.parameters)
             condition = conditions.convert(derived.definition, scope)

@@ -106,7 +106,9 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
         group = _read_definition(text, "domain")
         _check(text, group, "domain", _declared_predicates(group))
         domain = PddlReader(text, is_file=True).domain(_remove_costs(group))
-        findings = [each for each in check_domain(domain) if each.offence is not MENDABLE_BY_PROBLEMS]
+        findings = [
+            finding for finding in check_domain(domain) if finding.offence is not MENDABLE_BY_PROBLEMS
+        ]
         refuse_findings(text, group, findings, Declarations.of_domain(domain))
     return domain
 
@@ -157,7 +159,7 @@ def _refuse_other_types(
     text: str, group: Group, problem: PddlProblem, domain: PddlDomain, declared: tuple[Path, str] | None
 ) -> None:
     """Refuse objects that the domain declares as constants of another type."""
-    constants = {each.name: each for each in domain.constants}
+    constants = {constant_item.name: constant_item for constant_item in domain.constants}
     for item in problem.objects:
         constant = constants.get(item.name, item)
         if constant.type != item.type:
@@ -252,12 +254,12 @@ def read_text(path: Path) -> str:
 
 def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> None:
     """Refuse sections and expressions that cannot be read. Costs of actions are ignored."""
-    known = _SECTIONS_OF[kind]
+    sections = _SECTIONS_OF[kind]
     for section in group.items[1:]:
         if not isinstance(section, Group) or not (head := head_of(section)):
             raise error_at(text, section.offset, Violation.MALFORMED, "a section such as (:action ...)")
-        if head not in known and head not in _REFUSED:
-            expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(known))}"
+        if head not in sections and head not in _REFUSED:
+            expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(sections))}"
             raise error_at(text, section.offset, Violation.UNSUPPORTED, expected)
         for inner in _groups(section):
             refused = _refusal(inner, numbers=head in _NUMBERED)
@@ -271,10 +273,10 @@ def _refusal(group: Group, *, numbers: bool) -> str | None:
     match group.items:
         case (Symbol("at"), Symbol(), Group()):
             return "facts that come true at a time"
-        case (Symbol("="), *terms) if not numbers and any(isinstance(each, Group) for each in terms):
+        case (Symbol("="), *terms) if not numbers and any(isinstance(item, Group) for item in terms):
             return _NUMBERS
         case (Symbol(":action"), _, *parts):
-            keys = [each.text for each in parts if isinstance(each, Symbol)]
+            keys = [item.text for item in parts if isinstance(item, Symbol)]
             return next((_REFUSED[key] for key in keys if key in _REFUSED), None)
         case (Symbol(head), *_):
             return _REFUSED.get(head)
@@ -284,13 +286,13 @@ def _refusal(group: Group, *, numbers: bool) -> str | None:
 
 def _remove_costs(group: Group) -> Group:
     """Return the definition without functions, metric, increases of costs, and initial values of costs."""
-    kept: list[SExpr] = []
+    items: list[SExpr] = []
     for item in group.items:
         if not isinstance(item, Group):
-            kept.append(item)
+            items.append(item)
         elif not _is_cost(item):
-            kept.append(_remove_costs(item))
-    return Group(tuple(kept), group.offset, group.end)
+            items.append(_remove_costs(item))
+    return Group(tuple(items), group.offset, group.end)
 
 
 def _is_cost(group: Group) -> bool:
@@ -303,11 +305,11 @@ def _is_cost(group: Group) -> bool:
 
 def _declared_predicates(group: Group) -> list[str]:
     sections = _sections(group, ":predicates")
-    return [head_of(item) for each in sections for item in each.items[1:] if isinstance(item, Group)]
+    return [head_of(item) for section in sections for item in section.items[1:] if isinstance(item, Group)]
 
 
 def _sections(group: Group, head: str) -> list[Group]:
-    return [each for each in group.items if isinstance(each, Group) and head_of(each) == head]
+    return [item for item in group.items if isinstance(item, Group) and head_of(item) == head]
 
 
 def _groups(group: Group) -> Iterator[Group]:
@@ -346,5 +348,5 @@ def refuse_findings(
 
 def find_line(text: str, word: str) -> int:
     """Return the first line with a word, or 1 if no line has it."""
-    found = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
-    return 1 if found is None else text.count("\n", 0, found.start()) + 1
+    match = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
+    return 1 if match is None else text.count("\n", 0, match.start()) + 1

@@ -82,11 +82,11 @@ def substitute_term(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
 
 def _junction(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
     """Return a conjunction or disjunction, simplified if a part decides it or two parts are opposites."""
-    found = dict.fromkeys(chain.from_iterable(f.operands(part, connective) for part in parts))
+    unique = dict.fromkeys(chain.from_iterable(f.operands(part, connective) for part in parts))
     decisive = negation(connective(()))
-    if any(part == decisive or negation(part) in found for part in found):
+    if any(part == decisive or negation(part) in unique for part in unique):
         return decisive
-    return next(iter(found)) if len(found) == 1 else connective(tuple(found))
+    return next(iter(unique)) if len(unique) == 1 else connective(tuple(unique))
 
 
 _STRANGE = re.compile(r"[^a-z0-9_-]")
@@ -138,13 +138,13 @@ class PddlNames(dict[str, str]):
         return self._meant[written]
 
     def _free(self, name: str) -> str:
-        base = _STRANGE.sub("_", name.lower())
-        if not base[:1].isalpha() or base in _RESERVED:
-            base = f"x-{base}"
-        number, written = 1, base
+        stem = _STRANGE.sub("_", name.lower())
+        if not stem[:1].isalpha() or stem in _RESERVED:
+            stem = f"x-{stem}"
+        number, written = 1, stem
         while written in self._meant:
             number += 1
-            written = f"{base}-{number}"
+            written = f"{stem}-{number}"
         return written
 
 
@@ -306,7 +306,7 @@ class ConditionWriter:
         if self._scene is not None and count > self._scene.category(variable.category).bit_count():
             return f.FALSE
         chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
-        terms: list[f.Term] = [f.Variable(each.name) for each in chosen]
+        terms: list[f.Term] = [f.Variable(variable_of_term.name) for variable_of_term in chosen]
         met = [self.convert(body, {**scope, variable.name: term}) for term in terms]
         other = self.fresh(variable.name, variable.category)
         rest = self.convert(body, {**scope, variable.name: f.Variable(other.name)})

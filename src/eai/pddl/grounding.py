@@ -159,11 +159,11 @@ class Grounder:
         precondition = self._condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
-        found: list[_GroundEffect] = []
-        self._add_changes(action.effect, binding, _ALWAYS, found)
+        effects: list[_GroundEffect] = []
+        self._add_changes(action.effect, binding, _ALWAYS, effects)
         add = delete = 0
         conditional = []
-        for change in found:
+        for change in effects:
             if change.condition is _ALWAYS:
                 add |= change.add
                 delete |= change.delete
@@ -230,7 +230,7 @@ class Grounder:
         """Return the ground condition of a derived predicate; recursive predicates are not supported."""
         names = [_name(term, binding) for term in atom.arguments]
         axioms = self._axioms[atom.predicate]
-        parts = (self._condition(each.condition, each.scope(names), negated=negated) for each in axioms)
+        parts = (self._condition(axiom.condition, axiom.scope(names), negated=negated) for axiom in axioms)
         return _all_of(parts) if negated else _one_of(parts)
 
     def _bit(self, key: _Key) -> int:
@@ -431,7 +431,7 @@ def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
     for number, mask in enumerate(masks):
         for bit in bits(mask):
             numbers.setdefault(bit, []).append(number)
-    return {bit: _set_of(each) for bit, each in numbers.items()}
+    return {bit: _set_of(mask_numbers) for bit, mask_numbers in numbers.items()}
 
 
 def _set_of(numbers: Sequence[int]) -> int:

@@ -223,8 +223,8 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     sides = [_Side(ours, *theirs) for ours, theirs in zip(own, _gold_sides(gold), strict=True)]
     renamings = _renamings(predicted, gold)
     wanted = sum(len(side.wanted) for side in sides)
-    renaming, found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted)
-    precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in found]
+    renaming, matches = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted)
+    precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in matches]
     wanted = sum(side.size for side in sides)
     _, matched = _best(
         sides, renamings, lambda side, renaming: _match_literals(side.ours, side.gold, renaming), int, wanted
@@ -255,10 +255,10 @@ def _best(
     best: tuple[Renaming, list[_T]] = ({}, [])
     most = -1
     for renaming in renamings:
-        found = [match(side, renaming) for side in sides]
-        total = sum(map(number, found))
+        matches = [match(side, renaming) for side in sides]
+        total = sum(map(number, matches))
         if total > most:
-            best, most = (renaming, found), total
+            best, most = (renaming, matches), total
         if most == wanted:
             break
     return best

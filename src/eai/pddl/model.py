@@ -141,7 +141,7 @@ class _TypeMembers(dict[str, tuple[str, ...]]):
     """The objects of each declared type, and of alternatives of types."""
 
     def __missing__(self, name: str) -> tuple[str, ...]:
-        kinds = [self[each] for each in alternatives(name) if each in self]
+        kinds = [self[alternative] for alternative in alternatives(name) if alternative in self]
         return tuple(dict.fromkeys([thing for kind in kinds for thing in kind]))
 
 
@@ -152,11 +152,11 @@ def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
 
 def supertypes(above: Mapping[str, str], name: str) -> list[str]:
     """Return a type and all its supertypes, nearest first. The root is always last."""
-    found: list[str] = []
-    while name != OBJECT and name not in found:
-        found.append(name)
+    types: list[str] = []
+    while name != OBJECT and name not in types:
+        types.append(name)
         name = above.get(name, OBJECT)
-    return [*found, OBJECT]
+    return [*types, OBJECT]
 
 
 def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tuple[str, ...]]:

@@ -88,9 +88,9 @@ class _OrderedEffects:
     def convert(self, operator: Operator) -> m.PddlEffect:
         start = _Context(self._scope)
         changes: list[_AtomChange] = []
-        for number, each in enumerate(operator.tries):
-            inside = start.add_condition(self._read(f.And(each.conditions), start)).extend_position(number)
-            changes += self._sequence(each.effects, inside)
+        for number, attempt in enumerate(operator.tries):
+            inside = start.add_condition(self._read(f.And(attempt.conditions), start)).extend_position(number)
+            changes += self._sequence(attempt.effects, inside)
         changes += self._sequence(operator.effects, start.extend_position(len(operator.tries)))
         parts = [part for change in changes for part in self._write_change(change, changes)]
         return parts[0] if len(parts) == 1 else m.Both(tuple(parts))
@@ -189,12 +189,12 @@ class _OrderedEffects:
         still_open = {name: self._conditions.fresh(name) for name in rest}
         terms |= still_open
         later = self._later(addition.place, deletion.place, terms)
-        found = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
-        if g.conjunction((addition.condition, found)) == f.FALSE:  # they plainly cannot hold together
+        undoing = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
+        if g.conjunction((addition.condition, undoing)) == f.FALSE:  # they plainly cannot hold together
             return f.FALSE
         for variable in reversed(still_open.values()):
-            found = found if found in (f.TRUE, f.FALSE) else f.Exists(variable, found)
-        return found
+            undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
+        return undoing
 
     def _later(self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope) -> f.Formula:
         """Return the condition that a deletion comes after an addition.

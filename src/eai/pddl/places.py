@@ -74,7 +74,7 @@ def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) ->
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)
-    unknown = {each for each in m.alternatives(name) if each not in vocabulary.parents}
+    unknown = {symbol for symbol in m.alternatives(name) if symbol not in vocabulary.parents}
     for group, bound in _groups(section, frozenset()):
         head, arguments = head_of(group), group.items[1:]
         match finding.offence:
@@ -85,10 +85,12 @@ def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) ->
             case Violation.UNDECLARED_CONSTANT | Violation.UNBOUND_VARIABLE:
                 spelt = {name} if finding.offence is Violation.UNDECLARED_CONSTANT else set[str]()
                 spelt |= {f"?{name}"} - bound
-                symbols = (each for each in arguments if isinstance(each, Symbol))
-                yield from (each.offset for each in symbols if each.text in spelt)
+                symbols = (symbol for symbol in arguments if isinstance(symbol, Symbol))
+                yield from (symbol.offset for symbol in symbols if symbol.text in spelt)
             case Violation.UNKNOWN_TYPE:
-                yield from (each.offset for each in _types(group) if each.text.removeprefix("-") in unknown)
+                yield from (
+                    symbol.offset for symbol in _types(group) if symbol.text.removeprefix("-") in unknown
+                )
             case Violation.DUPLICATE | Violation.MALFORMED:
                 yield from _declarations(group, name)
 
@@ -100,7 +102,7 @@ def _groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, f
         inner = bound
         if head_of(expression) in _QUANTIFIERS:
             lists = [item for item in expression.items[:-1] if isinstance(item, Group)]
-            inner = bound.union(*(_names(each.items) for each in lists))
+            inner = bound.union(*(_names(variable_list.items) for variable_list in lists))
         for item in expression.items:
             yield from _groups(item, inner)
 
@@ -122,7 +124,7 @@ def _declarations(group: Group, name: str) -> Iterator[int]:
             if word == name:
                 yield symbol.offset
         case (Symbol(":predicates"), *predicates):
-            yield from (each.offset for each in predicates if _names([each]) == [name])
+            yield from (predicate.offset for predicate in predicates if _names([predicate]) == [name])
         case _:
             pairs = zip((None, *group.items), group.items, strict=False)
             for before, item in pairs:

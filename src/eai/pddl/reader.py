@@ -59,12 +59,15 @@ def read_group(text: str) -> Group:
     Raises:
         PddlError: the text has no such list, or the list is unbalanced.
     """
-    found = _read(text)
-    if not isinstance(found, Group):
+    expression = _read(text)
+    if not isinstance(expression, Group):
         raise error_at(
-            text, len(text) if found is None else found.offset, Violation.MALFORMED, "a parenthesised list"
+            text,
+            len(text) if expression is None else expression.offset,
+            Violation.MALFORMED,
+            "a parenthesised list",
         )
-    return found
+    return expression
 
 
 def _read(text: str) -> SExpr | None:
@@ -268,12 +271,12 @@ class PddlReader:
         """Return the variables of a typed list."""
         if not isinstance(expression, Group):
             raise self._error(expression, "a parenthesised list of variables")
-        found = []
+        variables = []
         for symbol, category in self._read_typed_list(expression.items):
             if not _is_variable(symbol.text):
                 raise self._error(symbol, "a variable, as in ?x")
-            found.append(f.Variable(symbol.text[1:], None if category == m.OBJECT else category))
-        return tuple(found)
+            variables.append(f.Variable(symbol.text[1:], None if category == m.OBJECT else category))
+        return tuple(variables)
 
     def _definition(self, group: Group, kind: str) -> tuple[str, Sequence[Group]]:
         match group.items[:2]:
@@ -293,9 +296,9 @@ class PddlReader:
         return m.PddlAxiom(head.name, head.parameters, self.condition(section.items[2]))
 
     def _literal(self, expression: SExpr) -> f.Formula:
-        found = self.formula(expression)
-        if isinstance(found.operand if isinstance(found, f.Not) else found, f.Atom):
-            return found
+        formula = self.formula(expression)
+        if isinstance(formula.operand if isinstance(formula, f.Not) else formula, f.Atom):
+            return formula
         raise self._error(expression, "an atom or a negated atom in :init", Violation.UNSUPPORTED)
 
     def _atom(self, group: Group) -> f.Atom:
@@ -317,7 +320,7 @@ class PddlReader:
 
     def _read_typed_list(self, items: Sequence[SExpr]) -> list[tuple[Symbol, str | None]]:
         """Read ``a b - t c`` as [(a, t), (b, t), (c, None)]."""
-        found: list[tuple[Symbol, str | None]] = []
+        typed: list[tuple[Symbol, str | None]] = []
         waiting: list[Symbol] = []
         rest = iter(items)
         for item in rest:
@@ -332,16 +335,16 @@ class PddlReader:
             if category is None:
                 raise self._error(symbol, "a type behind the hyphen")
             kind = self._type(category, of_variables=any(_is_variable(name.text) for name in waiting))
-            found += [(name, kind) for name in waiting]
+            typed += [(name, kind) for name in waiting]
             waiting.clear()
-        return [*found, *[(name, None) for name in waiting]]
+        return [*typed, *[(name, None) for name in waiting]]
 
     def _type(self, category: SExpr, *, of_variables: bool) -> str:
         match category:
             case Symbol(name):
                 return name
             case Group((Symbol("either"), *types)) if self._is_file and of_variables and types:
-                return m.either([self._word(each).text for each in types])
+                return m.either([self._word(alternative).text for alternative in types])
             case _:
                 raise self._error(category, "one type name (no either)", Violation.UNSUPPORTED)
 
@@ -365,8 +368,10 @@ class PddlReader:
 
 def _add_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
     """Return the types, followed by types that occur only as supertypes."""
-    named = dict.fromkeys(each.name for each in types)
-    above = dict.fromkeys(each.type for each in types if each.type not in named and each.type != m.OBJECT)
+    named = dict.fromkeys(declared.name for declared in types)
+    above = dict.fromkeys(
+        declared.type for declared in types if declared.type not in named and declared.type != m.OBJECT
+    )
     return (*types, *map(m.TypedName, above))
 
 

@@ -110,24 +110,28 @@ class Relaxation:
         Atoms that must be made true ``again`` are separate literals.
         """
         literals = start
-        lacking = [each for each in self._asked if not literals & each.literal]
+        lacking = [
+            literal_lacking for literal_lacking in self._asked if not literals & literal_lacking.literal
+        ]
         lacking += [_Lacking(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
         layers, waiting = _Layers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
         while goal & ~literals and not looks.is_exceeded:
             looks.used += self._price * len(lacking)
-            kept = 0
+            blocked = 0
             for _, needing, _ in lacking:
-                kept |= needing
-            fired = waiting & ~kept
-            waiting &= kept
+                blocked |= needing
+            fired = waiting & ~blocked
+            waiting &= blocked
             before = literals
             for literal, _, making in lacking:
                 if making & fired:
                     literals |= literal
             if literals != before:
                 literals = self._problem.add_choices(literals)
-                lacking = [each for each in lacking if not literals & each.literal]
+                lacking = [
+                    literal_lacking for literal_lacking in lacking if not literals & literal_lacking.literal
+                ]
             layers.fired.append(fired)
             layers.reached.append(literals)
             if literals == before:
@@ -276,11 +280,11 @@ class _Lookahead:
 
     def _order(self, missing: int, depth: int) -> list[int]:
         """Return the missing literals, those first that take longest to reach."""
-        missing, found = self._problem.choose(missing, self._layers.reached[max(depth, 0)]), list[int]()
+        missing, ordered = self._problem.choose(missing, self._layers.reached[max(depth, 0)]), list[int]()
         for reached in self._layers.reached[max(depth, 0) :: -1]:
-            found += bits(missing & ~reached)
+            ordered += bits(missing & ~reached)
             missing &= reached
-        return [*found, *bits(missing)]
+        return [*ordered, *bits(missing)]
 
     def _mark(self) -> _Mark:
         return len(self._taken), self._state, self._held

@@ -49,13 +49,16 @@ def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.Pddl
 
     Of several operators with the same parameters, precondition and effect, the first is kept.
     """
-    operators = [(each, list(m.effect_parts(each.effect, (each.precondition,)))) for each in domain.actions]
+    operators = [
+        (operator, list(m.effect_parts(operator.effect, (operator.precondition,))))
+        for operator in domain.actions
+    ]
     reached = _reachable_predicates(operators, domain, problem)
-    possible = [each for each in operators if _may_hold(each[0].precondition, reached)]
-    kept = reached & _relevant_predicates(possible, domain, problem)
+    possible = [operator for operator in operators if _may_hold(operator[0].precondition, reached)]
+    useful = reached & _relevant_predicates(possible, domain, problem)
     distinct: dict[tuple[object, ...], m.PddlAction] = {}
     for action, _ in possible:
-        effect = _restrict(action.effect, kept)
+        effect = _restrict(action.effect, useful)
         if effect != m.NO_EFFECT:
             key = (action.parameters, action.precondition, effect)
             distinct.setdefault(key, replace(action, effect=effect))
@@ -74,14 +77,14 @@ def _reachable_predicates(
         if isinstance(part, m.Add)
     ]
     while True:
-        found = {
+        new = {
             name
             for name, conditions in additions
-            if name not in reached and all(_may_hold(each, reached) for each in conditions)
+            if name not in reached and all(_may_hold(condition, reached) for condition in conditions)
         }
-        if not found:
+        if not new:
             return reached
-        reached |= found
+        reached |= new
 
 
 def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
@@ -136,28 +139,30 @@ def drop_idle_quantifiers(task: PlanningTask) -> PlanningTask:
     objects = m.objects_by_type(task.domain, task.problem)
     actions = [
         replace(
-            each, precondition=_condition(each.precondition, objects), effect=_effect(each.effect, objects)
+            action,
+            precondition=_condition(action.precondition, objects),
+            effect=_effect(action.effect, objects),
         )
-        for each in task.domain.actions
+        for action in task.domain.actions
     ]
     problem = replace(task.problem, goal=_condition(task.problem.goal, objects))
     return replace(task, domain=replace(task.domain, actions=tuple(actions)), problem=problem)
 
 
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
-    kept = map_parts(formula, lambda part: _condition(part, objects))
-    if isinstance(kept, (f.ForAll, f.Exists)) and objects[m.type_of(kept.variable)]:
-        return kept if kept.variable.name in free_variables(kept.body) else kept.body
-    return kept
+    mapped = map_parts(formula, lambda part: _condition(part, objects))
+    if isinstance(mapped, (f.ForAll, f.Exists)) and objects[m.type_of(mapped.variable)]:
+        return mapped if mapped.variable.name in free_variables(mapped.body) else mapped.body
+    return mapped
 
 
 def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.PddlEffect:
-    kept = m.map_effect_parts(
+    mapped = m.map_effect_parts(
         effect, lambda part: _effect(part, objects), lambda condition: _condition(condition, objects)
     )
-    if isinstance(kept, m.Each) and objects[m.type_of(kept.variable)]:
-        return kept if kept.variable.name in m.effect_variables(kept.part) else kept.part
-    return kept
+    if isinstance(mapped, m.Each) and objects[m.type_of(mapped.variable)]:
+        return mapped if mapped.variable.name in m.effect_variables(mapped.part) else mapped.part
+    return mapped
 
 
 _NAME = "built-in search"
@@ -294,10 +299,10 @@ class _GroundSearch:
         self._least = inf
 
     def run(self) -> SearchResult[PlanStep]:
-        found = best_first(self._following, self._visit)
-        if isinstance(found, Node):
-            return SearchResult(SearchEnd.SOLVED, found.plan(), len(self._done))
-        end = SearchEnd.STATES if self._looks.is_exceeded else found
+        outcome = best_first(self._following, self._visit)
+        if isinstance(outcome, Node):
+            return SearchResult(SearchEnd.SOLVED, outcome.plan(), len(self._done))
+        end = SearchEnd.STATES if self._looks.is_exceeded else outcome
         return SearchResult(end, states=len(self._done))
 
     def _following(self) -> _SearchNode | None:
@@ -405,10 +410,10 @@ class _Pairs:
 
     def _apply(self, rule: _PairRule) -> bool:
         """Add the pairs that one effect makes; return whether there are new pairs."""
-        kept = self._find_companions(rule.needs)
-        if kept is None:
+        companions = self._find_companions(rule.needs)
+        if companions is None:
             return False
-        together = kept & ~rule.lost | rule.makes | rule.always | rule.perhaps & self._reached
+        together = companions & ~rule.lost | rule.makes | rule.always | rule.perhaps & self._reached
         grew = False
         for literal in bits(rule.makes):
             new = together & ~self._beside.get(literal, 0) & ~self._negate(literal)
@@ -427,10 +432,10 @@ class _Pairs:
         None if the needed literals may not.
         """
         self._looks.used += 1 + needed.bit_count()
-        found = self._reached
+        companions = self._reached
         for literal in bits(needed):
-            found &= self._beside.get(literal, 0)
-        return None if needed & ~found else found
+            companions &= self._beside.get(literal, 0)
+        return None if needed & ~companions else companions
 
     def _plain(self, needed: int) -> int:
         """Return the literals of atoms, without choices."""

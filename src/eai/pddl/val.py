@@ -38,8 +38,8 @@ def find_val() -> Path:
     folders = [] if spec is None else spec.submodule_search_locations or []
     wheels = [Path(folder) / "bin" / _PROGRAM for folder in folders]
     on_path = shutil.which(_PROGRAM)
-    found = [*wheels, *([] if on_path is None else [Path(on_path)])]
-    program = next((each for each in found if each.is_file()), None)
+    candidates = [*wheels, *([] if on_path is None else [Path(on_path)])]
+    program = next((candidate for candidate in candidates if candidate.is_file()), None)
     if program is None:
         raise DataError(f"VAL is not installed: {install_command('val')}, or put {_PROGRAM} on the path")
     return program
@@ -69,4 +69,4 @@ def read_verdict(said: str) -> str | None:
     """Return the verdict in VAL's output; None if VAL did not test the plan."""
     if "Plan valid" in said:
         return VALID
-    return NOT_VALID if any(each in said for each in _REFUSALS) else None
+    return NOT_VALID if any(refusal in said for refusal in _REFUSALS) else None

@@ -299,7 +299,7 @@ class _Compiler:
         seen: Counter[int] = Counter()
         left = list(members)
         while left:
-            member = min(left, key=lambda each: len(self._find_open(seen + each[1])))
+            member = min(left, key=lambda candidate: len(self._find_open(seen + candidate[1])))
             left.remove(member)
             seen = seen + member[1]
             steps.append((member[0], self._find_closed(seen)))
@@ -354,7 +354,7 @@ class _Compiler:
             best = {taken: self._prune(sets, search) for taken, sets in wider.items()}
             if len(best) > _MAX_SETS:
                 search.is_cut = True
-                best = dict(nlargest(_MAX_SETS, best.items(), key=lambda each: each[0].bit_count()))
+                best = dict(nlargest(_MAX_SETS, best.items(), key=lambda item: item[0].bit_count()))
         last: _SetValues = {}
         for taken, sets in best.items():
             if taken.bit_count() == count:

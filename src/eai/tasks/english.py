@@ -88,8 +88,8 @@ class English:
     def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
         """Whether a request for a predicate of objects of these categories is implausible."""
         phrase = " ".join((predicate, *categories))
-        return any(fnmatchcase(phrase, each) for each in self.odd) and not any(
-            fnmatchcase(phrase, each) for each in self.sound
+        return any(fnmatchcase(phrase, pattern) for pattern in self.odd) and not any(
+            fnmatchcase(phrase, pattern) for pattern in self.sound
         )
 
 
@@ -163,15 +163,15 @@ USUAL_STYLE = PhraseStyle()
 
 def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
     """Return sentences for a predicate in the singular, the usual one first: ``{x} is on top of {y}``."""
-    given = english.says.get(predicate)
-    if given is not None:
-        return given
+    sentences = english.says.get(predicate)
+    if sentences is not None:
+        return sentences
     name = re.sub("[_-]", " ", predicate).lower().removeprefix("is ")
     if not arity:
         return (f"it is so that {name}",)
     if arity > 2:
         return (
-            f"it is so that {name} holds of {', '.join([f'{{{each}}}' for each in parameter_names(arity)])}",
+            f"it is so that {name} holds of {', '.join([f'{{{word}}}' for word in parameter_names(arity)])}",
         )
     verb = name if name in _PLURAL else f"is {name}"
     return (f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}",)

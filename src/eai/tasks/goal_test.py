@@ -73,12 +73,17 @@ class GoalTest:
 
     def __init__(self, task: Task, formulas: Sequence[Formula] | None = None) -> None:
         self._task = task
-        asked = [goal.formula for goal in task.goals] if formulas is None else formulas
+        formulas_of_goals = [goal.formula for goal in task.goals] if formulas is None else formulas
         self._action_indices = tuple([i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.ACTION])
-        self._over_time = {i: formula for i, formula in enumerate(asked) if not is_state_formula(formula)}
+        self._over_time = {
+            i: formula for i, formula in enumerate(formulas_of_goals) if not is_state_formula(formula)
+        }
         passed_over = {*self._action_indices, *self._over_time}
         self._tests = tuple(
-            [StateTest(FALSE if i in passed_over else formula, task.scene) for i, formula in enumerate(asked)]
+            [
+                StateTest(FALSE if i in passed_over else formula, task.scene)
+                for i, formula in enumerate(formulas_of_goals)
+            ]
         )
         self._state_tests = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
         self._actions = tuple([alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)])
@@ -147,11 +152,11 @@ class GoalTest:
 
     def tally_by_kind(self, reached: tuple[bool, ...]) -> GoalTallies:
         """Return the numbers of reached goals by kind. `reached` says for each goal whether it is reached."""
-        known = self._tally_cache.get(reached)
-        if known is None:
+        tallies = self._tally_cache.get(reached)
+        if tallies is None:
             satisfied = [_to_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-            known = self._tally_cache[reached] = GoalTallies(*map(Share, satisfied, self._totals))
-        return known
+            tallies = self._tally_cache[reached] = GoalTallies(*map(Share, satisfied, self._totals))
+        return tallies
 
     def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Return the indices of the action goals that the actions meet.

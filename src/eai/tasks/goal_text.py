@@ -42,9 +42,9 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:
-            wanted, found = domain.arities[action.action], len(action.arguments)
-            if wanted != found:
-                raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {found}")
+            wanted, actual = domain.arities[action.action], len(action.arguments)
+            if wanted != actual:
+                raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {actual}")
     elif actions and not _is_action_choice(formula):
         raise InputError("expected actions without objects, joined by 'or'")
     check_goal(formula, scene)
@@ -117,7 +117,7 @@ def write_goal(formula: f.Formula) -> str:
     match formula:
         case f.Occurs(action, ()):
             return action
-        case f.Or(operands) if operands and all(isinstance(each, f.Occurs) for each in operands):
+        case f.Or(operands) if operands and all(isinstance(operand, f.Occurs) for operand in operands):
             return " or ".join(map(write_goal, operands))
         case _:
             return print_ltl(rename_variables(formula))

@@ -158,8 +158,8 @@ class FormulaLexicon:
 
     def _indices(self, terms: Iterable[f.Term]) -> tuple[int, ...] | None:
         index = self.objects
-        found = [index[t.name] for t in terms if isinstance(t, f.Constant) and t.name in index]
-        return tuple(found) if len(found) == len(tuple(terms)) else None
+        indices = [index[t.name] for t in terms if isinstance(t, f.Constant) and t.name in index]
+        return tuple(indices) if len(indices) == len(tuple(terms)) else None
 
     def _terms(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
         return tuple([f.Constant(self.name(i)) for i in arguments])

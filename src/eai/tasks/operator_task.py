@@ -102,33 +102,33 @@ def make_transition_tasks(
         tasks: the domain's tasks.
         categories: categories of some predicates, by PDDL name; `default_categories` gives all others.
     """
-    asked = {
+    chosen_tasks = {
         task_id: task for task_id, task in tasks.items() if _conditions(task) and task.unsolvable is None
     }
-    if not asked:
+    if not chosen_tasks:
         return {}
     sources = [
         ProblemSource(task_id, task.initial, tuple(goal.formula for goal in _conditions(task)))
-        for task_id, task in asked.items()
+        for task_id, task in chosen_tasks.items()
     ]
     exported = export_problems(domain, sources, invisible=False)
-    known = {**default_categories(exported[0].domain), **(categories or {})}
+    all_categories = {**default_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
         header=replace(exported[0].domain, actions=()),
         operators={action.name: operator_text(action) for action in exported[0].domain.actions},
-        categories=known,
+        categories=all_categories,
     )
     planner = Planner(domain)
     return {
         task_id: TransitionTask(
             task_id,
             library,
-            tuple(_operators(_plan(domain, task, planner), each, library)),
-            _task_categories(each, known),
-            write_problem(each.problem),
-            partial(_find_exported_actions, each),
+            tuple(_operators(_plan(domain, task, planner), problem, library)),
+            _task_categories(problem, all_categories),
+            write_problem(problem.problem),
+            partial(_find_exported_actions, problem),
         )
-        for (task_id, task), each in zip(asked.items(), exported, strict=True)
+        for (task_id, task), problem in zip(chosen_tasks.items(), exported, strict=True)
     }
 
 
@@ -149,18 +149,18 @@ def default_categories(domain: PddlDomain) -> dict[str, Category]:
     """Return the category of every predicate, by its arity and by whether an operator changes it."""
     changing = {atom.predicate for action in domain.actions for atom in effect_atoms(action.effect)}
     changing |= {axiom.name for axiom in domain.axioms}
-    found = {}
+    categories = {}
     for predicate in domain.predicates:
         match len(predicate.parameters):
             case 0:
-                found[predicate.name] = Category.NON_SPATIAL_RELATIONS
+                categories[predicate.name] = Category.NON_SPATIAL_RELATIONS
             case 1 if predicate.name in changing:
-                found[predicate.name] = Category.OBJECT_STATES
+                categories[predicate.name] = Category.OBJECT_STATES
             case 1:
-                found[predicate.name] = Category.OBJECT_AFFORDANCE
+                categories[predicate.name] = Category.OBJECT_AFFORDANCE
             case _:
-                found[predicate.name] = Category.SPATIAL_RELATIONS
-    return found
+                categories[predicate.name] = Category.SPATIAL_RELATIONS
+    return categories
 
 
 def _conditions(task: Task) -> Sequence[Goal]:

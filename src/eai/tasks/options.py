@@ -46,18 +46,18 @@ def describe_misfit(
         whole: the name of the value in messages about all of it.
     """
     first = error.errors()[0]
-    place = [*within, *map(str, first["loc"])] or [whole]
-    if place[-1] in _BRANCHES:
-        place.pop()
+    path = [*within, *map(str, first["loc"])] or [whole]
+    if path[-1] in _BRANCHES:
+        path.pop()
     kind = first["type"]
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
-        said = f"unknown{did_you_mean(place[-1], known)}"
+        problem = f"unknown{did_you_mean(path[-1], known)}"
     elif kind == "missing":
-        said = "is missing"
+        problem = "is missing"
     else:
         expected = _EXPECTED.get(kind, first["msg"].replace("Input should be", "expected"))
-        said = f"{expected}{_describe_input(first['input'])}"
-    return f"{'.'.join(place)}: {said}"
+        problem = f"{expected}{_describe_input(first['input'])}"
+    return f"{'.'.join(path)}: {problem}"
 
 
 def _describe_input(value: Any) -> str:
@@ -100,10 +100,10 @@ class Options(BaseModel):
         try:
             return cls.model_validate({**given} if isinstance(given, Mapping) else given)
         except ValidationError as error:
-            known = f" ({section} has {', '.join(cls.model_fields)})"
+            members = f" ({section} has {', '.join(cls.model_fields)})"
             unknown = error.errors()[0]["type"] == "extra_forbidden"
-            said = describe_misfit(error, cls.model_fields, [section], section)
-            raise InputError(f"{said}{known if unknown else ''}") from error
+            problem = describe_misfit(error, cls.model_fields, [section], section)
+            raise InputError(f"{problem}{members if unknown else ''}") from error
 
     @classmethod
     def read_file(cls, file: Path) -> Self:
@@ -135,5 +135,5 @@ class Options(BaseModel):
         if value in (None, (), {}):
             return ""
         if isinstance(value, tuple):
-            return ",".join(str(getattr(each, "value", each)) for each in value)
+            return ",".join(str(getattr(item, "value", item)) for item in value)
         return str(value).lower() if isinstance(value, bool) else str(getattr(value, "value", value))

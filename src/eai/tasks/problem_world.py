@@ -90,11 +90,11 @@ def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
     if not problems.is_dir():
         return (problems,)
     inside = (path for path in problems.glob(f"*{_SUFFIX}") if path.is_file())
-    found = sorted(path for path in inside if path.resolve() != domain_file.resolve())
-    found = [path for path in found if not is_domain_file(path)]
-    if not found:
+    paths = sorted(path for path in inside if path.resolve() != domain_file.resolve())
+    paths = [path for path in paths if not is_domain_file(path)]
+    if not paths:
         raise InputError(f"{problems}: expected problems in files *{_SUFFIX}")
-    return found
+    return paths
 
 
 def _task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
@@ -223,7 +223,7 @@ class _DeclaredNames:
 def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     """Return the world of a domain for problems in BDDL, which is in lower case."""
     vocabulary = domain.vocabulary
-    names = [each.name for each in vocabulary.predicates] + list(vocabulary.derived_by_name)
+    names = [predicate.name for predicate in vocabulary.predicates] + list(vocabulary.derived_by_name)
     declared = _read_declaration(domain, tasks, str.lower, {name.lower(): name for name in names})
     return declared.header, declared.read_problem
 

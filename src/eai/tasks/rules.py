@@ -50,7 +50,7 @@ class DomainRules:
     @cached_property
     def operators(self) -> tuple[Operator, ...]:
         """The operators whose rules prompts may state."""
-        return tuple([each for each in self.domain.operators if self._can_be_shown(each)])
+        return tuple([operator for operator in self.domain.operators if self._can_be_shown(operator)])
 
     @cached_property
     def operator_names(self) -> frozenset[str]:
@@ -78,8 +78,8 @@ class DomainRules:
     def changed_predicates(self) -> Mapping[str, frozenset[str]]:
         """The visible predicates that each operator changes, by the name of the operator."""
         return {
-            each.name: frozenset(find_written_predicates(each.effects)) - self.hidden_memory
-            for each in self.operators
+            operator.name: frozenset(find_written_predicates(operator.effects)) - self.hidden_memory
+            for operator in self.operators
         }
 
     def find_predicates(
@@ -99,12 +99,14 @@ class DomainRules:
 
     def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
         """Return the rules of some operators, and the definitions of derived predicates that are used."""
-        shown = [each for each in self.operators if each.name in operators]
+        shown = [operator for operator in self.operators if operator.name in operators]
         named = list(
-            dict.fromkeys([*predicates_of(*formulas), *(n for each in shown for n in self._reads[each.name])])
+            dict.fromkeys(
+                [*predicates_of(*formulas), *(n for operator in shown for n in self._reads[operator.name])]
+            )
         )
         lines = [
-            *(self._texts[each.name] for each in shown),
+            *(self._texts[operator.name] for operator in shown),
             *(self._definitions[name] for name in self._find_derived(named)),
         ]
         return "\n".join(lines)
@@ -126,7 +128,7 @@ class DomainRules:
 
     def write_heads(self, operators: Collection[str]) -> str:
         """Return some operators with their parameters only."""
-        return "\n".join([_head(each) for each in self.operators if each.name in operators])
+        return "\n".join([_head(operator) for operator in self.operators if operator.name in operators])
 
     @cached_property
     def _texts(self) -> Mapping[str, str]:
@@ -141,7 +143,7 @@ class DomainRules:
         vocabulary = self.domain.vocabulary
         read = predicates_of(*conditions_of(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._find_derived(read)]
-        undefined = any(find_definition(each) is None for each in derived)
+        undefined = any(find_definition(predicate) is None for predicate in derived)
         return not (operator.tries or undefined or self._reads_memory(read))
 
     def _reads_memory(self, names: Iterable[str]) -> bool:
@@ -149,17 +151,17 @@ class DomainRules:
 
     def _find_derived(self, names: Iterable[str]) -> list[str]:
         """Return the derived predicates among some names and in their definitions, each once."""
-        found: dict[str, None] = {}
+        derived_names: dict[str, None] = {}
         pending = list(names)
         while pending:
             name = pending.pop(0)
             derived = self.domain.vocabulary.derived_by_name.get(name)
-            if derived is None or name in found:
+            if derived is None or name in derived_names:
                 continue
-            found[name] = None
+            derived_names[name] = None
             defined = find_definition(derived)
             pending += [] if defined is None else predicates_of(defined.definition)
-        return list(found)
+        return list(derived_names)
 
     def _operator(self, operator: Operator) -> str:
         lines = [operator_title(operator)]
@@ -181,7 +183,7 @@ class DomainRules:
         """
         for kind, run in groupby(effects, type):
             if kind in (Add, Delete):
-                atoms = [each.atom for each in run if isinstance(each, Add | Delete)]
+                atoms = [atom_effect.atom for atom_effect in run if isinstance(atom_effect, Add | Delete)]
                 shown = [_text_of(atom) for atom in atoms if atom.predicate not in self.hidden_memory]
                 yield from [f"{indent}{_BECOMES[kind]}: {', '.join(shown)}"] if shown else []
                 continue
@@ -209,8 +211,12 @@ class DomainRules:
     @cached_property
     def _definitions(self) -> Mapping[str, str]:
         """The definition of each derived predicate that a formula defines."""
-        meanings = [(each, find_definition(each)) for each in self.domain.vocabulary.derived]
-        return {each.name: _definition(each, defined) for each, defined in meanings if defined is not None}
+        meanings = [(predicate, find_definition(predicate)) for predicate in self.domain.vocabulary.derived]
+        return {
+            predicate.name: _definition(predicate, defined)
+            for predicate, defined in meanings
+            if defined is not None
+        }
 
 
 def explain_notation(rules: str) -> str:

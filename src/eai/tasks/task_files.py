@@ -200,11 +200,11 @@ def find_task_files(path: Path) -> list[Path]:
         InputError: the folder contains no task files.
     """
     if path.is_dir():
-        found = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS) and file.is_file())
-        if not found:
+        files = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS) and file.is_file())
+        if not files:
             hint = f"; its files of PDDL are pddl:{path}" if next(path.rglob("*.pddl"), None) else ""
             raise InputError(f"{path}: expected task files, *.jsonl or *.jsonl.gz{hint}")
-        return found
+        return files
     return [path]
 
 
@@ -222,9 +222,9 @@ def _read_lines(file: Path, content: bytes) -> Iterator[_FileLine]:
 
 def _id(place: _FileLine) -> str:
     """Return the id of a task. The whole line is parsed only if it does not begin with the id."""
-    found = _LEADING_ID.match(place.content)
-    if found is not None:
-        return found[1].decode(errors="replace")
+    match = _LEADING_ID.match(place.content)
+    if match is not None:
+        return match[1].decode(errors="replace")
     try:
         value = json.loads(place.content)
     except ValueError as error:

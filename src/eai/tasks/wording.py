@@ -100,11 +100,11 @@ class Wording:
         listed = _lines(
             dict.fromkeys([self.describe_object(task, index) for index in self.listed_objects(task)])
         )
-        known = [] if self.conventions is None else [self.conventions(task)]
+        notes = [] if self.conventions is None else [self.conventions(task)]
         agent = task.scene.agent
         if self.rules is not None and agent is not None:
-            known.append(f"The agent is {self.object_name(task, agent)}.")
-        return "\n\n".join([listed, *filter(None, known)])
+            notes.append(f"The agent is {self.object_name(task, agent)}.")
+        return "\n\n".join([listed, *filter(None, notes)])
 
     def listed_objects(self, task: Task) -> list[int]:
         """Return the objects that a prompt lists, by index: those of the task, and their surroundings."""
@@ -125,7 +125,7 @@ class Wording:
     def describe_initial(self, task: Task) -> str:
         """Return the facts about a task's objects in the initial state."""
         about = self.listed_objects(task)
-        facts = [fact for each in self.state_listings for fact in each.facts(task.initial, about)]
+        facts = [fact for listing in self.state_listings for fact in listing.facts(task.initial, about)]
         return _lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
 
     @cached_property
@@ -175,7 +175,10 @@ def prompt_objects(task: Task) -> list[int]:
 
 def _operator_text(operator: Operator) -> str:
     names = {parameter.name: parameter.name for parameter in operator.parameters}
-    checks: Sequence[Check] = (*operator.checks, *(check for each in operator.tries for check in each.checks))
+    checks: Sequence[Check] = (
+        *operator.checks,
+        *(check for attempt in operator.tries for check in attempt.checks),
+    )
     lines = [operator_title(operator)]
     for kind, meaning in _MEANING:
         reasons = dict.fromkeys(c.reason.format_map(names) for c in checks if c.fault is kind)

@@ -89,8 +89,8 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     def example(other: str | None) -> str:
         if other is None:
             return ""
-        asked = _question(name, wording, Belief(tasks[other]), templates)
-        return templates.fill("example.txt", {"task": asked, "answer": questions.example(other)})
+        question = _question(name, wording, Belief(tasks[other]), templates)
+        return templates.fill("example.txt", {"task": question, "answer": questions.example(other)})
 
     prompts = {}
     for task_id, task in tasks.items():
@@ -99,7 +99,7 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
         explained = explain_goals(name, about, templates) if tells_goals else []
         values = {
             **shared,
-            "explained": "".join([f"\n\n{each}" for each in explained]),
+            "explained": "".join([f"\n\n{explanation}" for explanation in explained]),
             "example": example(other),
             "task": _question(name, wording, belief, templates),
         }
@@ -114,9 +114,9 @@ def render_task(questions: Questions, belief: Belief, templates: Templates) -> P
     """
     task = belief.task
     other = _example_for(task.title, questions)
-    kept = {} if other is None else {other: questions.tasks[other]}
-    asked = replace(questions, tasks={**kept, task.id: task}, beliefs={task.id: belief})
-    return render(asked, templates)[task.id]
+    examples = {} if other is None else {other: questions.tasks[other]}
+    material = replace(questions, tasks={**examples, task.id: task}, beliefs={task.id: belief})
+    return render(material, templates)[task.id]
 
 
 def _example_for(title: str, questions: Questions) -> str | None:
@@ -167,18 +167,20 @@ def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> lis
     special = {type(task.special) for task in about} if name in _DECLINABLE else set()
     for kind, template in ((Impossible, "missing"), (Ambiguous, "ambiguous")):
         used[f"{template}{_DECLINABLE.get(name)}"] = kind in special
-    return [templates.read(f"goals/{each}.txt") for each, is_used in used.items() if is_used]
+    return [
+        templates.read(f"goals/{template_name}.txt") for template_name, is_used in used.items() if is_used
+    ]
 
 
 def make_samples(wording: Wording) -> Mapping[str, str]:
     """Return examples for formats of answers: predicates and actions of the domain with their parameters."""
     arity = wording.domain.vocabulary.arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
-    said = [(written, *parameter_names(arity(name) or 0)) for name, written in names.items()]
-    said = said or [("predicate", "x")]
-    state = min(said, key=lambda each: abs(len(each) - 2))
-    relation = min(said, key=lambda each: (len(each) < 3, len(each)))
-    actions = sorted(wording.domain.operators, key=lambda each: (each.arity == 0, each.arity))
+    examples = [(written, *parameter_names(arity(name) or 0)) for name, written in names.items()]
+    examples = examples or [("predicate", "x")]
+    state = min(examples, key=lambda words: abs(len(words) - 2))
+    relation = min(examples, key=lambda words: (len(words) < 3, len(words)))
+    actions = sorted(wording.domain.operators, key=lambda operator: (operator.arity == 0, operator.arity))
     few = dict.fromkeys([*actions[:1], *actions[-1:]])
     steps = [{"action": o.name, "object": ", ".join([p.name for p in o.parameters])} for o in few]
     return {
@@ -205,12 +207,12 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
         other, others = _other_operators(task, tasks)
         names = _names_of(task, other, (*task.operators, *others))
         example = _example(other, others, names, templates)
-        asked = _operator_question(task, task.operators, names, templates)
+        question = _operator_question(task, task.operators, names, templates)
         values = {
-            "predicates": write_domain(_restrict_header(task.domain.header, names, f"{example}\n{asked}")),
+            "predicates": write_domain(_restrict_header(task.domain.header, names, f"{example}\n{question}")),
             "format": answer_format,
             "example": example,
-            "task": asked,
+            "task": question,
         }
         prompts[task_id] = Prompt(templates.fill("transition_modeling.txt", values))
     return prompts
@@ -260,8 +262,8 @@ def _operator_question(
     )
     problem = task.problem_text.strip()
     if names is not None:
-        known = [fact for fact in task.problem.initial if fact.predicate in names]
-        problem = write_problem(replace(task.problem, initial=tuple(known))).strip()
+        facts = [fact for fact in task.problem.initial if fact.predicate in names]
+        problem = write_problem(replace(task.problem, initial=tuple(facts))).strip()
     return templates.fill("transition_modeling_task.txt", {"problem": problem, "heads": heads})
 
 
@@ -272,10 +274,10 @@ def _other_operators(
 
     Of equally good tasks the shortest is chosen.
     """
-    asked = set(task.operators)
+    own_names = set(task.operators)
 
     def others(other: TransitionTask) -> list[str]:
-        return [name for name in other.operators if name not in asked][:MAX_EXAMPLE_OPERATORS]
+        return [name for name in other.operators if name not in own_names][:MAX_EXAMPLE_OPERATORS]
 
     best = max(tasks.values(), key=lambda other: (len(others(other)), -len(other.problem_text)))
     return best, others(best)
@@ -288,5 +290,5 @@ def _example(
     if not operators:
         return ""
     answer = json.dumps({"output": "\n".join(other.domain.operators[name].pddl for name in operators)})
-    asked = _operator_question(other, operators, names, templates)
-    return templates.fill("example.txt", {"task": asked, "answer": answer})
+    question = _operator_question(other, operators, names, templates)
+    return templates.fill("example.txt", {"task": question, "answer": answer})

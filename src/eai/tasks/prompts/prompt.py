@@ -72,9 +72,9 @@ class Prompt:
     @property
     def sha256(self) -> str:
         """Digest of all messages to the model, joined by zero characters. Pictures count by their digests."""
-        said = [text for turn in self.turns for text in turn]
-        said += [hashlib.sha256(image.data).hexdigest() for image in self.images]
-        messages = [self.user, *said] if self.system is None else [self.system, self.user, *said]
+        texts = [text for turn in self.turns for text in turn]
+        texts += [hashlib.sha256(image.data).hexdigest() for image in self.images]
+        messages = [self.user, *texts] if self.system is None else [self.system, self.user, *texts]
         return hashlib.sha256("\0".join(messages).encode("utf-8", "surrogatepass")).hexdigest()
 
 

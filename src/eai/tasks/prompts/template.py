@@ -77,7 +77,9 @@ class Templates:
         try:
             return Template(self.read(name)).substitute(values)
         except KeyError as error:
-            known = ", ".join(f"${place}" for place in values)
-            raise InputError(f"{name}: ${error.args[0]} is unknown: expected one of {known}") from error
+            placeholders = ", ".join(f"${placeholder}" for placeholder in values)
+            raise InputError(
+                f"{name}: ${error.args[0]} is unknown: expected one of {placeholders}"
+            ) from error
         except ValueError as error:
             raise InputError(f"{name}: {error}; a dollar sign is written as $$") from error
