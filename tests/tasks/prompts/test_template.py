@@ -17,7 +17,7 @@ def test_files_of_the_user_replace_single_ones(tmp_path: Path) -> None:
     ours = Templates().read("example.txt")
     (tmp_path / "example.txt").write_text("mine $task")
     assert Templates(tmp_path).read("example.txt") == "mine $task" != ours
-    assert Templates(tmp_path).read("action_sequencing.txt") == Templates().text("action_sequencing.txt")
+    assert Templates(tmp_path).read("action_sequencing.txt") == Templates().read("action_sequencing.txt")
 
 
 @pytest.mark.parametrize(
