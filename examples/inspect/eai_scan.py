@@ -1,4 +1,4 @@
-"""Finds the kinds of error of agents in transcripts of acting, with Inspect Scout.
+"""Scanner for Inspect Scout that finds the kinds of error of agents in transcripts of acting.
 
 pip install inspect-scout
 scout scan eai_scan.py -T runs/logs
@@ -10,12 +10,12 @@ from collections import Counter
 from inspect_scout import Reference, Result, Scanner, Transcript, scanner
 
 FAILED = re.compile(r"failed \(([a-z ]+)\): ", re.IGNORECASE)
-"""How the first line of an observation tells that an action was impossible."""
+"""Pattern of an observation's first line that reports an impossible action."""
 
 
 @scanner(messages="all")
 def eai_errors() -> Scanner[Transcript]:
-    """Count the impossible actions of an episode by kind of error, and point at each."""
+    """Count the impossible actions of an episode by kind of error, with a reference to each."""
 
     async def scan(transcript: Transcript) -> Result:
         observed = [each for each in transcript.messages if each.role in ("tool", "user")]

@@ -1,7 +1,7 @@
-"""The suites of both households as Inspect tasks that are found by looking into this file.
+"""The suites of both households as Inspect tasks in one file.
 
 ``inspect list tasks`` and Inspect's register of evaluations read files instead of entry points. Each task is
-``eai/<name>`` and takes its arguments.
+``eai/<name>`` with the same arguments.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A world of one's own: a robot that switches lamps on and packs boxes."""
+"""An example of an own world: a robot that switches lamps on and packs boxes."""
 
 import eai.world as w
 from eai import Benchmark, given, make_task

@@ -2,8 +2,8 @@
 
     lm_eval --include_path examples/lm_eval --tasks eai_behavior_action_sequencing --model dummy
 
-A metric is the sum of its numerators over that of its denominators, as everywhere in eai; answers to tasks
-that the protocol leaves out count for nothing.
+A metric is the sum of its numerators divided by the sum of its denominators, as in all of eai. Answers to
+tasks that the protocol excludes do not count.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from eai.results.summary import contributions
 
 @cache
 def suite_of(domain: str, ability: str) -> Suite:
-    """The suite; its tasks are made once."""
+    """Return the suite, whose tasks are made once."""
     return eai.open(domain, ability)
 
 
 def questions(domain: str, ability: str, **_: object) -> dict[str, datasets.Dataset]:
-    """The official prompts of a suite, a row each, in the split ``test``."""
+    """Return the official prompts of a suite, one row each, in the split ``test``."""
     suite = suite_of(domain, ability)
     asked = Library("official", None, suite.source).open(suite.benchmark, Ability(ability))
     about = {"domain": domain, "ability": ability}
@@ -40,12 +40,12 @@ def questions(domain: str, ability: str, **_: object) -> dict[str, datasets.Data
 
 
 def text(row: Mapping[str, str]) -> str:
-    """A question as one text, its system message first."""
+    """Return a question as one text, its system message first."""
     return f"{row['system']}\n\n{row['user']}" if row["system"] else row["user"]
 
 
 def shares(row: Mapping[str, str], answers: Sequence[str]) -> dict[str, Any]:
-    """What an answer contributes to each main metric: a numerator and a denominator."""
+    """Return the numerator and denominator that an answer adds to each main metric."""
     ability = Ability(row["ability"])
     verdict = suite_of(row["domain"], row["ability"]).score(row["task_id"], answers[0])
     counted = contributions([verdict], ability)
@@ -53,6 +53,6 @@ def shares(row: Mapping[str, str], answers: Sequence[str]) -> dict[str, Any]:
 
 
 def rate(counted: Sequence[tuple[float, float]]) -> float:
-    """A metric, from 0 to 1; 0 where nothing is counted."""
+    """Return a metric from 0 to 1, or 0 if no answer counts."""
     whole = sum(share[1] for share in counted)
     return sum(share[0] for share in counted) / whole if whole else 0.0

@@ -1,4 +1,4 @@
-"""An agent of the OpenAI Agents SDK (`pip install openai-agents`) plays what `eai serve mcp` offers."""
+"""Let an agent of the OpenAI Agents SDK (`pip install openai-agents`) play over `eai serve mcp`."""
 
 import asyncio
 import json

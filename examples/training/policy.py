@@ -1,7 +1,7 @@
-"""A policy that fits into a table: what it thinks of a command is a sum of weights of what can be seen of it.
+"""A policy that is a table of weights: the score of a command is the sum of the weights of its features.
 
-It reads what any agent of these environments reads, knows no household, and begins by taking every admissible
-command with the same probability.
+It reads the observations of any agent in these environments and has no knowledge of households. At first it
+takes every admissible command with equal probability.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _VARIABLE = re.compile(r"(?:forall|exists|forn \d+|forpairs)? ?(\w+): ([\w.-]+)"
 
 
 class Atom(NamedTuple):
-    """A predicate of objects, or an action on them."""
+    """A predicate of objects, or an action on objects."""
 
     name: str
     arguments: tuple[str, ...]
@@ -32,7 +32,7 @@ class Atom(NamedTuple):
 
 
 def atoms(text: str) -> list[Atom]:
-    """All that looks like an atom in a text."""
+    """Return all parts of a text that have the form of an atom."""
     return [
         Atom(name, tuple(filter(None, map(str.strip, arguments.split(",")))), bool(negated))
         for negated, name, arguments in _ATOM.findall(text)
@@ -40,10 +40,10 @@ def atoms(text: str) -> list[Atom]:
 
 
 class Reader:
-    """What an agent can tell of an episode from its observations.
+    """Makes features of commands from the observations of an episode.
 
     Args:
-        opening: the first observation.
+        opening: The first observation.
     """
 
     def __init__(self, opening: str) -> None:
@@ -56,14 +56,14 @@ class Reader:
         self.see(opening)
 
     def see(self, observation: str, command: str | None = None) -> None:
-        """Take note of an observation, and of the command that led to it."""
+        """Read an observation, and the command that led to it."""
         observation = spell_out(observation)
         self._facts = atoms(observation.partition("Now:\n")[2])
         if command is not None:
             self._past.append(command)
 
     def features(self, commands: Sequence[str]) -> list[list[str]]:
-        """What is to be said of each command, as words."""
+        """Return the features of each command as words."""
         holds = set(self._facts)
         met = [goal._replace(negated=False) in holds for goal in self._goals]
         met = [now != goal.negated for now, goal in zip(met, self._goals, strict=True)]
@@ -94,7 +94,7 @@ class Reader:
 
 @dataclass(frozen=True)
 class Choice:
-    """One decision: the features of all commands, their probabilities, and which was taken."""
+    """One decision: the features of all commands, their probabilities, and the index of the chosen one."""
 
     features: list[list[int]]
     probabilities: Vector
@@ -102,11 +102,11 @@ class Choice:
 
 
 class Table:
-    """The policy: a weight for each word, learned by policy gradient.
+    """The policy: a weight for each feature, learned by policy gradient.
 
     Args:
-        seed: of its choices.
-        rate: how far a step of learning goes (Adagrad).
+        seed: Seed of its choices.
+        rate: Learning rate (Adagrad).
     """
 
     def __init__(self, seed: int, rate: float = 1.2) -> None:
@@ -117,7 +117,7 @@ class Table:
         self._squares = np.full(1 << 16, 1e-6)
 
     def choose(self, reader: Reader, commands: Sequence[str]) -> Choice:
-        """Take a command at random, by what is thought of each."""
+        """Choose a command at random, with probabilities from the scores."""
         features = [[self._place(word) for word in words] for words in reader.features(commands)]
         scores = np.array([self._weights[places].sum() for places in features])
         likely = np.exp(scores - scores.max())
@@ -125,7 +125,7 @@ class Table:
         return Choice(features, likely, int(self._random.choice(len(commands), p=likely)))
 
     def learn(self, choices: Sequence[Choice], advantages: Sequence[float]) -> None:
-        """Make what turned out better than usual likelier (REINFORCE)."""
+        """Make choices with a positive advantage more probable, and the others less (REINFORCE)."""
         slope = np.zeros_like(self._weights)
         for choice, advantage in zip(choices, advantages, strict=True):
             np.add.at(slope, choice.features[choice.taken], advantage)

@@ -1,11 +1,11 @@
-"""Train a policy that fits into a table on generated tasks, through the environment, in minutes on a CPU.
+"""Train a small policy (a table of weights) on generated tasks, through the environment, in minutes on a CPU.
 
     pip install '.[analysis,envs,plots]'
     python examples/training/train.py --like behavior --out runs/training
 
-Tasks are generated first: `train` to learn from, `test` to measure with, whose goals no policy has seen.
-After every few updates the policy plays each of `test` once, and what is told is how many it wins. Every seed
-is a policy of its own that begins with random commands, and a curve of its own.
+First it generates tasks: `train` for learning, and `test` for measuring, with goals that are not in `train`.
+After every few updates the policy plays each task of `test` once, and the number of wins is printed. Each
+seed is a separate policy that begins with random commands, and has its own curve.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import write_task_line
 
 TURNS = 12
-"""How many actions an episode has; certificates of tier S take 3 to 6."""
+"""Maximum number of actions of an episode; certificates of tier S take 3 to 6."""
 
 OBJECTS = 10
-"""How many objects a scene has at most, so that there are tens and not hundreds of commands."""
+"""Maximum number of objects of a scene, which gives tens and not hundreds of commands."""
 
 TOGETHER = 8
-"""How many episodes of a task are played before learning from them."""
+"""Number of episodes of a task that are played before each update."""
 
 DISCOUNT = 0.9
 
 
 class Episode(NamedTuple):
-    """What was decided, what each turn paid, and whether the task was won."""
+    """An episode: the choices, the reward of each turn, and whether the task was won."""
 
     choices: list[Choice]
     rewards: list[float]
@@ -51,7 +51,7 @@ class Episode(NamedTuple):
 
 
 class Point(NamedTuple):
-    """How many of the test tasks were won after so many training episodes."""
+    """A point of the learning curve: the number of test tasks won after this number of training episodes."""
 
     episodes: int
     won: int
@@ -59,7 +59,7 @@ class Point(NamedTuple):
 
 
 def make_tasks(like: str, folder: Path, sizes: dict[Split, int]) -> None:
-    """Task files with new tasks: no goals of one file are those of another, and no lookup gives any away."""
+    """Write task files of new tasks without common goals. Lookup in one file solves no task of another."""
     base, source = find_benchmark(like), Source()
     digest, earlier = base.tasks(source).sha256, list[Task]()
     for split, size in sizes.items():
@@ -73,12 +73,12 @@ def make_tasks(like: str, folder: Path, sizes: dict[Split, int]) -> None:
 
 
 def environment(domain: str) -> TextEnvironment:
-    """The tasks of a domain, paid for each goal when it is reached."""
+    """Return the environment of a domain's tasks, which pays for each goal when it is reached."""
     return make(domain, admissible=True, reward="progress", max_steps=TURNS)
 
 
 def play(environment: TextEnvironment, policy: Table, task: str) -> Episode:
-    """One episode of a task."""
+    """Play one episode of a task."""
     observation, info = environment.reset(options={"task_id": task})
     reader = Reader(observation)
     choices: list[Choice] = []
@@ -96,7 +96,7 @@ def play(environment: TextEnvironment, policy: Table, task: str) -> Episode:
 
 
 def returns(rewards: Sequence[float]) -> list[float]:
-    """What each turn and those after it pay, discounted."""
+    """Return the discounted sum of the rewards from each turn on."""
     found: list[float] = []
     for reward in reversed(rewards):
         found.append(reward + DISCOUNT * (found[-1] if found else 0.0))
@@ -104,7 +104,7 @@ def returns(rewards: Sequence[float]) -> list[float]:
 
 
 def learn(policy: Table, episodes: Sequence[Episode]) -> None:
-    """Learn from episodes of one task: what paid more than is usual at that turn is taken more often."""
+    """Learn from episodes of one task; the advantage of a turn is its return minus the mean at this turn."""
     paid = [returns(episode.rewards) for episode in episodes]
     longest = max(map(len, paid))
     padded = [[*each, *[0.0] * (longest - len(each))] for each in paid]
@@ -116,14 +116,14 @@ def learn(policy: Table, episodes: Sequence[Episode]) -> None:
 
 
 def evaluate(environment: TextEnvironment, policy: Table) -> int:
-    """How many tasks the policy wins, each played once."""
+    """Return the number of tasks that the policy wins, each played once."""
     return sum(play(environment, policy, task).won for task in environment.task_ids)
 
 
 def train(
     learning: TextEnvironment, testing: TextEnvironment, seed: int, updates: int, every: int
 ) -> Iterator[Point]:
-    """The learning curve of one seed; the first point is the policy that has learned nothing."""
+    """Yield the learning curve of one seed. The first point is the untrained policy."""
     policy = Table(seed)
     tasks = learning.task_ids
     for update in range(updates + 1):
@@ -134,7 +134,7 @@ def train(
 
 
 def draw(curves: Sequence[Sequence[Point]], file: Path) -> None:
-    """Each seed's share of test tasks won, and the mean with its 95 % interval over seeds (Student's t)."""
+    """Draw each seed's share of test tasks won, and the mean over seeds with its 95 % t-interval."""
     from matplotlib.figure import Figure
     from scipy.stats import t
 
@@ -161,7 +161,7 @@ def draw(curves: Sequence[Sequence[Point]], file: Path) -> None:
 
 
 def main() -> None:
-    """Train, write the curves, print and draw them."""
+    """Train a policy for each seed, write the curves, print and draw them."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--like", default="behavior", help="whose world")
     parser.add_argument("--seeds", type=int, default=3)

@@ -1,4 +1,4 @@
-"""The same with a language model and TRL: GRPO on generated tasks. Not run here: it takes a GPU.
+"""Train a language model with TRL on generated tasks (GRPO). This needs a GPU, so no test runs it.
 
     pip install . 'trl==1.16.0' 'datasets' 'torch'
     eai generate --like virtualhome --tier S --n 2000 --split train --out tasks/
@@ -6,7 +6,8 @@
     eai export prompts --domain tasks/ --ability action_sequencing --format hf --out prompts
     python examples/training/trl_grpo.py
 
-Measure with what it has not learned from: serve the model and `eai run --domain tasks/test.jsonl`.
+To measure the result on tasks that it has not learned from, serve the model and run
+`eai run --domain tasks/test.jsonl`.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Latencies of the server on this machine: a step of one client, a reward of many.
+"""Measure latencies of the server on this machine: steps of one client, and rewards of many clients.
 
     python bench.py [--domain virtualhome] [--clients 64] [--requests 2000]
 
-The server is a process of its own; all clients are one other process, whose own time is part of what they
-see. On a busy machine look at the processor time of the server, which is told beside.
+The server is a separate process. All clients share one other process, whose own time is part of the latencies
+that they measure. On a busy machine compare the server's processor time, which is printed, too.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ PORT = 8765
 
 
 def cpu_seconds(pid: int) -> float:
-    """The processor time that a process has used (Linux)."""
+    """Return the processor seconds that a process has used (Linux)."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def quantiles(seconds: list[float]) -> str:
-    """The median and the 99th percentile in ms."""
+    """Return the median and the 99th percentile in ms as text."""
     cuts = statistics.quantiles(seconds, n=100)
     return f"p50 {cuts[49] * 1e3:.2f} ms, p99 {cuts[98] * 1e3:.2f} ms of {len(seconds)}"
 
 
 def step_times(address: str, domain: str, number: int) -> list[float]:
-    """Of steps one after the other: first possible actions, then what cannot be read."""
+    """Return the seconds of consecutive steps: first possible actions, then unreadable texts."""
     times: list[float] = []
     with GenericEnvClient(base_url=address).sync() as client:
         while len(times) < number:
@@ -54,7 +54,7 @@ def step_times(address: str, domain: str, number: int) -> list[float]:
 
 
 async def reward_times(address: str, batches: list[dict[str, list[str]]], clients: int) -> list[float]:
-    """Of single answers asked about by many clients at once, each over a connection that is there before."""
+    """Return the seconds of requests with one answer each, from many clients at once."""
     times: list[float] = []
     waiting = iter(batches)
 
@@ -69,14 +69,14 @@ async def reward_times(address: str, batches: list[dict[str, list[str]]], client
             await stack.enter_async_context(httpx.AsyncClient(base_url=address, timeout=60))
             for _ in range(clients)
         ]
-        for client in opened:  # making a client takes some 20 ms, in which none could be answered
+        for client in opened:  # making a client blocks this process for some 20 ms
             await client.get("/health")
         await asyncio.gather(*map(ask, opened))
     return times
 
 
 def gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
-    """Gold plans after a prompt of usual length."""
+    """Return requests with one gold plan each, after a prompt of typical length."""
     suite = open_reward_suite(domain, Ability.ACTION_SEQUENCING)
     book, prompt = open_answer_book(suite.benchmark, suite.ability), "x" * 14_000
     batches = []
@@ -88,7 +88,7 @@ def gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
 
 
 def main() -> None:
-    """Start a server, ask, print, stop."""
+    """Start a server, measure steps and rewards, print the latencies, and stop the server."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--domain", default="virtualhome")
     parser.add_argument("--clients", type=int, default=64)
@@ -104,7 +104,7 @@ def main() -> None:
                     break
                 except httpx.ConnectError:
                     time.sleep(0.1)
-            step_times(address, options.domain, 400)  # the tasks are made
+            step_times(address, options.domain, 400)  # makes the tasks beforehand
             used = cpu_seconds(server.pid)
             told = quantiles(step_times(address, options.domain, options.requests))
             used = (cpu_seconds(server.pid) - used) / options.requests

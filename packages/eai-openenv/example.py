@@ -1,9 +1,9 @@
-"""Play lamps over OpenEnv with a policy that needs no model, then have a whole answer rewarded.
+"""Play lamps over OpenEnv with a policy that needs no model, then request the reward of a whole answer.
 
     pip install ../.. .
     PYTHONPATH=../../examples/lamps python example.py
 
-It starts a server of its own on a free port of this machine and stops it at the end.
+It starts its own server on a free port of this machine and stops it at the end.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from eai_openenv import Tasks, create_app
 SPLIT = "lamps:lamps"
 POLICY = {
     "light": ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)"),
-    "pack": ("GO(ball)", "TAKE(ball)", "GO(box)", "OPEN(box)"),  # which fails: the hand is full
+    "pack": ("GO(ball)", "TAKE(ball)", "GO(box)", "OPEN(box)"),  # this action fails: the hand is full
 }
 
 
 def play(address: str) -> None:
-    """One episode of each task."""
+    """Play one episode of each task."""
     with GenericEnvClient(base_url=address).sync() as client:
         for task_id, commands in POLICY.items():
             result = client.reset(task=f"{SPLIT}/action_sequencing/{task_id}")
@@ -38,7 +38,7 @@ def play(address: str) -> None:
 
 
 def reward(address: str) -> None:
-    """The reward of a whole plan, as OpenRLHF asks for it."""
+    """Request the reward of a whole plan in the way of OpenRLHF."""
     plan = json.dumps([{"action": "GO", "object": "ball"}, {"action": "PUT", "object": ["ball", "box"]}])
     prompt = "Put the ball into the box.\n"
     batch = {"query": [prompt + plan], "prompts": [prompt], "labels": [f"{SPLIT}/action_sequencing/pack"]}
@@ -47,7 +47,7 @@ def reward(address: str) -> None:
 
 
 def main() -> None:
-    """Serve, play, stop."""
+    """Start the server, play, request a reward, and stop the server."""
     config = uvicorn.Config(create_app(Tasks({SPLIT: SPLIT})), port=0, log_level="warning")
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run)

@@ -1,4 +1,4 @@
-"""Processor time of a rollout in this process, the model a fake one in another.
+"""Measure the processor time of a rollout in this process, with a fake model in another process.
 
 python bench.py [--domain virtualhome] [--rollouts 200]
 """
@@ -15,14 +15,14 @@ from example import Model, Server, evaluate
 
 
 def serve(port: Connection) -> None:
-    """Be the model."""
+    """Serve the fake model, and send its port."""
     server = Server(("127.0.0.1", 0), Model)
     port.send(server.server_port)
     server.serve_forever()
 
 
 def main() -> None:
-    """Measure the same rollouts twice: the first time makes what is kept."""
+    """Measure the same rollouts twice, because the first time fills the caches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--domain", default="virtualhome")
     parser.add_argument("--rollouts", type=int, default=200)

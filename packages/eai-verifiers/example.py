@@ -1,9 +1,9 @@
-"""Run both tasksets with a policy that needs no model, as verifiers runs them.
+"""Run both tasksets in verifiers with a policy that needs no model.
 
     pip install ../.. .
     PYTHONPATH=../../examples/lamps python example.py
 
-A fake server stands for the model: it is asked as any OpenAI-compatible one would be.
+A fake server replaces the model. It is asked like any server compatible with OpenAI's.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PLAN = json.dumps([{"action": c.partition("(")[0], "object": c.partition("(")[2]
 
 
 def policy(messages: list[dict[str, Any]]) -> str:
-    """Light the lamps: one action a turn where actions are asked for, else all of them at once."""
+    """Return the reply that lights the lamps: one action if the prompt asks for one a turn, else the plan."""
     if "one action a turn" not in messages[0]["content"]:
         return PLAN
     turn = sum(message["role"] == "assistant" for message in messages)
@@ -33,7 +33,7 @@ def policy(messages: list[dict[str, Any]]) -> str:
 
 
 class Model(BaseHTTPRequestHandler):
-    """Answers chat completions by the policy."""
+    """Answers requests for chat completions with the policy."""
 
     protocol_version = "HTTP/1.1"
 
@@ -57,17 +57,17 @@ class Model(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing."""
+        """Write no log of requests."""
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the model to as many as ask at once."""
+    """Serves the model to many clients at once."""
 
     request_queue_size = 1024
 
 
 async def evaluate(taskset: dict[str, Any], address: str, number: int) -> list[Episode]:
-    """The episodes of the first tasks of a taskset."""
+    """Run and return the episodes of the first tasks of a taskset."""
     os.environ.setdefault("NO_KEY", "none")
     client = {"type": "eval", "base_url": address, "api_key_var": "NO_KEY"}
     config = EvalConfig.model_validate({"env": {"taskset": taskset}, "model": "fake", "client": client})
@@ -83,11 +83,11 @@ async def evaluate(taskset: dict[str, Any], address: str, number: int) -> list[E
 
 
 async def _nothing(episode: Episode) -> None:
-    """There is nobody to be told."""
+    """Ignore a finished episode."""
 
 
 def main() -> None:
-    """Serve the fake model, run, print."""
+    """Serve the fake model, run both tasksets, and print the rewards."""
     server = Server(("127.0.0.1", 0), Model)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"http://127.0.0.1:{server.server_port}/v1"

@@ -1,4 +1,4 @@
-"""The example world works with everything there is, with nothing but its declaration."""
+"""Tests that the example world works with all commands from its declaration alone."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ RIGHT = {
     "goal_interpretation": {"node goals": [["lit", "lamp_1"], ["lit", "lamp_2"]]},
     "subgoal_decomposition": {"output": ["lit(lamp_1)", "lit(lamp_2)"]},
 }
-"""A right answer to the task of light, by ability."""
+"""A right answer to the task "light", by ability."""
 
 WRONG = {
     "action_sequencing": PRESS[:1] + PRESS[3:],
@@ -43,19 +43,19 @@ WRONG = {
 
 
 PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-"""The abilities that a plan is an answer to."""
+"""Abilities whose right answer is a plan."""
 
 
 @pytest.fixture(autouse=True)
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Works in a folder with the example's file, as its author would."""
+    """Work in a folder with the example's file, as its author would."""
     shutil.copy(FOLDER / "lamps.py", tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
 
 
 def score(eai: Command, ability: str, answers: dict[str, object]) -> dict[str, dict[str, Any]]:
-    """The records of answers, by task."""
+    """Score answers and return their records by task."""
     rows = [{"identifier": task, "llm_output": json.dumps(answer)} for task, answer in answers.items()]
     Path("m_outputs.json").write_text(json.dumps(rows))
     outcome = eai("score", "m_outputs.json", "--domain", LAMPS, "--ability", ability, "--out", "out")
@@ -132,7 +132,7 @@ def test_built_in_models_run(model: str) -> None:
 
 
 def test_tasks_are_generated_run_and_reported(eai: Command) -> None:
-    """Without any code of its own."""
+    """The example has no code for generation."""
     pytest.importorskip("inspect_ai")
     assert eai("generate", "--like", LAMPS, "--n", 5, "--out", "fresh").status == 0
     assert eai("check", "fresh").status == 0

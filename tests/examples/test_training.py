@@ -1,4 +1,4 @@
-"""The training demonstration learns, on a world so small that it takes seconds."""
+"""Tests that the training example learns, in a world so small that it takes seconds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def example(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def test_a_policy_that_learns_wins_more_than_one_that_does_not(example: ModuleType) -> None:
-    """Both are the same at first; each plays both tasks of lamps twenty times."""
+    """Both policies start equal; each plays both tasks of lamps twenty times."""
     playing = example.environment("lamps:lamps")
     policy, untrained = example.Table(seed=0), example.Table(seed=0)
     for update in range(30):

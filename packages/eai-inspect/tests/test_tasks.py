@@ -1,4 +1,4 @@
-"""The package is what Inspect's register asks for, and its tasks run."""
+"""Tests that Inspect's register accepts the package and that its tasks run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_a_task_is_that_of_the_core(name: str) -> None:
 
 
 def test_an_answer_is_scored(tmp_path: Path) -> None:
-    """By a built-in model: mockllm/model counts tokens with a file that Inspect downloads."""
+    """The model is built in, because mockllm/model counts tokens with a file that Inspect downloads."""
     task = eai_inspect.virtualhome_action_sequencing(tasks="27_2")
     (log,) = run(task, model="eai/oracle", display="none", log_dir=str(tmp_path))
     assert log.status == "success"

@@ -1,4 +1,4 @@
-"""A scorer that comes to no end where an answer asks for that; a module that other processes import."""
+"""A scorer that hangs if an answer asks for it, in a module that worker processes can import."""
 
 from __future__ import annotations
 

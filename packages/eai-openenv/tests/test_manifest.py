@@ -1,4 +1,4 @@
-"""What OpenEnv's own validator says of the package and of a running server, and the client with types."""
+"""Tests of the package and a running server with OpenEnv's own validator, and of the typed client."""
 
 from __future__ import annotations
 

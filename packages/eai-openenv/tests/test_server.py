@@ -1,4 +1,4 @@
-"""The server as its clients see it: over HTTP, over WebSockets, with too much, and cut off."""
+"""Tests of the server through its clients: HTTP, WebSockets, requests over the limits, lost connections."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def client() -> Iterator[TestClient]:
 
 @pytest.fixture
 def address() -> Iterator[str]:
-    """A server of its own, on a free port."""
+    """Start a server on a free port, and yield its address."""
     app = create_app(TASKS, RULES, LIMITS)
     config = uvicorn.Config(
         app, port=0, http=PromptProtocol, log_level="error", ws_max_size=LIMITS.message_bytes
@@ -169,7 +169,7 @@ def test_an_example_in_a_prompt_that_is_not_found_is_paid_nothing_and_counted(cl
 def test_an_answer_that_takes_for_ever_delays_nobody_else(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its process is ended at the deadline, which is told; others are served meanwhile, and afterwards."""
+    """The deadline ends its process, and the error says so. Meanwhile and afterwards others are served."""
     begun: Queue[Callable[[], object]] = Queue()
 
     @contextmanager
@@ -213,7 +213,7 @@ def test_a_request_that_does_not_become_whole_is_ended(address: str, monkeypatch
 
 
 def is_closed(connection: socket.socket) -> bool:
-    """Whether the server ends a connection, as it does within the time of a connection to it."""
+    """Return whether the server closes a connection within the time of a connection to it."""
     try:
         return connection.recv(1000) == b""
     except ConnectionResetError:
@@ -285,7 +285,7 @@ def test_a_message_that_is_too_long_ends_its_session_alone(address: str) -> None
 
 
 def test_a_client_that_dies_in_the_middle_loses_and_doubles_nothing(address: str) -> None:
-    """Of a batch and of an episode; what is sent again is answered as it would have been."""
+    """The repeated batch and episode get the replies that the first ones would have got."""
     asked = batch(PLAN, *["[]"] * 299)
     body = json.dumps(asked).encode()
     head = f"POST /reward HTTP/1.1\r\nHost: {address}\r\nContent-Type: application/json\r\n"

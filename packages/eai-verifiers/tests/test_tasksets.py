@@ -1,4 +1,4 @@
-"""Both tasksets as verifiers runs them, a fake server in the place of the model."""
+"""Tests of both tasksets in verifiers, with a fake server in place of the model."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STEPS = "eai-verifiers-steps"
 
 @pytest.fixture
 def play(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., list[vf.Trace]]]:
-    """Runs the first tasks of a taskset with a policy, or with one that always says the same."""
+    """Run the first tasks of a taskset with a policy, or with a policy that always gives one reply."""
     server = example.Server(("127.0.0.1", 0), example.Model)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
@@ -132,7 +132,7 @@ def test_every_ability_pays_what_the_library_pays(ability: str) -> None:
 
 
 def test_the_validator_of_verifiers_finds_every_task_valid(tmp_path: Path) -> None:
-    """The gold answer earns everything, and an untouched task nothing."""
+    """The gold answer earns the full reward, and an empty answer nothing."""
     validator = Path(sys.executable).with_name("vf-validate")
     options = ("--rich", "False", "--taskset.domain", LAMPS, "--runtime.type", "subprocess")
     command = [validator, "eai-verifiers", *options, "--output-dir", tmp_path]
@@ -168,7 +168,7 @@ def test_new_tasks_never_end_and_are_the_same_for_equal_seeds() -> None:
 
 
 def test_a_new_task_is_all_there_is_to_know_of_it() -> None:
-    """A worker has nothing but its data."""
+    """A worker process knows only the task's data."""
     (task,) = new().take(1)
     there = HouseholdTask(type(task.data).model_validate_json(task.data.model_dump_json()), task.config)
     assert task.data.line is not None

@@ -1,7 +1,7 @@
-"""The tasks as plain functions, by which Inspect's register finds them.
+"""Inspect tasks as plain functions, the form in which Inspect's register finds them.
 
-They are those of `eai.run.registry`, which makes one of every benchmark that is installed, and have all its
-options: ``-T`` gives them.
+The tasks are those of `eai.run.registry`, which makes a task for every installed benchmark. They have all its
+options: ``-T`` sets them.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ def serve(
 
 
 def _split(text: str) -> tuple[str, str]:
-    """A split and its benchmark."""
+    """Parse `SPLIT=BENCHMARK` into a split and its benchmark."""
     split, separator, benchmark = text.partition("=")
     return (split, benchmark) if separator else (text, text)
 

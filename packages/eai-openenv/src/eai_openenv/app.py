@@ -1,7 +1,7 @@
-"""The application that OpenEnv's tools start: ``uvicorn eai_openenv.app:app``.
+"""ASGI application that OpenEnv's tools start: ``uvicorn eai_openenv.app:app``.
 
-It serves the benchmarks that the variable ``EAI_DOMAINS`` names, separated by commas; VirtualHome without it.
-They are opened when the application is asked for, not when this module is imported.
+It serves the benchmarks in the environment variable ``EAI_DOMAINS``, separated by commas, or VirtualHome if
+the variable is not set. The first access to `app` opens the benchmarks, not the import of this module.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from eai_openenv.server import create_app
 from eai_openenv.tasks import Tasks
 
 DOMAINS = "EAI_DOMAINS"
-"""The variable."""
+"""Environment variable with the benchmarks to serve."""
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""A client with types for episodes; OpenEnv's generic client does the same with dictionaries."""
+"""A typed client for episodes; OpenEnv's generic client does the same with dictionaries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Connections that do not stay open for requests that never become whole."""
+"""HTTP connections that are closed if a request does not arrive completely in time."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 REQUEST_SECONDS = 60.0
-"""How long a request may take to arrive, from its first byte to its last."""
+"""Maximum seconds from the first byte of a request to its last."""
 
 
 class PromptProtocol(H11Protocol):
-    """HTTP as uvicorn speaks it, on connections that are closed where a request does not arrive in time.
+    """uvicorn's HTTP protocol with a time limit for the arrival of each request.
 
-    uvicorn itself closes those on which nothing comes after a reply.
+    uvicorn itself closes connections on which nothing arrives after a reply.
     """
 
     seconds = REQUEST_SECONDS
     _due: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """A client is there: from now on its first request is awaited."""
+        """Start the time limit of a new client's first request."""
         super().connection_made(transport)
         self._due = self.loop.call_later(self.seconds, transport.abort)
 
     def data_received(self, data: bytes) -> None:
-        """A part of a request, or all of it."""
+        """Receive bytes of a request, and start or end its time limit."""
         super().data_received(data)
         awaited = self.conn.their_state in (h11.IDLE, h11.SEND_BODY)
         if awaited and self._due is None:
@@ -35,7 +35,7 @@ class PromptProtocol(H11Protocol):
             self._leave()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Nothing more will come."""
+        """Stop the time limit of a closed connection."""
         self._leave()
         super().connection_lost(exc)
 

@@ -1,4 +1,4 @@
-"""The environment that OpenEnv plays: a thin translation of `eai.agents.game.Game`."""
+"""OpenEnv environment of household tasks: a thin translation of `eai.agents.game.Game`."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ class Act(Action):
     @model_validator(mode="before")
     @classmethod
     def _one_that_a_client_has_parsed(cls, value: Any) -> Any:
-        """A step of an answer is JSON, which some clients send as an object of its own."""
+        """Turn a command in JSON back into text: some clients parse it and send an object."""
         is_command = not isinstance(value, dict) or "command" in value
         return value if is_command else {"command": json.dumps(value)}
 
 
 class Seen(Observation):
-    """What an agent is told; ``metadata`` is for whoever watches it."""
+    """An observation for the agent; ``metadata`` is for those who monitor the episode."""
 
     text: str = Field(description="What became of the action, and what is seen now.")
 
 
 class Standing(State):
-    """Where an episode stands."""
+    """State of an episode."""
 
     task: str | None = Field(default=None, description="The task that is played.")
     over: bool = Field(default=True, description="Whether no action can be taken.")
 
 
 class _Wanted(BaseModel):
-    """What a client may say of an episode; OpenEnv hands on what it sends."""
+    """Arguments of `reset`, validated because OpenEnv forwards whatever a client sends."""
 
     model_config = ConfigDict(strict=True)
 
@@ -56,14 +56,14 @@ class _Wanted(BaseModel):
 
 
 class Household(Environment[Act, Seen, Standing]):
-    """One session: episodes one after the other, each of one task.
+    """One session of a client: episodes one after the other, each of one task.
 
-    The rewards of an episode's turns add up to what `eai.Reward` pays for its actions.
+    The rewards of an episode's turns add up to the reward that `eai.Reward` pays for its actions.
 
     Args:
-        tasks: what may be played.
-        rules: how tasks are played, and what is paid for.
-        meters: told of every episode and turn.
+        tasks: Tasks that can be played.
+        rules: Rules of the game and its reward.
+        meters: Counters of episodes and turns.
     """
 
     SUPPORTS_CONCURRENT_SESSIONS: bool = True
@@ -96,15 +96,15 @@ class Household(Environment[Act, Seen, Standing]):
         """Begin an episode.
 
         Args:
-            seed: of the choice of a task where none is meant, and of slips.
-            episode_id: what the client calls the episode.
-            task: the task, as `Suite.reference` writes it.
-            split: where it is chosen from; the first split if None.
-            index: its place there, from 0; one at random if None.
-            others: refused.
+            seed: Seed of slips, and of the random choice of a task.
+            episode_id: The client's name of the episode.
+            task: Reference of the task, as `Suite.reference` writes it.
+            split: Split from which the task is chosen; None for the first split.
+            index: Index of the task in the split, from 0; None for a random task.
+            others: Other arguments, which raise an error.
 
         Raises:
-            InputError: there is no such task.
+            InputError: The task does not exist, or an argument is wrong.
         """
         if others:
             raise InputError(f"reset takes task, split, index and seed, not {', '.join(sorted(others))}")
@@ -120,10 +120,10 @@ class Household(Environment[Act, Seen, Standing]):
         return Seen(text=self._game.briefing(), metadata={"task": chosen})
 
     def step(self, action: Act, timeout_s: float | None = None, **others: Any) -> Seen:
-        """Play one turn; a turn takes milliseconds, so that no time is watched.
+        """Play one turn. A turn takes milliseconds, so `timeout_s` is ignored.
 
         Raises:
-            InputError: no episode has begun, or the last one is over.
+            InputError: No episode has begun, or the last one is over.
         """
         self._refuse_if_closed()
         if self._game is None:
@@ -142,20 +142,20 @@ class Household(Environment[Act, Seen, Standing]):
     async def reset_async(
         self, seed: int | None = None, episode_id: str | None = None, **kwargs: Any
     ) -> Seen:
-        """As `reset`, without a thread: it takes milliseconds."""
+        """Begin an episode without a thread, because `reset` takes only milliseconds."""
         return self.reset(seed, episode_id, **kwargs)
 
     async def step_async(self, action: Act, timeout_s: float | None = None, **kwargs: Any) -> Seen:
-        """As `step`, without a thread: it takes less than to change to one."""
+        """Play one turn without a thread, because a change of threads takes longer than `step`."""
         return self.step(action, timeout_s, **kwargs)
 
     @property
     def state(self) -> Standing:
-        """Where the episode stands."""
+        """Return the state of the episode."""
         return self._standing
 
     def close(self) -> None:
-        """End the session, also where it was idle for too long."""
+        """End the session. The server also calls this after the idle limit."""
         self._closed = True
         self._game = None
 
@@ -164,19 +164,19 @@ class Household(Environment[Act, Seen, Standing]):
             raise InputError("the session is closed: it ended or was idle for too long")
 
     def get_metadata(self) -> EnvironmentMetadata:
-        """What the server says of itself."""
+        """Return the server's name, description and version."""
         return EnvironmentMetadata(name="eai", description=self.DESCRIPTION, version="0.1.0")
 
     def list_splits(self) -> list[str]:
-        """The splits, in order."""
+        """Return the names of the splits, in order."""
         return list(self._tasks.splits)
 
     def num_tasks(self, split: str) -> int:
-        """How many tasks of a split can be played."""
+        """Return the number of tasks of a split that can be played."""
         return len(self._tasks.of(split))
 
     def get_task(self, split: str, index: int) -> dict[str, Any]:
-        """One task: its place, its name for `reset`, and what it asks for."""
+        """Return a task's index, its reference for `reset`, and its instruction."""
         tasks = self._tasks.of(split)
         if not 0 <= index < len(tasks):
             raise IndexError(index)
@@ -189,9 +189,9 @@ class Household(Environment[Act, Seen, Standing]):
     def get_task_range(
         self, split: str, start: int | None = None, stop: int | None = None
     ) -> list[dict[str, Any]]:
-        """Tasks by their places, as Python slices."""
+        """Return the tasks of a range of indices, which counts like a Python slice."""
         return [self.get_task(split, i) for i in range(self.num_tasks(split))[start:stop]]
 
     def list_tasks(self, split: str) -> list[dict[str, Any]]:
-        """The tasks of a split, at most the first thousand."""
+        """Return the tasks of a split, at most the first thousand."""
         return self.get_task_range(split, 0, 1000)

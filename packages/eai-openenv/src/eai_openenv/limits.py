@@ -1,4 +1,4 @@
-"""What a client may ask for."""
+"""Limits on the requests of a server's clients."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ class Limits:
     """The limits of a server.
 
     Attributes:
-        sessions: how many may be open at once.
-        idle_seconds: after how long without a message a session is closed.
-        message_bytes: the longest message of a session; it is the ASGI server that heeds it.
-        body_bytes: the longest request over HTTP.
-        answers: how many answers one request may bring.
-        reward_seconds: how long one request for rewards may take.
+        sessions: Maximum number of open sessions.
+        idle_seconds: Seconds without a message after which a session is closed.
+        message_bytes: Maximum length of a session's message; the ASGI server enforces it.
+        body_bytes: Maximum length of an HTTP request.
+        answers: Maximum number of answers of a request.
+        reward_seconds: Maximum seconds of a request for rewards.
     """
 
     sessions: int = 64

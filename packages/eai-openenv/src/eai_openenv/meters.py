@@ -1,4 +1,4 @@
-"""What a server counts, in the form that Prometheus reads."""
+"""Counters of a server, in the format of Prometheus."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _SECONDS = (0.0005, 0.001, 0.005, 0.01, 0.05, 0.1, 0.5, 1, 5, 10, 60)
 
 
 class Meters:
-    """The counters of one server; several of them do not share any."""
+    """The counters of one server. Several servers in a process have separate counters."""
 
     def __init__(self) -> None:
         self._registry = CollectorRegistry()
@@ -31,27 +31,27 @@ class Meters:
         )
 
     def watch_sessions(self, number: Callable[[], float]) -> None:
-        """Report how many sessions there are, asked when the meters are read."""
+        """Report the number of sessions, which is read whenever the counters are read."""
         Gauge("eai_sessions", "Sessions that are open.", registry=self._registry).set_function(number)
 
     def begun(self) -> None:
-        """An episode has begun."""
+        """Count a new episode."""
         self._episodes.inc()
 
     def turned(self, fault: str | None) -> None:
-        """A turn was played."""
+        """Count a turn, by the fault of its action."""
         self._turns.labels(fault or "none").inc()
 
     def ended(self, *, won: bool) -> None:
-        """An episode has ended."""
+        """Count an ended episode."""
         self._ended.labels(str(won).lower()).inc()
 
     def rewarded(self, answers: int, seconds: float, lost: int) -> None:
-        """Answers were rewarded, and of so many the prompt was not found."""
+        """Count rewarded answers, and those whose prompt was not found in the query."""
         self._answers.inc(answers)
         self._lost.inc(lost)
         self._seconds.observe(seconds)
 
     def text(self) -> bytes:
-        """All of them as text."""
+        """Return all counters in the text format of Prometheus."""
         return generate_latest(self._registry)

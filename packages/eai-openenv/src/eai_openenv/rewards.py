@@ -1,4 +1,4 @@
-"""The reward over HTTP: batches as OpenRLHF sends them."""
+"""Rewards over HTTP for batches of answers in OpenRLHF's format."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from eai_openenv.scorers import Scorers
 from eai_openenv.tasks import Tasks
 
 _TURN = 64
-"""How many answers of a request are scored at a time."""
+"""Number of answers that are scored before another request gets its turn."""
 
 
 class Batch(BaseModel):
-    """Answers to be rewarded.
+    """A request for the rewards of answers.
 
     Attributes:
-        query: prompts with answers.
-        prompts: the prompts; an answer is what follows its prompt in the query, all of it if that is empty.
-        labels: the tasks, as `Suite.reference` writes them.
-        shaping: what answers are paid for, if not what the server pays for.
+        query: Prompts, each followed by its answer.
+        prompts: The prompts alone. The answer is the rest of the query; all of it if the prompt is empty.
+        labels: References of the tasks, as `Suite.reference` writes them.
+        shaping: Shaping of the rewards; None for the server's.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -45,9 +45,9 @@ class Batch(BaseModel):
 
 
 class Rewards(BaseModel):
-    """What the answers are worth, in order: ``scores`` repeats ``rewards``, ``extra_logs`` has the metrics.
+    """The rewards of the answers, in order. ``scores`` repeats ``rewards``; ``extra_logs`` has the metrics.
 
-    A task in which nothing can be earned pays 0, as does an answer whose query does not have its prompt.
+    The reward is 0 if the task can pay no reward, or if the query does not contain the prompt.
     """
 
     rewards: list[float]
@@ -56,12 +56,12 @@ class Rewards(BaseModel):
 
 
 def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters) -> APIRouter:
-    """The route ``POST /reward``."""
+    """Return the route ``POST /reward``."""
     router, scorers = APIRouter(tags=["Reward"]), Scorers()
 
     @router.post("/reward")
     async def reward(batch: Batch, request: Request) -> Rewards:
-        """Reward answers. Equal requests have equal replies: one that was cut off is simply sent again."""
+        """Reward answers. Equal requests have equal replies, so a client repeats an interrupted request."""
         begun = time.perf_counter()
         if len(batch.labels) > limits.answers:
             raise HTTPException(413, f"expected at most {limits.answers} answers")
@@ -69,7 +69,7 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
         paid: list[float] = []
         logs: dict[str, list[float]] = {metric: [] for metric in (*METRICS, PROMPT_NOT_FOUND)}
         left = limits.reward_seconds
-        for start in range(0, len(labels), _TURN):  # between its turns are those of others
+        for start in range(0, len(labels), _TURN):  # requests take turns
             turn = slice(start, start + _TURN)
             asked = (batch.query[turn], batch.prompts[turn], labels[turn], batch.shaping or shaping)
             try:
@@ -84,7 +84,7 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
             for metric, values in logs.items():
                 values += _each(of_turn["extra_logs"][metric])
             if await request.is_disconnected():
-                break  # nobody waits for the rest
+                break  # the client has left, so nobody needs the rest
         lost = int(sum(logs[PROMPT_NOT_FOUND]))
         meters.rewarded(len(paid), time.perf_counter() - begun, lost)
         return Rewards(rewards=paid, scores=paid, extra_logs=logs)
@@ -93,5 +93,5 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
 
 
 def _each(values: float | list[float]) -> list[float]:
-    """Values as `reward_func` gives them: of a single answer one that is no list."""
+    """Return a list of values; `reward_func` returns the value of a single answer without a list."""
     return values if isinstance(values, list) else [values]

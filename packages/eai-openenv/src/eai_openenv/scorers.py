@@ -1,4 +1,4 @@
-"""Processes that score, so that an answer that takes long delays neither sessions nor other requests."""
+"""Worker processes that score answers, so that a slow answer delays neither sessions nor other requests."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from eai.results.reward import Shaping
 
 
 class Scorers:
-    """As many processes as there are processors, and two at least; each is at one thing at a time.
+    """A pool of worker processes: one for each processor, and at least two.
 
-    One that comes to no end is killed, and another takes its place.
+    Each scores one request at a time. A process that exceeds its time limit is killed and replaced.
     """
 
     def __init__(self) -> None:
@@ -32,19 +32,19 @@ class Scorers:
         shaping: Shaping,
         seconds: float,
     ) -> tuple[dict[str, Any], float]:
-        """What `reward_func` says of some answers, and how many seconds that took.
+        """Return the result of `reward_func` for some answers, and the seconds that it took.
 
         Args:
-            queries: prompts with answers.
-            prompts: the prompts.
-            labels: the tasks.
-            shaping: what answers are paid for.
-            seconds: how long that may take, once a process is free for it.
+            queries: Prompts, each followed by its answer.
+            prompts: The prompts alone.
+            labels: References of the tasks.
+            shaping: Shaping of the rewards.
+            seconds: Maximum seconds, counted from the moment when a process is free.
 
         Raises:
-            TimeoutError: it takes longer.
-            BrokenWorkerProcess: the process came to an end of its own, or to no beginning.
-            InputError: there is no such task.
+            TimeoutError: The scoring exceeds the maximum.
+            BrokenWorkerProcess: The process ended by itself, or did not start.
+            InputError: A task does not exist.
         """
         async with self._free:
             begun = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The server: OpenEnv's routes over households, the reward, health and meters."""
+"""HTTP server with OpenEnv's routes for household tasks, the reward, health and meters."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from eai_openenv.rewards import reward_route
 from eai_openenv.tasks import Tasks
 
 __version__ = version("eai-bench-openenv")
-"""Of this package."""
+"""Version of this package."""
 
 
 def create_app(tasks: Tasks, rules: GameRules = TRAINING, limits: Limits | None = None) -> FastAPI:
-    """The application, for any ASGI server.
+    """Return the application for an ASGI server.
 
     Args:
-        tasks: what it plays and rewards.
-        rules: how tasks are played, and what answers and episodes are paid for.
-        limits: what clients may ask for.
+        tasks: Tasks that it plays and rewards.
+        rules: Rules of the game, and the reward of answers and episodes.
+        limits: Limits on the requests of clients; None for the defaults.
     """
     limits, meters = limits or Limits(), Meters()
     app = FastAPI(title="Embodied Agent Interface", version=__version__, max_body_size=limits.body_bytes)
@@ -47,12 +47,12 @@ def create_app(tasks: Tasks, rules: GameRules = TRAINING, limits: Limits | None 
 
     @app.exception_handler(EaiError)
     async def refuse(request: Request, error: EaiError) -> Response:
-        """What a client asked for that there is not."""
+        """Reply to a request for something that does not exist with the error's message."""
         return JSONResponse({"detail": str(error)}, status_code=422)
 
     @app.get("/metrics", tags=["Health"])
     async def read_meters() -> Response:
-        """The meters, for Prometheus."""
+        """Return the counters in the text format of Prometheus."""
         return Response(meters.text(), media_type="text/plain; version=0.0.4")
 
     return app

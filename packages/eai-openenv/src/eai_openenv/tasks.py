@@ -1,4 +1,4 @@
-"""The tasks that a server plays and rewards: those it was started with, and no others."""
+"""The tasks that a server plays and rewards. Tasks of other benchmarks are refused."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from eai.tasks.task import Task
 class Tasks:
     """The tasks of some benchmarks, by split.
 
-    A task that names another benchmark is refused: to look for one could import a module or open a file.
+    A task of another benchmark is refused, because a search for it could import a module or open a file.
 
     Args:
-        splits: for each split the benchmark whose tasks it has, as `eai.open` takes it. They are opened now.
+        splits: Benchmark of each split, as `eai.open` takes it. The benchmarks are opened at once.
 
     Raises:
-        InputError: there is no split, no such benchmark, or no task in it that can be played; or two of
-            train, validation and test have goals in common.
-        DataError: the data cannot be had.
+        InputError: There is no split, a benchmark does not exist or has no task that can be played, or two of
+            train, validation and test have common goals.
+        DataError: The data is not available.
     """
 
     def __init__(self, splits: Mapping[str, str]) -> None:
@@ -47,7 +47,7 @@ class Tasks:
         self._refuse_common_goals()
 
     def _refuse_common_goals(self) -> None:
-        """Splits that are called as those of `eai generate` are have no goals in common."""
+        """Raise if two splits with names of `eai generate` have common goals."""
         goals = {
             split: {fingerprint_task(task)[0] for task in self._of_split[split].values()}
             for split in SHARES
@@ -60,38 +60,38 @@ class Tasks:
 
     @property
     def splits(self) -> Sequence[str]:
-        """The names of the splits, in order."""
+        """Names of the splits, in order."""
         return tuple(self._names)
 
     def of(self, split: str) -> Sequence[str]:
-        """The tasks of a split that can be played, in the order of the data set.
+        """Return the tasks of a split that can be played, in the order of the data set.
 
         Raises:
-            IndexError: there is no such split.
+            IndexError: The split does not exist.
         """
         if split not in self._names:
             raise IndexError(f"there is no split {split!r}")
         return self._names[split]
 
     def instruction(self, split: str, task: str) -> str:
-        """What a task asks for, in words."""
+        """Return the instruction of a task."""
         return self._of_split[split][task].instruction
 
     def known(self, task: str) -> str:
-        """The task itself, if it is of a benchmark that the server has.
+        """Return the reference of a task if the server has its benchmark.
 
         Raises:
-            InputError: it is not.
+            InputError: The server does not have the benchmark.
         """
         if TaskReference.parse(task).benchmark not in self._benchmarks:
             raise InputError(f"{task[:200]!r} is of no benchmark that this server has")
         return task
 
     def chosen(self, task: str | None, split: str | None, index: int | None, seed: int | None) -> str:
-        """The task that is meant: named, by its place in a split, or one of the split's at random.
+        """Return the reference of the named task, of a task by its index, or of a random task of a split.
 
         Raises:
-            InputError: there is no such task.
+            InputError: The task does not exist.
         """
         if task is not None:
             return self.known(task)

@@ -1,4 +1,4 @@
-"""The environment of whole answers: one agent, asked once, in this process."""
+"""The verifiers environment of whole answers: one agent, asked once, in this process."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import verifiers.v1 as vf
 
 
 class HouseholdEnvConfig(vf.SingleAgentEnvConfig):
-    """The one agent; nothing that it says is executed, so that it needs no sandbox."""
+    """Configuration of the agent. It needs no sandbox, because no reply is executed."""
 
     agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
 
 
 class HouseholdEnv(vf.SingleAgentEnv, vf.Env[HouseholdEnvConfig]):
-    """One agent plays a task by one answer."""
+    """Environment in which one agent answers a task once."""

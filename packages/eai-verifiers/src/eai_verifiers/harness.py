@@ -1,4 +1,4 @@
-"""A harness that asks the model in this process: no sandbox, no program to start, one request a turn."""
+"""A harness that asks the model in this process: no sandbox, no extra program, one request per turn."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from verifiers.v1.types import UserMessage
 
 
 class InProcessHarnessConfig(vf.HarnessConfig):
-    """There is nothing to choose."""
+    """Configuration of the harness, which has no options."""
 
 
 class InProcessHarness(vf.Harness[InProcessHarnessConfig]):
-    """Asks once for each turn of the user, without tools.
+    """Asks the model once for each turn of the user, without tools.
 
-    What the stock harness starts a program for costs a rollout some hundred times the verdict.
+    The stock harness starts a program for each rollout. That takes about a hundred times as long as the
+    verdict.
     """
 
     APPENDS_SYSTEM_PROMPT = True
@@ -36,13 +37,13 @@ class InProcessHarness(vf.Harness[InProcessHarnessConfig]):
         data: vf.TaskData,
         tool_interception_url: str | None = None,
     ) -> vf.ProgramResult:
-        """Ask the model about the conversation so far."""
+        """Ask the model to continue the conversation."""
         system, prompt = self.resolve_prompt(data)
         messages = [UserMessage(content=prompt)] if isinstance(prompt, str) else prompt or []
         asked: list[dict[str, Any]] = [message_to_wire(message) for message in messages]
         if system is not None:
             asked.insert(0, {"role": "system", "content": system})
-        # An address of this machine needs no certificates, and reading them takes longer than all the rest.
+        # A server on this machine needs no certificates, and loading them takes longer than all the rest.
         async with httpx.AsyncClient(timeout=None, verify=endpoint.startswith("https:")) as client:  # noqa: S113
             reply = await client.post(
                 f"{endpoint}/chat/completions",

@@ -1,4 +1,4 @@
-"""Tasks played step by step: the household answers every action of the agent."""
+"""The verifiers taskset of tasks played step by step: the environment answers each action of the agent."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
 
 _KEPT = 4096
-"""How many new tasks are kept ready in a process."""
+"""Maximum number of generated tasks that a process keeps in its cache."""
 
 
 _MOVED = {"turns": "max_steps", "observe": "observe", "feedback": "feedback"}
-"""Options that were the task's own, by their names among the rules."""
+"""Former options of a task that are now options of its rules: old name to new name."""
 
 
 class StepsTaskConfig(HouseholdTaskConfig):
-    """How tasks are played, and what is paid for."""
+    """Options of playing a task and of its reward."""
 
     rules: GameRules = TRAINING
-    """The rules of a game, as `eai.agents.gym.make` takes them; ``shaping`` says what is paid for."""
+    """Rules of a game, as `eai.agents.gym.make` takes them. Their reward is set by ``shaping``."""
 
     @model_validator(mode="before")
     @classmethod
@@ -45,16 +45,16 @@ class StepsTaskConfig(HouseholdTaskConfig):
 
 
 class StepsConfig(HouseholdConfig):
-    """Which tasks there are; the ability is action sequencing."""
+    """Choice of the tasks; the ability is action sequencing."""
 
     task: StepsTaskConfig = StepsTaskConfig()
 
 
 class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
-    """One task; the environment pays for it."""
+    """One task, whose reward the environment pays."""
 
     def game(self) -> Game:
-        """An episode that begins."""
+        """Start an episode of the task."""
         rules = self.config.rules.model_copy(update={"reward": self.config.shaping})
         line = self.data.line
         stage = find_setup(self.data.task, rules) if line is None else _stage_of_one(line, rules)
@@ -68,26 +68,26 @@ def _stage_of_one(line: str, rules: GameRules) -> GameSetup:
 
 
 class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):
-    """Tasks of action sequencing; the prompt is what is seen at first."""
+    """Tasks of action sequencing. The prompt is the first observation."""
 
     def load(self) -> Iterator[StepsTask]:
-        """The tasks that can be played, in order."""
+        """Yield the tasks that can be played, in order."""
         for whole in super().load():
             task = StepsTask(whole.data, self.config.task)
             yield task.with_data(prompt=task.game().briefing(), system_prompt=None)
 
 
 class StepsEnvConfig(vf.EnvConfig):
-    """The one agent; nothing that it says is executed, so that it needs no sandbox."""
+    """Configuration of the agent. It needs no sandbox, because no reply is executed."""
 
     agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
 
 
 class StepsEnv(vf.Env[StepsEnvConfig]):
-    """One agent acts until all goals are reached or its turns are spent."""
+    """Environment in which one agent acts until all goals are reached or its turns are used up."""
 
     async def run(self, task: StepsTask, agents: vf.Agents) -> None:
-        """Play one episode; its worth is the reward, its faults are metrics."""
+        """Play one episode, and record its value as the reward and its faults as metrics."""
         game = task.game()
         async with agents.agent.interaction(task) as interaction:
             segment = await interaction.turn()

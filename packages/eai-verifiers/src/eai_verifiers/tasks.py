@@ -1,4 +1,4 @@
-"""Where tasks come from: a benchmark's own, or new ones without end."""
+"""Sources of tasks: a benchmark's own tasks, or an endless stream of generated ones."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from eai.tasks.source import Source, given
 from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 
 _TOGETHER = 8
-"""How many new tasks are asked about together: prompts show another of them as example."""
+"""Number of generated tasks whose prompts are made together: each shows another of them as example."""
 
 _KEPT = 4096
-"""How many new tasks are kept ready in a process."""
+"""Maximum number of generated tasks that a process keeps in its cache."""
 
 
 class Asked(NamedTuple):
     """A task with its prompt.
 
     Attributes:
-        task: its name, as `Suite.reference` writes it.
-        line: all of it, as task files have it, if there is no other place to find it; else None.
+        task: Reference of the task, as `Suite.reference` writes it.
+        line: The whole task as a line of a task file if it is generated; None for a benchmark's own task.
     """
 
     task: str
@@ -42,7 +42,7 @@ class Asked(NamedTuple):
 
 
 def own_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[Asked]:
-    """The tasks of a benchmark in which an ability is asked for, in the order of the data set."""
+    """Yield the tasks of a benchmark for an ability, in the order of the data set."""
     suite = open_reward_suite(domain, ability)
     asked = Library(prompts, None, suite.source).open(suite.benchmark, ability)
     for task_id in suite.task_ids:
@@ -50,10 +50,10 @@ def own_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[Ask
 
 
 def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier) -> Iterator[Asked]:
-    """Tasks in the world of a benchmark that nobody has seen, without end; of equal seeds the same ones.
+    """Yield new tasks in the world of a benchmark without end. Equal seeds give equal tasks.
 
-    Two splits have no goals in common. What the plan of a task of another split solves is not left out: of
-    tasks without end nobody knows all.
+    Two splits have no goals in common. A plan of one split may still solve a task of another split: an
+    endless stream cannot be checked for this.
     """
     base, source = find_benchmark(domain), Source(planner=PlannerChoice.NONE)
     spec = Spec(domain, base.tasks(source).sha256, tier, split=split)
@@ -70,10 +70,10 @@ def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier
 
 @lru_cache(_KEPT)
 def suite_of_one(line: str, ability: Ability) -> Suite:
-    """The suite of one task, as a task file has it.
+    """Return the suite of one task from its line of a task file.
 
     Raises:
-        InputError: it is no task.
+        InputError: The line is not a task.
     """
     read = read_line(line)
     base = find_benchmark(read.base)

@@ -1,4 +1,4 @@
-"""The taskset of whole answers, in all four abilities."""
+"""The verifiers taskset of whole answers, for all four abilities."""
 
 from __future__ import annotations
 
@@ -17,64 +17,64 @@ from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one
 
 
 class HouseholdData(vf.TaskData):
-    """One task: its name, and all of it where it has been made anew."""
+    """One task: its reference, and its line of a task file if it is generated."""
 
     task: str
     line: str | None = None
 
 
 class HouseholdTaskConfig(vf.TaskConfig):
-    """What is paid for."""
+    """Options of the reward of a task."""
 
     shaping: Shaping = Shaping.SUCCESS
     """``success``, ``goals``, ``progress``, ``diagnosis``, ``repair`` or ``partial``."""
 
 
 class HouseholdConfig(vf.TasksetConfig):
-    """Which tasks there are."""
+    """Choice of the tasks."""
 
     domain: str = "virtualhome"
     """A benchmark: ``virtualhome``, ``behavior``, ``module:object``, a task file or a folder of them."""
     ability: Ability = Ability.ACTION_SEQUENCING
-    """Which of the four abilities is asked for."""
+    """The ability to test, one of four."""
     prompts: PromptSet = "official"
-    """The data set's prompts, where it has some, or ours; about new tasks ours."""
+    """The data set's prompts if it has some, or those of `eai`; generated tasks always have the latter."""
     generated: bool = False
-    """Instead of the benchmark's own tasks, new ones in its world, without end."""
+    """Whether to generate new tasks in the benchmark's world without end, instead of its own tasks."""
     seed: int = 0
-    """Of new tasks."""
+    """Seed of generated tasks."""
     split: Split = Split.TRAIN
-    """Of new tasks: those of ``train``, ``validation`` and ``test`` have no goals in common."""
+    """Split of generated tasks: ``train``, ``validation`` and ``test`` have no common goals."""
     tier: Tier = Tier.DATA
-    """Of new tasks: how long plans are, from ``S`` to ``XXL``; ``data`` is as in the data set."""
+    """Length of generated tasks' plans, from ``S`` to ``XXL``; ``data`` is that of the data set's plans."""
     task: HouseholdTaskConfig = HouseholdTaskConfig()
 
 
 class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
-    """One task, of which the last reply is the answer, without what was thought."""
+    """One task. The answer is the last reply without its reasoning."""
 
     @vf.reward
     async def household(self, trace: vf.Trace) -> float:
-        """What the answer is worth; 0 where nothing can be earned."""
+        """Return the reward of the answer, or 0 if the task can pay no reward."""
         return self.grade(trace.last_reply).value or 0.0
 
     @vf.metric
     async def faults(self, trace: vf.Trace) -> dict[str, float]:
-        """How often each kind of fault was diagnosed, success and progress."""
+        """Return metrics: the number of faults of each kind, success and progress."""
         return dict(self.grade(trace.last_reply).metrics)
 
     async def validate(self, runtime: vf.Runtime) -> bool:
-        """Whether the gold answer earns everything, as ``vf-validate`` asks."""
+        """Return whether the gold answer earns the full reward, for ``vf-validate``."""
         task, suite = TaskReference.parse(self.data.task), self.paid().suite
         book = open_answer_book(suite.benchmark, suite.ability, suite.source)
         return self.grade(book[task.task_id].text).value == 1
 
     def grade(self, reply: str) -> Grade:
-        """What a reply is worth, and why."""
+        """Return the reward of a reply with its reasons."""
         return self.paid().grade(TaskReference.parse(self.data.task).task_id, answer_of(reply))
 
     def paid(self) -> Reward:
-        """What is paid for, of the benchmark's suite or that of the task alone."""
+        """Return the reward function: of the benchmark's suite, or of the generated task alone."""
         task, shaping = TaskReference.parse(self.data.task), self.config.shaping
         if self.data.line is None:
             return open_reward(task, shaping)
@@ -82,14 +82,14 @@ class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
 
 
 class HouseholdTaskset(vf.Taskset[HouseholdTask, HouseholdConfig]):
-    """The tasks of a benchmark, or new ones in its world without end."""
+    """The tasks of a benchmark, or generated tasks in its world without end."""
 
     def __init__(self, config: HouseholdConfig) -> None:
         super().__init__(config)
         self.INFINITE = config.generated
 
     def asked(self) -> Iterator[Asked]:
-        """The tasks with their prompts."""
+        """Yield the tasks with their prompts."""
         config = self.config
         if config.generated:
             yield from new_tasks(config.domain, config.ability, config.split, config.seed, config.tier)
@@ -97,7 +97,7 @@ class HouseholdTaskset(vf.Taskset[HouseholdTask, HouseholdConfig]):
             yield from own_tasks(config.domain, config.ability, config.prompts)
 
     def load(self) -> Iterator[HouseholdTask]:
-        """The tasks in which something can be earned, in order."""
+        """Yield the tasks that can pay a reward, in order."""
         for each in self.asked():
             data = HouseholdData(
                 id=each.task,
