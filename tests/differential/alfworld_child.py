@@ -1,10 +1,10 @@
-"""Makes games of ALFWorld and plays them on TextWorld's engine: what `alfworld_games.py` compares with.
+"""Make games of ALFWorld and play them on TextWorld's engine, for comparison by `alfworld_games.py`.
 
-It runs in an environment of its own with the packages `alfworld` and `textworld[pddl]`: domain, grammar and
-the goals of the six types are those of the package. ``alfworld_child.py FOLDER GAMES TURNS SEED`` writes the
-games below the folder as a download of ALFWorld has them, and beside each ``played.jsonl``: a line is the
-commands that are possible, what holds, whether the goal is reached, and the command that is taken then, by
-chance.
+It runs in a separate environment with the packages `alfworld` and `textworld[pddl]`, which provide the
+domain, the grammar and the goals of the six types. ``alfworld_child.py FOLDER GAMES TURNS SEED`` writes the
+games below the folder, laid out like a download of ALFWorld. Beside each game it writes ``played.jsonl``. A
+line has the possible commands, the true facts, whether the goal is reached, and the random command that is
+played next.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ def identifier(kind: str, rng: random.Random) -> str:
 
 
 def escaped(text: str) -> str:
-    """Names as ALFRED writes them in PDDL."""
+    """Return names in ALFRED's PDDL spelling."""
     for sign, word in (("-", "minus"), ("#", "-"), ("|", "bar"), ("+", "plus"), (".", "dot"), (",", "comma")):
         text = text.replace(sign, "-" if sign == "#" else f"_{word}_")
     return text
 
 
 def problem(task: str, rng: random.Random) -> tuple[str, dict[str, str]]:
-    """The text of a problem of a type, and what its goal is about."""
+    """Return the text of a random problem of a task type, and the target classes of its goal."""
     holders = [*FURNITURE, *rng.choices(FURNITURE[3:], k=rng.randint(2, 6))]
     places = {identifier(kind, rng): kind for kind in holders}
     at = {
         name: f"loc|{rng.randint(-9, 9)}|{rng.randint(-9, 9)}|{rng.randint(0, 3)}|{i}"
         for i, name in enumerate(places)
     }
-    if rng.random() < 0.3:  # two receptacles at one place
+    if rng.random() < 0.3:  # two receptacles share a location
         one, other = rng.sample(list(places), 2)
         at[one] = at[other]
     able = {"pick_clean": "Cleanable", "pick_heat": "Heatable", "pick_cool": "Coolable"}.get(
@@ -116,7 +116,7 @@ def problem(task: str, rng: random.Random) -> tuple[str, dict[str, str]]:
 
 
 def make(folder: Path, number: int, rng: random.Random) -> Path:
-    """Write a game; returns its file."""
+    """Write a game and return its file."""
     task = TYPES[number % len(TYPES)]
     text, about = problem(task, rng)
     target = "DeskLamp" if task.startswith("look") else about["parent_target"]
@@ -144,10 +144,10 @@ def make(folder: Path, number: int, rng: random.Random) -> Path:
 
 
 def play(file: Path, turns: int, rng: random.Random) -> None:
-    """Play a game at random and write what the engine says.
+    """Play a game at random and write what the engine reports.
 
-    Facts are those of the engine's own state: the list that TextWorld keeps beside it takes every conditional
-    effect for granted, so that a lamp that is used is off for ever. The command of an action is derived once.
+    Facts come from the engine's own state, because TextWorld's list of facts is wrong: it applies every
+    conditional effect, so that a used lamp stays off for ever. The command of each action is derived once.
     """
     import textworld
     from alfworld.agents.environment.alfred_tw_env import AlfredDemangler

@@ -1,9 +1,9 @@
-"""Compare random games of ALFWorld on TextWorld's engine and on ours.
+"""Compare random games of ALFWorld on TextWorld's engine and on `eai`.
 
     python -m bench alfworld_games --python PYTHON [--games 48] [--turns 2100] [--seed 1]
 
-PYTHON is the interpreter of an environment with the packages `alfworld` and `textworld[pddl]`.
-Exits with status 1 if the two differ.
+PYTHON is the interpreter of an environment with the packages `alfworld` and `textworld[pddl]`. The exit
+status is 1 if the engines differ.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from eai.tasks.source import Source
 
 CHILD = Path(__file__).with_name("alfworld_child.py")
 STATIC_KINDS = "cancontain"
-"""A predicate that no action changes, with hundreds of facts."""
+"""Predicate with hundreds of facts that no action changes; it is not compared each turn."""
 
 
 def facts(game: Game) -> list[str]:
-    """All that holds, in the child's words."""
+    """Return all true facts in the notation of `alfworld_child.py`."""
     objects = [each.name.replace("_", " ") for each in game.task.scene.objects]
     return sorted(
         f"{fact.predicate} {' '.join(objects[i] for i in fact.arguments)}"
@@ -38,7 +38,7 @@ def facts(game: Game) -> list[str]:
 
 
 def differences(game: Game, played: Path) -> list[str]:
-    """What differs in one game; nothing more is compared after it does."""
+    """Return the first difference in a game, if any."""
     for number, raw in enumerate(played.read_text().splitlines()):
         line = json.loads(raw)
         possible = sorted({game.stage.commands.write(action) for action in game.admissible()})

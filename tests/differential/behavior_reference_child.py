@@ -1,7 +1,7 @@
-"""The reference's symbolic evaluation of BEHAVIOR, imported by `compare_with_reference_child.py`.
+"""Run the reference package's symbolic evaluation of BEHAVIOR, for `compare_with_reference_child.py`.
 
-It runs in an environment with `eai-eval`, networkx and PyYAML. In place of the simulator stand objects that
-say what the simulator would say of each task; the evaluation itself is the package's own, unmodified.
+It runs in an environment with `eai-eval`, networkx and PyYAML. Stand-in objects replace the simulator and
+report the recorded state of each task. The evaluation itself is the package's own, unmodified.
 """
 
 # mypy: ignore-errors
@@ -17,13 +17,13 @@ import types
 from pathlib import Path
 
 FOLDER = tempfile.TemporaryDirectory(prefix="eai-bench-")
-"""Where answers are written that the package reads from files; it goes with this process."""
+"""Temporary folder for answers that the package reads from files."""
 
 ABSENT = ("igibson", "gym", "bddl", "pybullet", "pyquaternion")
 
 
 class Anything(types.ModuleType):
-    """A module of a package that is not installed: every name in it is a class of its own."""
+    """A module of a package that is not installed. Each name in it is a separate class."""
 
     __path__ = ()
 
@@ -36,7 +36,7 @@ class Anything(types.ModuleType):
 
 
 class Absent(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Finds the modules of packages that are not installed."""
+    """Finds modules of packages that are not installed."""
 
     def find_spec(self, fullname, path=None, target=None):
         if fullname.split(".")[0] in ABSENT:
@@ -60,18 +60,18 @@ RELATIONS = {"inside": "Inside", "ontop": "OnTop", "onfloor": "OnFloor", "under"
 
 
 class Value:
-    """A state of an object as the simulator would give it."""
+    """A state of an object, in the simulator's interface."""
 
     def __init__(self, value):
         self.value = value
 
     def get_value(self, other=None):
-        """The value, or whether the relation to another object holds."""
+        """Return the value, or whether the relation to another object holds."""
         return self.value if other is None else other.name in self.value
 
 
 class Condition:
-    """An initial fact or a goal as the reference asks for it."""
+    """An initial fact or a goal, in the form that the reference package expects."""
 
     def __init__(self, terms, options=()):
         self.terms = terms
@@ -79,7 +79,7 @@ class Condition:
 
 
 class Nothing:
-    """The simulator's side of the evaluation: every action is free and reaches nothing."""
+    """Stand-in for the simulator's transition model: an action has no cost and no effect."""
 
     def apply_action(self, action, objects):
         """Do nothing."""
@@ -89,7 +89,7 @@ class Nothing:
 
 
 def make_object(described):
-    """An object that says of itself what the simulator would."""
+    """Return a stand-in for a simulator's object, with the recorded states."""
     thing = (RoomFloor if described["floor"] else URDFObject)()
     thing.name = described["name"]
     thing.bounding_box = (described["volume"], 1.0, 1.0)
@@ -100,7 +100,7 @@ def make_object(described):
 
 
 def make_task(scene):
-    """What the reference needs of the simulator's task."""
+    """Return a stand-in for a simulator's task, with the attributes that the evaluation reads."""
     objects = {described["name"]: make_object(described) for described in scene["objects"]}
     task = types.SimpleNamespace(behavior_activity=scene["activity"])
     task.initial_conditions = [Condition(terms) for terms in scene["initial"]]
@@ -118,7 +118,7 @@ def make_task(scene):
 
 
 def action_sequencing(scene, plan):
-    """A function that evaluates a plan, and returns the evaluator with what it found."""
+    """Return a function that evaluates a plan and returns the evaluator with its results."""
     module = importlib.import_module("behavior_eval.evaluation.action_sequencing.action_sequence_evaluator")
     task = make_task(scene)
 
@@ -138,7 +138,7 @@ def action_sequencing(scene, plan):
 
 
 def subgoal_decomposition(scene, subgoals):
-    """A function that evaluates subgoals, and returns the package's report."""
+    """Return a function that evaluates subgoals and returns the package's report."""
     module = importlib.import_module("behavior_eval.evaluation.subgoal_decomposition.subgoal_sim_utils")
     task = make_task(scene)
     path = Path(tempfile.mkdtemp(dir=FOLDER.name)) / "plan.json"

@@ -1,6 +1,6 @@
-"""Scenes of BEHAVIOR's tasks for the reference, which needs a simulator even to score text.
+"""Scenes of BEHAVIOR's tasks for the reference package, which needs a simulator even to score text.
 
-Objects that say what our records say stand in the simulator's place (`behavior_reference_child`).
+Stand-in objects with our recorded states replace the simulator (`behavior_reference_child`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 
 ALSO_IMPORTED = ("networkx", "pyyaml")
-"""Packages that the reference's evaluation of BEHAVIOR imports and does not declare."""
+"""Packages that the reference package imports for BEHAVIOR without declaring them."""
 
 
 def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = None) -> dict[str, Any]:
@@ -74,17 +74,17 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
 
 
 def words(fact: Atom) -> list[str]:
-    """The words of an initial fact, as bddl gives its terms."""
+    """Return the words of an initial fact in the form of bddl's terms."""
     return [fact.predicate, *(term.name for term in fact.arguments)]
 
 
 def spelt(state: str) -> str:
-    """A state as the simulator names its class."""
+    """Return the simulator's class name of a state."""
     return "".join(word.capitalize() for word in state.split("_"))
 
 
 def listed(literal: Formula, instances: dict[str, str]) -> list[Any]:
-    """A literal as bddl writes ground options."""
+    """Return a literal in bddl's form of ground options."""
     if isinstance(literal, Not):
         return ["not", listed(literal.operand, instances)]
     return [literal.predicate, *(instances[term.name] for term in literal.arguments)]  # type: ignore[union-attr]

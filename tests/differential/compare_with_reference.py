@@ -1,15 +1,18 @@
-"""Compare the verdicts of the reference and of `eai-1.0.5` on mutated answers, field by field.
+"""Compare the verdicts of the reference package and of `eai-1.0.5` on mutated answers, field by field.
 
     python -m bench compare_with_reference    1,000 answers to each of the eight suites
     python -m bench compare_with_reference --suite behavior/ --rows 200 --seed 7
 
-The answers are gold ones changed at random, from a misplaced step to a broken bracket, a pure function of the
-seed. Both sides judge each by itself. Exits with status 1 where a field differs.
+The answers are gold answers with random changes, from a misplaced step to a broken bracket; equal seeds give
+equal answers. Both packages judge each answer separately. The exit status is 1 if a field differs.
 
-Set apart, and counted by the exception, are answers at which the reference ends its whole run: there is no
-verdict to compare, except for goal interpretation, where `eai-1.0.5` says itself that the run would end; and
-those with subgoals that take it more than a minute to try (`overlong`). `UnboundLocalError` comes of what is
-in the simulator's place: no object stands on, under or next to another any more, which no real scene says.
+Some answers are not compared, but counted by exception:
+
+- Answers that end the whole run of the reference package, which gives no verdict. In goal interpretation
+  `eai-1.0.5` reports that the run would end, and this is compared.
+- Subgoals that the reference package tries for more than a minute (`overlong`).
+- `UnboundLocalError`: the stand-ins for the simulator have no object left on, under or next to another. No
+  real scene is like that.
 """
 
 from __future__ import annotations
@@ -58,7 +61,7 @@ class Row(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """What the reference says in a field, and what we say."""
+    """Values of a field: the reference package's and ours."""
 
     reference: object
     ours: object
@@ -66,14 +69,14 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A row with the fields in which the verdicts on it differ."""
+    """A row, and the fields in which its verdicts differ."""
 
     row: Row
     fields: Mapping[str, Pair]
 
 
 def made_rows(suite: str, count: int, seed: int) -> list[Row]:
-    """Mutated answers to tasks of a suite that the reference scores."""
+    """Return mutated answers to tasks of a suite that the reference package scores."""
     make, scored, dice = maker(*parts(suite)), scorers(suite), Dice(f"{suite} {seed}")
     known = [i for i in scored.task_ids if getattr(scored.scorer(i), "excluded", None) is None]
     chosen = [dice.one(known) for _ in range(count)]
@@ -81,13 +84,13 @@ def made_rows(suite: str, count: int, seed: int) -> list[Row]:
 
 
 def parts(suite: str) -> tuple[str, Ability]:
-    """The domain and the ability of a suite."""
+    """Return the domain and the ability of a suite."""
     domain, _, ability = suite.partition("/")
     return domain, Ability(ability)
 
 
 def scorers(suite: str) -> Suite:
-    """Ours of a suite; plans of VirtualHome all have ids, as release 1.0.5 expects."""
+    """Return our scorers of a suite. VirtualHome plans need ids everywhere, as release 1.0.5 expects."""
     domain, ability = parts(suite)
     opener = partial(open_virtualhome, with_ids=True) if suite == "virtualhome/action_sequencing" else None
     source = Source(planner=PlannerChoice.NONE)
@@ -95,7 +98,7 @@ def scorers(suite: str) -> Suite:
 
 
 def judged_by_reference(suite: str, rows: Sequence[Row], python: Path, workers: int) -> list[dict[str, Any]]:
-    """The reference's verdicts, in order, of several processes."""
+    """Return the reference package's verdicts in order, computed by several processes."""
     domain, ability = parts(suite)
     scenes = scenes_for(ability, {row.task_id for row in rows}) if domain == "behavior" else {}
     shares = [rows[start::workers] for start in range(workers)]
@@ -120,7 +123,7 @@ def judged_by_reference(suite: str, rows: Sequence[Row], python: Path, workers: 
 
 
 def scenes_for(ability: Ability, task_ids: set[str]) -> dict[str, Any]:
-    """What stands for the simulator of BEHAVIOR, on the scenes that `eai-1.0.5` judges the ability on."""
+    """Return the scenes that replace BEHAVIOR's simulator: those on which `eai-1.0.5` judges the ability."""
     if ability not in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
         return {}
     tasks = open_tasks()
@@ -133,7 +136,7 @@ def scenes_for(ability: Ability, task_ids: set[str]) -> dict[str, Any]:
 
 
 def examine(suite: str, rows: Sequence[Row], python: Path, workers: int, show: int) -> tuple[int, int]:
-    """Judge the rows twice, print what differs, and return the compared and the different rows."""
+    """Judge the rows with both packages, print differences, and count the compared and the different rows."""
     scored = scorers(suite)
     apart: Counter[str] = Counter()
     reached: Counter[str] = Counter()
@@ -157,7 +160,7 @@ def examine(suite: str, rows: Sequence[Row], python: Path, workers: int, show: i
 
 
 def differing(theirs: Mapping[str, Any], ours: Verdict) -> Mapping[str, Pair] | str:
-    """The fields in which two verdicts differ, or why there is nothing to compare."""
+    """Return the fields in which two verdicts differ, or the reason why they cannot be compared."""
     if "overlong" in theirs:
         return "overlong"
     if "crash" in theirs and not isinstance(ours, GoalVerdict):
@@ -169,7 +172,7 @@ def differing(theirs: Mapping[str, Any], ours: Verdict) -> Mapping[str, Pair] | 
 
 
 def main() -> int:
-    """Run both sides on every suite and print the comparison."""
+    """Compare both packages on every suite and print the results."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -197,7 +200,7 @@ def main() -> int:
 
 
 def prepared(cache: Path) -> Path:
-    """The Python of the reference's environment, with all that the evaluations import."""
+    """Return the Python of the reference package's environment, with all imports of the evaluations."""
     python = environment(cache)
     probe = subprocess.run(
         [str(python), "-c", "import scipy, networkx, yaml"], check=False, capture_output=True

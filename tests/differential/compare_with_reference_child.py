@@ -1,13 +1,13 @@
-"""Let the reference judge answers one by one: `compare_with_reference.py`'s half in the other environment.
+"""Judge answers one by one with the reference package, for `compare_with_reference.py`.
 
-`python compare_with_reference_child.py DOMAIN ABILITY ROWS`, with PYTHONHASHSEED=0. ROWS is a JSON file
-of `rows`, each a task's id and an answer, and of the `scenes` of BEHAVIOR. Each line printed is the verdict
-on a row as a JSON object, in order; one with `crash` says what exception would have ended the whole run.
+`python compare_with_reference_child.py DOMAIN ABILITY ROWS`, with PYTHONHASHSEED=0. ROWS is a JSON file with
+`rows`, each a task's id and an answer, and with the `scenes` of BEHAVIOR. Each printed line is the verdict on
+a row as a JSON object, in order. A line with `crash` names the exception that would have ended the whole run.
 
-The package is unmodified, and its own functions judge. What is replaced in memory changes no verdict, but for
-order: where the package takes the order of a set of strings, or draws lots, it gets the one order and the one
-seed that are compared. Copies of what is never written to are not made: that is most of what it spends its
-time on. `EAI_EVERY_COPY=1` makes them, to see that it changes nothing.
+The package is unmodified, and its own functions judge. Replacements in memory change only order and speed.
+If the package depends on the order of a set of strings or on chance, it gets the order and the seed that
+`eai-1.0.5` has. Objects that are never changed are not copied, because copying takes most of the package's
+time. `EAI_EVERY_COPY=1` makes all copies, to verify that they change no verdict.
 """
 
 # mypy: ignore-errors
@@ -30,11 +30,11 @@ from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
 
 MAX_SECONDS = 60
-"""The processor time that one answer may take: ways to do subgoals double with every alternative."""
+"""Maximum processor seconds of an answer: ways to execute subgoals double with each alternative."""
 
 SEED = 0
 FOLDER = tempfile.TemporaryDirectory(prefix="eai-bench-")
-"""What the package reads from files and writes; it goes with this process."""
+"""Temporary folder for files that the package reads and writes."""
 
 COUNTED = {
     "Parsing wrong": "parsing",
@@ -45,7 +45,7 @@ COUNTED = {
     "Affordance error": "affordance",
     "Additional step": "additional_step",
 }
-"""What the log calls the errors of plans."""
+"""Kinds of error of plans, by their names in the package's log."""
 
 KINDS = {
     "AFFORDANCE_ERROR": "affordance",
@@ -55,7 +55,7 @@ KINDS = {
     "hullucination": "hallucination",
     "arguments": "argument_number",
 }
-"""What the package calls kinds of error that we call otherwise."""
+"""Kinds of error that have another name in the package."""
 
 CATEGORIES = {"GoalUnreachable": "goal_unreachable", "NotParseable": "not_parseable"}
 VIRTUALHOME = "virtualhome_eval"
@@ -68,7 +68,7 @@ class OverlongError(BaseException):
 
 @contextmanager
 def time_limit():
-    """Raise `OverlongError` in what takes too long, by the clock of this process."""
+    """Raise `OverlongError` in a block that exceeds `MAX_SECONDS` of this process's time."""
 
     def stop(number, frame):
         raise OverlongError
@@ -82,7 +82,7 @@ def time_limit():
 
 
 class Journal:
-    """Takes the place of a module's logger, and keeps what is logged."""
+    """Replaces a module's logger and keeps the lines."""
 
     def __init__(self):
         self.lines = []
@@ -94,7 +94,7 @@ class Journal:
     warning = error = debug = info
 
     def numbers(self, pattern):
-        """The groups of the last line that has the pattern, as numbers; None if none has."""
+        """Return the groups of the last line that has the pattern as numbers, or None if no line has it."""
         for line in reversed(self.lines):
             found = re.search(pattern, line)
             if found:
@@ -102,17 +102,17 @@ class Journal:
         return None
 
     def number(self, pattern):
-        """The one group of that line, 0 if there is none."""
+        """Return the only group of the last line that has the pattern as a number, or 0 if no line has it."""
         found = self.numbers(pattern)
         return found[0] if found else 0
 
     def has(self, text):
-        """Whether a line has a text."""
+        """Return whether a line has a text."""
         return any(text in line for line in self.lines)
 
 
 def without_copies():
-    """In place of the module `copy`: what is only read is shared; states are copied without their graphs."""
+    """Return a replacement of the module `copy` that shares read-only values and the graphs of states."""
 
     def share(value):
         if isinstance(value, dict):
@@ -123,7 +123,7 @@ def without_copies():
 
 
 def prepare_virtualhome(*modules):
-    """Share graphs, which are never written to, and what the modules copy."""
+    """Share values that are never changed: graphs, and values that the modules copy."""
     if os.environ.get("EAI_EVERY_COPY"):
         return
     environment = importlib.import_module(GRAPHS + ".environment")
@@ -137,7 +137,7 @@ def prepare_virtualhome(*modules):
 
 
 def virtualhome_arguments(ability, folder):
-    """What the package's command line hands to an evaluation."""
+    """Return the arguments that the package's command line passes to an evaluation."""
     package = Path(importlib.import_module(VIRTUALHOME).__path__[0])
     return types.SimpleNamespace(
         mode="evaluate_results",
@@ -154,7 +154,7 @@ def virtualhome_arguments(ability, folder):
 
 
 def evaluation_of(ability):
-    """The module of an evaluation, and a function that runs it on one answer and returns its journal."""
+    """Return the module of an evaluation, and a function that runs it on an answer and returns its log."""
     evaluation = importlib.import_module(VIRTUALHOME + ".evaluation." + ability + ".scripts.evaluate_results")
     library = importlib.import_module(GRAPHS + ".eval_utils")
     prepare_virtualhome(evaluation)
@@ -166,7 +166,7 @@ def evaluation_of(ability):
     def run(task_id, text):
         path.write_text(json.dumps([{"identifier": task_id, "llm_output": text}]))
         evaluation.logger = library.logger = journal = Journal()
-        with suppress(ZeroDivisionError):  # a rate over the goals of one task, which may have none of a kind
+        with suppress(ZeroDivisionError):  # a rate of goals of a kind, of which the task may have none
             evaluation.evaluate_results(arguments)
         return journal
 
@@ -174,7 +174,10 @@ def evaluation_of(ability):
 
 
 def virtualhome_action_sequencing(given):
-    """Plans: what the log says of each; two action goals come in alphabetical order."""
+    """Return the judge of VirtualHome plans, which reads the verdict from the log.
+
+    Two action goals come in alphabetical order.
+    """
     evaluation, run = evaluation_of("action_sequencing")
     evaluation.set = lambda values: sorted(builtins.set(values))
 
@@ -196,7 +199,10 @@ def virtualhome_action_sequencing(given):
 
 
 def virtualhome_goal_interpretation(given):
-    """Goals: what the log says of each; of several objects of a class, the largest id comes last."""
+    """Return the judge of VirtualHome goals, which reads the verdict from the log.
+
+    If a class has several objects, the object with the largest id comes last.
+    """
     _, run = evaluation_of("goal_interpretation")
     planner = importlib.import_module(GRAPHS + ".motion_planner").MotionPlanner
     in_any_order = planner.get_relevant_nodes
@@ -222,12 +228,12 @@ def virtualhome_goal_interpretation(given):
 
 
 def virtualhome_subgoal_decomposition(given):
-    """Subgoals: category, kinds of error, goals."""
+    """Return the judge of VirtualHome subgoals: category, kinds of error, goals."""
     simulation = importlib.import_module(VIRTUALHOME + ".evaluation.subgoal_decomposition.subgoal_sim_utils")
     checkers = importlib.import_module(VIRTUALHOME + ".evaluation.subgoal_decomposition.checkers")
     prepare_virtualhome(checkers)
     logic = importlib.import_module(VIRTUALHOME + ".tl_formula.simple_tl")
-    logic.has_id = functools.lru_cache(maxsize=None)(logic.has_id)  # a name has an id or not, ever
+    logic.has_id = functools.lru_cache(maxsize=None)(logic.has_id)  # the result depends on the name alone
     arguments = virtualhome_arguments("subgoal_decomposition", tempfile.gettempdir())
     vocabulary = arguments.resource_dir + "/vocabulary.json"
 
@@ -244,9 +250,10 @@ def virtualhome_subgoal_decomposition(given):
 
 
 def told(report, misused):
-    """The category and the kinds of error of a report on subgoals, and what it says of the goals.
+    """Return the category and kinds of error in a report on subgoals, and its part on goals.
 
-    ``misused`` is what stands for a wrong number of objects: the two halves of the package differ in it.
+    ``misused`` is the value that reports a wrong number of objects. The package has one value for VirtualHome
+    and another for BEHAVIOR.
     """
     category, *rest = report
     verdict = {"category": CATEGORIES.get(category, category.lower())}
@@ -260,7 +267,7 @@ def told(report, misused):
 
 
 def transition_modeling(given):
-    """Operators: the counts by category; there is no planner."""
+    """Return the judge of operators: counts by category, without a planner."""
     failing = types.ModuleType("fd")
     failing.FD = type("FD", (), {"plan_from_pddl": lambda self, *args, **kwargs: 1 / 0})
     sys.modules[GRAPHS + ".pddlgym_planners.fd"] = failing
@@ -313,7 +320,7 @@ virtualhome_transition_modeling = behavior_transition_modeling = transition_mode
 
 
 def behavior_goal_interpretation(given):
-    """Goals of BEHAVIOR: the package's detailed analysis of each."""
+    """Return the judge of BEHAVIOR goals, which uses the package's detailed analysis."""
     importlib.import_module("behavior_reference_child")
     module = importlib.import_module("behavior_eval.evaluation.goal_interpretation.scripts.evaluate_results")
     data = module.goal_interpretation_data()
@@ -338,7 +345,7 @@ def behavior_goal_interpretation(given):
 
 
 def behavior_action_sequencing(given):
-    """Plans of BEHAVIOR in the symbolic scene."""
+    """Return the judge of BEHAVIOR plans in the symbolic scene."""
     child = importlib.import_module("behavior_reference_child")
 
     def judge(task_id, text):
@@ -360,7 +367,7 @@ def behavior_action_sequencing(given):
 
 
 def behavior_subgoal_decomposition(given):
-    """Subgoals of BEHAVIOR in the symbolic scene."""
+    """Return the judge of BEHAVIOR subgoals in the symbolic scene."""
     child = importlib.import_module("behavior_reference_child")
 
     def judge(task_id, text):
@@ -368,7 +375,7 @@ def behavior_subgoal_decomposition(given):
         random.seed(SEED)
         try:
             report = child.subgoal_decomposition(scene, text)()
-        except UnboundLocalError:  # the simulator always has some relation, the stand-ins may have none left
+        except UnboundLocalError:  # the stand-ins may have no relation left, unlike the simulator
             raise
         except Exception as error:  # as `evaluate_task` does
             report = ("NotParseable", str(error), None)

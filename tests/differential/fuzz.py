@@ -1,18 +1,22 @@
-"""Score hostile answers, and print exceptions, double verdicts and the cost of the most expensive.
+"""Score hostile answers, and print exceptions, unstable verdicts and the cost of the most expensive answers.
 
     python -m bench fuzz                   2,000 answers to each of the eight suites
     python -m bench fuzz --suite behavior/ --rows 200 --seed 7
     python -m bench fuzz --dearest 10      names ten answers of each suite and protocol
     python -m bench fuzz --suite behavior/subgoal --answer 176
 
-Answers are those of `mutated_answers`, one in four of them made worse: cut off, repeated, nested, with
-quantifiers around a formula, or with characters that no answer has. They are a pure function of the seed.
-Each is scored twice and explained, under both protocols, with the built-in planner. For each suite and
-protocol come the answers that raise or have two verdicts; a digest of all verdicts, which must not depend on
-PYTHONHASHSEED; the most memory (MB) that the process has had so far; and CPU milliseconds of the dearest of
-the three calls: the median, the 99.9th percentile and the most. The dearest answers follow, each by its
-number, with its beginning; `--answer` prints the whole of one. Scorers are made beforehand and spared by the
-garbage collector, as where many answers are scored. Exits with status 1 where anything is wrong.
+Answers are those of `mutated_answers`. One in four is made worse: cut off, repeated, nested, with quantifiers
+around a formula, or with unusual characters. Equal seeds give equal answers. Each answer is scored twice and
+explained, under both protocols, with the built-in planner. For each suite and protocol the program prints:
+
+- answers that raise, or whose two verdicts differ;
+- a digest of all verdicts, which must not depend on PYTHONHASHSEED;
+- the peak memory of the process so far (MB);
+- CPU milliseconds of the most expensive of the three calls: median, 99.9th percentile and maximum;
+- the most expensive answers, each by its number and its beginning; `--answer` prints a whole answer.
+
+Scorers are made beforehand, and garbage collection skips them, as in a run with many answers. The exit status
+is 1 if an answer raises or its verdicts differ.
 """
 
 from __future__ import annotations
@@ -42,7 +46,7 @@ SUITES = tuple(
     f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES
 )
 LONGEST = 20_000
-"""The most characters of an answer; a trainer cuts off earlier."""
+"""Maximum number of characters of an answer; a trainer cuts answers off earlier."""
 ODD = ("\0", "\u202e", "\ud800", "\U0001f9fd", "}" * 50, '"', "\\u0000", "<think>", "```", "NaN", "1e999")
 
 
@@ -58,7 +62,7 @@ _ARGUMENT = re.compile(r"[\w.]+(?=\s*[,)])")
 
 
 class Row(NamedTuple):
-    """A hostile answer to a task, by its number, which decides it."""
+    """A hostile answer to a task. Its number determines it."""
 
     number: int
     task_id: str
@@ -69,19 +73,19 @@ class Row(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """What the dearest call of an answer took."""
+    """The cost of an answer's most expensive call."""
 
     milliseconds: float
     row: Row
 
 
 class Fuzzed(NamedTuple):
-    """What came of some answers.
+    """Results of fuzzing some answers.
 
     Attributes:
-        wrong: what went wrong.
-        verdicts: a digest of all verdicts.
-        costs: what they cost, ascending.
+        wrong: Descriptions of failures.
+        verdicts: Digest of all verdicts.
+        costs: Costs of the answers, ascending.
     """
 
     wrong: Sequence[str]
@@ -89,12 +93,12 @@ class Fuzzed(NamedTuple):
     costs: Sequence[Cost]
 
     def at(self, share: float) -> float:
-        """The cost that so many of the answers do not exceed."""
+        """Return a quantile of the costs: the given share of the answers costs at most this."""
         return self.costs[min(len(self.costs) - 1, int(share * len(self.costs)))].milliseconds
 
 
 def worse(dice: Dice, text: str) -> str:
-    """An answer made worse in one way."""
+    """Return an answer with one more defect."""
     place = dice.below(len(text) + 1)
     match dice.below(7):
         case 0:
@@ -115,7 +119,7 @@ def worse(dice: Dice, text: str) -> str:
 
 
 def quantified(dice: Dice, formula: str) -> str:
-    """A formula within up to five quantifiers of any kind, and about what they bind."""
+    """Return a formula inside up to five quantifiers, with some arguments replaced by their variables."""
     heads: list[str] = []
     names: list[str] = []
     for level in range(1 + dice.below(5)):
@@ -131,7 +135,7 @@ def quantified(dice: Dice, formula: str) -> str:
 
 
 def quantified_pddl(dice: Dice, text: str) -> str:
-    """Operators of which one condition or effect stands within up to five quantifiers."""
+    """Return operators in which one condition or effect is inside up to five quantifiers."""
     start = text.find("(and")
     end, depth = start + 1, 1
     while 0 < end < len(text) and depth:
@@ -147,7 +151,7 @@ def quantified_pddl(dice: Dice, text: str) -> str:
 
 
 def answers(suite: str, task_ids: Sequence[str], numbers: Iterable[int], seed: int) -> list[Row]:
-    """Hostile answers by their numbers."""
+    """Return the hostile answers with these numbers."""
     domain, _, ability = suite.partition("/")
     make, made = maker(domain, Ability(ability)), []
     for number in numbers:
@@ -159,7 +163,7 @@ def answers(suite: str, task_ids: Sequence[str], numbers: Iterable[int], seed: i
 
 
 def fuzz(suite: Suite, rows: Sequence[Row]) -> Fuzzed:
-    """Score and explain answers."""
+    """Score answers twice, explain them, and return the results."""
     wrong: list[str] = []
     costs: list[Cost] = []
     digest = hashlib.sha256()
@@ -186,7 +190,7 @@ def fuzz(suite: Suite, rows: Sequence[Row]) -> Fuzzed:
 
 
 def main() -> int:
-    """Fuzz the suites that are asked for."""
+    """Fuzz the chosen suites."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

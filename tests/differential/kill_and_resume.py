@@ -1,15 +1,20 @@
-"""Kill a run many times, resume it, and check that no answer is lost, doubled or changed.
+"""Kill a run many times, resume it, and check that no answer is lost, duplicated or changed.
 
     python -m bench kill_and_resume --kills 70                  replanning
     python -m bench kill_and_resume --kills 70 --kind plain     one answer a task
     python -m bench kill_and_resume --kills 70 --kind pipeline  questions that state interpreted goals
     python -m bench kill_and_resume --kills 70 --kind acting    episodes, killed in their midst
 
-A process that does a job of ``eai run`` is killed (SIGKILL) after a few more answers, at a moment that nobody
-chose, and started again, until it ends. Then its records, summary and answers must be those of a run that was
-left alone, byte for byte; of all that the journal held at a kill nothing may be missing, and no answer may
-stand in it twice. More runs follow until there have been so many kills. An episode that was under way begins
-anew: its record must say how often it was begun (`begun`), and be the same besides. Prints one line of JSON.
+A process that does a job of ``eai run`` is killed (SIGKILL) at an arbitrary moment after a few more answers,
+and started again, until the job ends. Then three checks follow:
+
+- Records, summary and answers equal those of an undisturbed run, byte for byte.
+- No answer that was in the journal at a kill is missing.
+- No answer is in the journal twice.
+
+More runs follow until the number of kills is reached. An interrupted episode begins again: its record says
+how often it has begun (`begun`), and equals the undisturbed record otherwise. The program prints one line of
+JSON.
 """
 
 from __future__ import annotations
@@ -50,14 +55,17 @@ COMPARED = ("records.jsonl", "summary.json")
 
 
 class Work(NamedTuple):
-    """What each run does; in a pipeline with goals that answers state."""
+    """The work of each run; in a pipeline, with goals that answers state."""
 
     job: Job
     believed: BeliefSet | None = None
 
 
 def make_work(kind: str, tasks: int) -> Work:
-    """The first tasks of BEHAVIOR; answers are corrupted and in an experiment mended, episodes are gold."""
+    """Return the work on the first tasks of BEHAVIOR.
+
+    Answers are corrupted, and repaired in experiments; episodes are gold.
+    """
     ability = ACTING if kind == "acting" else Ability.ACTION_SEQUENCING
     suite, library = open_suite("behavior", ability), Library("official")
     task_ids = suite.task_ids[:tasks]
@@ -83,7 +91,7 @@ def make_work(kind: str, tasks: int) -> Work:
 
 
 def work(todo: Work, folder: Path) -> None:
-    """All that a run does, in this process."""
+    """Do the work of a run in this process."""
     job = todo.job
     answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
     obtained = replace(answers, name="noisy", beliefs=todo.believed)
@@ -91,7 +99,7 @@ def work(todo: Work, folder: Path) -> None:
 
 
 def start(todo: Work, folder: Path) -> int:
-    """A process that does the job; its id."""
+    """Start a process that does the work, and return its id."""
     child = os.fork()
     if child:
         return child
@@ -100,20 +108,20 @@ def start(todo: Work, folder: Path) -> int:
     try:
         work(todo, folder)
         status = 0
-    except BaseException as error:  # whatever it is, the parent is to see it
+    except BaseException as error:  # the parent must see any exception
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         status = 1
     os._exit(status)
 
 
 def lines(folder: Path) -> list[str]:
-    """The whole lines of the journal."""
+    """Return the complete lines of the journal."""
     path = folder / JOURNAL
     return path.read_text(encoding="utf-8").split("\n")[:-1] if path.exists() else []
 
 
 def kill_or_wait(child: int, folder: Path, more: int, later: float) -> bool:
-    """Kill a process so many seconds after so many more answers; whether it was killed before its end."""
+    """Kill a process some seconds after some more answers. Return whether it was killed before its end."""
     wanted = len(lines(folder)) + more
     while True:
         ended, status = os.waitpid(child, os.WNOHANG)
@@ -130,7 +138,7 @@ def kill_or_wait(child: int, folder: Path, more: int, later: float) -> bool:
 
 
 def episodes(folder: Path) -> list[tuple[int, dict[str, Json]]]:
-    """The records of episodes: how often each was begun, and what is the same however often that was."""
+    """Return the records of episodes: how often each has begun, and the record without this number."""
     found = []
     for line in (folder / "records.jsonl").read_text(encoding="utf-8").splitlines():
         record = json.loads(line)
@@ -142,14 +150,14 @@ def episodes(folder: Path) -> list[tuple[int, dict[str, Json]]]:
 
 
 def unsaid(folder: Path) -> int:
-    """How many records do not say how often their episodes were begun."""
+    """Return the number of records with a wrong count of the beginnings of their episode."""
     path = folder / "begun.jsonl"
     begun = Counter(json.loads(line)[0] for line in path.read_text(encoding="utf-8").splitlines())
     return sum(times != begun[record["task_id"]] for times, record in episodes(folder))
 
 
 def outcome(folder: Path, kind: str) -> object:
-    """What a run leaves besides its journal and log."""
+    """Return the files of a run, except its journal and log."""
     if kind == "acting":
         return [record for _, record in episodes(folder)]
     attempts = sorted(folder.glob("noisy_attempt_*_outputs.json"))
@@ -157,7 +165,7 @@ def outcome(folder: Path, kind: str) -> object:
 
 
 def places(journal: list[str]) -> Counter[tuple[str, int, int]]:
-    """How often each answer stands in a journal."""
+    """Return how often each answer is in a journal."""
     rows = map(json.loads, journal)
     return Counter((row["task_id"], row["epoch"], row["attempt"]) for row in rows)
 
@@ -175,7 +183,7 @@ def main() -> None:
     kills, runs, lost, doubled, differing, answers, anew = 0, 0, 0, 0, 0, 0, 0
     with tempfile.TemporaryDirectory() as temporary:
         alone = Path(temporary, "alone")
-        work(todo, alone)  # here, so that what it imports is there in every process that follows
+        work(todo, alone)  # import here, before the first fork, so that all later processes have it
         expected = outcome(alone, arguments.kind)
         while kills < arguments.kills:
             runs += 1

@@ -21,14 +21,14 @@ from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubg
 from eai.world.state import Scene
 
 Maker: TypeAlias = Callable[[Dice, str], str]
-"""Makes an answer to a task, which is given by its id."""
+"""Makes an answer to the task with an id."""
 
 BESIDES = {"necessity_to_use_action": "no", "actions_to_include": []}
-"""What VirtualHome's prompts ask for besides subgoals."""
+"""Further keys that VirtualHome's prompts ask for beside subgoals."""
 
 
 def maker(domain: str, ability: Ability) -> Maker:
-    """What makes the answers of a suite."""
+    """Return the function that makes the answers of a suite."""
     book = open_answer_book(find_benchmark(domain), ability)
     if ability is Ability.TRANSITION_MODELING:
         return partial(_operators, book)

@@ -1,4 +1,4 @@
-"""Mutated interpretations of goals: the data set's own with other entries, fields and types."""
+"""Mutated interpretations of goals: the data set's own goals with other entries, fields and types."""
 
 from __future__ import annotations
 
@@ -71,7 +71,10 @@ ODD_ENTRIES: tuple[object, ...] = (
 
 
 def virtualhome_goals(dice: Dice, task: VirtualHomeTask, gold: Sequence[str]) -> str:
-    """The three sections of VirtualHome; of ``gold`` each part is an object with its section as key."""
+    """Return VirtualHome's three sections of goals, mutated.
+
+    Each part of ``gold`` is an object whose key is its section.
+    """
     names = sorted({task.scene.objects[i].category for i in task.relevant}) or ["character"]
     actions = sorted({word for words in task.record.action_goals for word in words}) or ["GRAB"]
 
@@ -129,7 +132,7 @@ def _written(dice: Dice, sections: dict[str, object]) -> str:
 
 
 def behavior_goals(dice: Dice, task: BehaviorTask) -> str:
-    """Lists of conditions of BEHAVIOR, from any of the options of each goal."""
+    """Return lists of BEHAVIOR conditions, mutated from random options of each goal."""
     instances = [thing.instance for thing in task.record.objects]
     conditions = [
         _listed(condition)

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from differential.mutations import Dice, rearranged, slightly_corrupted
 
 Tree: TypeAlias = "str | list[Tree]"
-"""A word, or what stands in brackets."""
+"""A word, or a list in brackets."""
 
 ODD_LITERALS = (
     "()",
@@ -38,7 +38,7 @@ _TOKEN = re.compile(r"[()]|[^()\s]+")
 
 
 def operators(dice: Dice, gold: Sequence[str], others: Sequence[str]) -> str:
-    """An answer; ``others`` are operators of other tasks, each as PDDL text like the gold ones."""
+    """Return an answer of mutated operators. ``others`` are gold operators of other tasks as PDDL text."""
     parts = rearranged(dice, list(gold), lambda: dice.one(others), dice.one((0, 0, 1)))
     texts = [_operator(dice, part) for part in parts]
     if dice.chance(0.05):
@@ -82,7 +82,7 @@ def _operator(dice: Dice, text: str) -> str:
 
 
 def _odd_operator(dice: Dice, tree: list[Tree]) -> list[Tree]:
-    """An operator without a section, with its sections in another order, or with another name."""
+    """Return an operator without a section, with reordered sections, or with another name."""
     head, sections = tree[:2], [tree[i : i + 2] for i in range(2, len(tree), 2)]
     match dice.below(4):
         case 0 if sections:
@@ -97,7 +97,7 @@ def _odd_operator(dice: Dice, tree: list[Tree]) -> list[Tree]:
 
 
 def _changed(dice: Dice, tree: Tree) -> Tree:
-    """A condition or effect with one change somewhere in it."""
+    """Return a condition or effect with one change somewhere in it."""
     places = list(_lists(tree))
     if not places:
         return _read(dice.one(ODD_LITERALS))
@@ -153,7 +153,7 @@ def _twice(dice: Dice, parts: list[Tree], other: list[Tree]) -> list[Tree]:
 
 
 def _opened(dice: Dice, parts: list[Tree], other: list[Tree]) -> list[Tree]:
-    """One of its parts in its place, as where a ``not`` is left out."""
+    """Return one of an expression's parts in its place, such as an atom without its ``not``."""
     inner = [part for part in parts if isinstance(part, list)]
     return dice.one(inner) if inner else parts
 
@@ -189,7 +189,7 @@ def _renamed(tree: Tree, old: str, new: str) -> Tree:
 
 
 def _read(text: str) -> Tree:
-    """The first word or list of a text; what is not closed ends with it."""
+    """Return the first word or list of a text. A list that is not closed ends with the text."""
     stack: list[list[Tree]] = [[]]
     for token in _TOKEN.findall(text):
         if token == "(":  # noqa: S105 - a bracket

@@ -14,7 +14,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 
 Step: TypeAlias = "tuple[str, list[object]]"
-"""An action and what stands in its list."""
+"""An action and the entries of its list."""
 
 ODD_ACTIONS = (
     "PLUGIN",
@@ -48,14 +48,14 @@ ODD_IDS = ("0", "999999", "65", "", "x", " 65", "065", "65.0", 65.5, None, True,
 
 
 def virtualhome_plan(dice: Dice, task: VirtualHomeTask) -> str:
-    """A plan with ids, as release 1.0.5 expects it."""
+    """Return a mutated VirtualHome plan with ids, as release 1.0.5 expects."""
     known = [_named(task, i) for i in task.relevant]
     script = [
         (action, [part for name, number in objects for part in (name, str(number))])
         for action, objects in task.record.script
     ]
     steps: list[Step] = [(action, list(words)) for action, words in script]
-    if dice.chance(0.8):  # what the data set's own script names, the reference may not know
+    if dice.chance(0.8):  # the reference package may not know a name of the data set's own script
         ids = {id_ for _, id_ in known}
         steps = [step for step in steps if {str(word) for word in step[1][1::2]} <= ids]
     arities = _virtualhome_arities()
@@ -88,7 +88,7 @@ def _random_step(dice: Dice, arities: Mapping[str, int], known: Sequence[tuple[s
 
 
 def _misnamed(dice: Dice, step: Step) -> Step:
-    """A step with something wrong in its names, numbers or types."""
+    """Return a step with a fault in its names, numbers or types."""
     action, words = step
     words = list(words)
     match dice.below(10):
@@ -106,7 +106,7 @@ def _misnamed(dice: Dice, step: Step) -> Step:
             words += words[:2] or ["sofa", "352"]
         case 6 if words:
             del words[:2]
-        case 7 if len(words) > 1 and "_" in str(words[0]):  # the same text where name and id are joined
+        case 7 if len(words) > 1 and "_" in str(words[0]):  # the joined text stays equal
             name, _, rest = str(words[0]).partition("_")
             words[:2] = [name, f"{rest}_{words[1]}"]
         case 8:
@@ -117,7 +117,7 @@ def _misnamed(dice: Dice, step: Step) -> Step:
 
 
 def _written(dice: Dice, steps: Sequence[Step]) -> str:
-    """The steps in one of the shapes that answers have."""
+    """Return the steps in one of the forms that answers have."""
     nothing = dice.one(("[]", "[ ]", "[ ]", "[ ]", '[""]'))
     pairs = [f"{json.dumps(action)}: {json.dumps(words) if words else nothing}" for action, words in steps]
     if dice.chance(0.8):
@@ -135,7 +135,7 @@ def _written(dice: Dice, steps: Sequence[Step]) -> str:
 
 
 def behavior_plan(dice: Dice, task: BehaviorTask) -> str:
-    """A plan of BEHAVIOR."""
+    """Return a mutated BEHAVIOR plan."""
     names = [thing.name for thing in task.scene.objects]
     own = [task.scene.objects[i].name for action in task.script for i in action.arguments]
     arities = _behavior_arities()
@@ -193,7 +193,7 @@ def _odd_entry(dice: Dice, step: dict[str, object]) -> dict[str, object]:
 
 
 def _as_python(dice: Dice, steps: Sequence[dict[str, object]]) -> str:
-    """The steps as a list, which the reference evaluates as Python."""
+    """Return the steps as a Python list, which the reference package evaluates."""
     match dice.below(14):
         case 0:
             return repr(list(steps))

@@ -1,4 +1,4 @@
-"""Mutated subgoals: gold ones among random formulas of any nesting, with all that can be wrong in them."""
+"""Mutated subgoals: gold subgoals among random nested formulas with faults of all kinds."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ QUANTIFIERS = (
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """What formulas about a scene are made of; the objects that matter come in `near`."""
+    """Words of formulas about a scene. `near` has the relevant objects."""
 
     signature: Signature
     objects: Sequence[str]
@@ -72,7 +72,7 @@ class Words:
 
 
 def subgoals(dice: Dice, gold: Sequence[str], words: Words, extras: Mapping[str, object]) -> str:
-    """An answer; ``extras`` are the other keys that prompts ask for."""
+    """Return an answer of mutated subgoals. ``extras`` are the other keys that prompts ask for."""
     maker = _Maker(dice, words)
     parts: list[object] = list(gold if len(gold) < 9 or dice.chance(0.3) else gold[: 1 + dice.below(9)])
     parts = rearranged(dice, parts, lambda: maker.formula(dice.below(3)), dice.one((0, 1, 2, 3)))
@@ -102,7 +102,7 @@ class _Maker:
         self._names = [(name, 1 if arity is None else arity) for name, arity in sorted(arities.items())]
 
     def formula(self, depth: int, bound: tuple[str, ...] = ()) -> str:
-        """A random formula of at most this depth."""
+        """Return a random formula up to this depth."""
         dice = self._dice
         if depth <= 0 or dice.chance(0.3):
             return self._primitive(bound)
@@ -121,7 +121,7 @@ class _Maker:
                 return self._quantified(depth, bound)
 
     def changed(self, text: str) -> str:
-        """A subgoal with something around, behind or within it."""
+        """Return a subgoal with an addition around, after or inside it."""
         dice = self._dice
         match dice.below(8):
             case 0:
@@ -152,7 +152,7 @@ class _Maker:
         return f" {word} ".join(parts)
 
     def _part(self, depth: int, bound: tuple[str, ...]) -> str:
-        """A part of something larger, mostly in brackets if it is more than a word with its objects."""
+        """Return a formula as part of a larger one: in brackets most times, unless it is one predicate."""
         text = self.formula(depth - 1, bound)
         is_simple = text.count("(") == 1 and " " not in text.replace(", ", "")
         return text if is_simple or self._dice.chance(0.25) else f"({text})"

@@ -1,6 +1,6 @@
-"""Seeded random changes that make an answer into an answer that no model would write.
+"""Seeded random changes that turn an answer into one that no model would write.
 
-Everything is a pure function of a seed.
+Equal seeds give equal changes.
 """
 
 from __future__ import annotations
@@ -13,32 +13,32 @@ _T = TypeVar("_T")
 
 
 class Dice:
-    """A seeded source of choices."""
+    """A seeded source of random choices."""
 
     def __init__(self, seed: str) -> None:
         self._random = random.Random(seed)
 
     def chance(self, probability: float) -> bool:
-        """Whether something of this probability happens."""
+        """Return True with this probability."""
         return self._random.random() < probability
 
     def one(self, values: Sequence[_T]) -> _T:
-        """One of some values."""
+        """Return a random value."""
         return self._random.choice(values)
 
     def below(self, end: int) -> int:
-        """A number from 0 on, less than the end; 0 if there is none."""
+        """Return a random number from 0 to below `end`, or 0 if `end` is 0."""
         return self._random.randrange(end) if end > 0 else 0
 
     def few(self, mean: float) -> int:
-        """A small number, this large in the mean."""
+        """Return a small random number with this mean."""
         number = 0
         while self.chance(mean / (1 + mean)):
             number += 1
         return number
 
     def shuffled(self, values: Sequence[_T]) -> list[_T]:
-        """The values in another order."""
+        """Return the values in random order."""
         return self._random.sample(values, len(values))
 
 
@@ -55,10 +55,10 @@ JUNK: Sequence[str] = (
     "\u0130",
     "\u00df",
 )
-"""What is put into texts by single characters."""
+"""Characters that are inserted into texts."""
 
 EMPTY = ("", " ", "\n", "null", "[]", "{}", '""', "0", "None", "```json```", "{\n}", "[{}]", "{[]}", "true")
-"""Answers that say nothing."""
+"""Answers without content."""
 
 FENCES = (
     "```json\n{}\n```",
@@ -90,19 +90,19 @@ PROSE = (
 
 
 def corrupted(dice: Dice, text: str) -> str:
-    """A text with one to a few changes."""
+    """Return a text with one to a few changes."""
     for _ in range(1 + dice.few(0.4)):
         text = dice.one(_CHANGES)(dice, text)
     return text
 
 
 def slightly_corrupted(dice: Dice, text: str, probability: float) -> str:
-    """A text that is corrupted with some probability."""
+    """Return a text, corrupted with some probability."""
     return corrupted(dice, text) if dice.chance(probability) else text
 
 
 def rearranged(dice: Dice, parts: Sequence[_T], more: Callable[[], _T], mean: float = 1.5) -> list[_T]:
-    """Parts dropped, repeated, exchanged, replaced and added; now and then not at all."""
+    """Return parts of which some are dropped, repeated, exchanged, replaced or added; sometimes none."""
     found = list(parts)
     for _ in range(dice.few(mean)):
         place = dice.below(len(found))
@@ -143,7 +143,7 @@ def _without_a_character(dice: Dice, text: str) -> str:
 
 
 def _without_a_sign(dice: Dice, text: str) -> str:
-    """One of the signs that structure hangs on is gone."""
+    """Return a text without one of its structural characters."""
     places = [place for place, sign in enumerate(text) if sign in "{}[]()\",:'"]
     if not places:
         return text

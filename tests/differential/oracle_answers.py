@@ -1,4 +1,4 @@
-"""Answers that have the reference's verdict in ``../shared/oracle``."""
+"""Answers in ``../shared/oracle``, which has the reference package's verdicts on them."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from typing import NamedTuple
 ORACLE = Path(__file__).resolve().parents[3] / "shared" / "oracle"
 
 NO_MODELS = ("gold", "gt", "perturb", "helm")
-"""How the names of files begin that hold no model's answers."""
+"""Prefixes of the names of files without answers of models."""
 
 WITHOUT_ANSWERS = "third_party_run.json.gz"
-"""A file of verdicts whose answers are in other files."""
+"""Name of a file of verdicts whose answers are in other files."""
 
 OTHER_PLANNER = ".fd26.6"
-"""In the name of a file that repeats the answers of another, with the outcomes of another planner."""
+"""Part of the name of files with repeated answers and the outcomes of another planner."""
 
 
 class OracleAnswer(NamedTuple):
-    """An answer as it is in a file.
+    """An answer in a file of the oracle.
 
     Attributes:
-        identifier: the task's id, and after an `@` what tells several answers to one task apart.
-        text: the answer; empty where there is none.
+        identifier: Id of the task, and after an `@` a label if the task has several answers.
+        text: The answer, or an empty text if the file has none.
     """
 
     identifier: str
@@ -37,24 +37,24 @@ class OracleAnswer(NamedTuple):
 
 
 def require_oracle() -> None:
-    """End with a message where the oracle is not on this machine."""
+    """Exit with a message if the oracle is not on this machine."""
     if not ORACLE.is_dir():
         sys.exit("the oracle is not beside the repository")
 
 
 def answer_files(suite: str) -> list[Path]:
-    """The files of a suite, `DOMAIN/ABILITY`, by name; each answer is in one of them."""
+    """Return the files of a suite, `DOMAIN/ABILITY`, by name. Each answer is in one file."""
     files = sorted((ORACLE / suite).glob("*.json.gz"))
     return [path for path in files if OTHER_PLANNER not in path.name and path.name != WITHOUT_ANSWERS]
 
 
 def model_files(suite: str) -> list[Path]:
-    """Those of `answer_files` that a model wrote."""
+    """Return the files of a suite that hold answers of models."""
     return [path for path in answer_files(suite) if not path.name.startswith(NO_MODELS)]
 
 
 def oracle_answers(path: Path) -> list[OracleAnswer]:
-    """The answers of a file, in its order."""
+    """Yield the answers of a file in order."""
     content = json.loads(gzip.decompress(path.read_bytes()))
     return [
         OracleAnswer(row.get("id", row.get("identifier")), row.get("llm_output", row.get("response")) or "")

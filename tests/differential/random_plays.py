@@ -2,11 +2,11 @@
 
     python -m bench random_plays [SUITE ...] [--plays 1000] [--inspect 200] [--mcp 200]
 
-Each play is the commands of a null agent; a tenth of them only look, cannot be read, or are of a thing that
-there is not. All plays go through gymnasium, and the first ones through the tools that Inspect's agents have
-and through a server of MCP. Each is scored as an episode, and its actions as a plan: without a fault both
-reach the same goals, and with one both name the same first step and kind. Equal arguments play the same. Exit
-status 1 if anything differs.
+Each play is a sequence of commands of a null agent. A tenth of the commands only look, cannot be read, or
+name an object that does not exist. All plays go through gymnasium; the first ones also go through the tools
+of Inspect's agents and through an MCP server. Each play is scored as an episode, and its actions as a plan.
+Without a fault, both must reach the same goals. With a fault, both must name the same first step and kind.
+Equal arguments give equal plays. The exit status is 1 if anything differs.
 """
 
 from __future__ import annotations
@@ -46,15 +46,15 @@ from eai.run.acting import enter, episode_text
 from eai.world.action import Action
 
 ODD = ("OPEN(moon)", "FLY()", "()", "[]()", "I open it.()", "OPEN(()", "OPEN(a, b, c, d)", LOOK)
-"""Commands that are no actions, as a call of a tool makes them."""
+"""Commands that are no actions, in the form that a tool call makes."""
 
 Told = Sequence[str]
-"""The observations of a play, one a command."""
+"""The observations of a play, one for each command."""
 
 
 @dataclass
 class Check:
-    """What was compared, and the first differences of each kind."""
+    """Numbers of comparisons, and the first differences of each kind."""
 
     counts: Counter[str] = field(default_factory=Counter)
     differences: list[str] = field(default_factory=list)
@@ -66,7 +66,7 @@ class Check:
 
 
 def drawn(arena: AgentTask, suite: Suite, number: int) -> tuple[Session, Told]:
-    """A random play and what it was told."""
+    """Draw a random play, and return it with its observations."""
     rng = random.Random(f"play {number}")
     tasks = [task for task in suite.tasks.values() if task.plan_exclusion is None]
     play = arena.play(rng.choice(tasks))
@@ -79,14 +79,14 @@ def drawn(arena: AgentTask, suite: Suite, number: int) -> tuple[Session, Told]:
 
 
 def through_gymnasium(environment: TextEnvironment, play: Session) -> tuple[list[str], list[str | None]]:
-    """What gymnasium tells of the commands, and the faults."""
+    """Play the commands in gymnasium, and return the observations and the faults."""
     environment.reset(options={"task_id": play.task.id})
     turns = [environment.step(turn.said) for turn in play.turns]
     return [turn[0] for turn in turns], [turn[4]["fault"] for turn in turns]
 
 
 def as_calls(play: Session) -> list[tuple[str, Mapping[str, Any]]]:
-    """The commands as calls of tools."""
+    """Return the commands as tool calls."""
     calls: list[tuple[str, Mapping[str, Any]]] = []
     for turn in play.turns:
         name, _, objects = turn.said.partition("(")
@@ -99,7 +99,7 @@ def as_calls(play: Session) -> list[tuple[str, Mapping[str, Any]]]:
 
 
 async def through_inspect(domain: str, play: Session) -> tuple[Told, str]:
-    """What Inspect's tools tell of the calls, and the episode in the store."""
+    """Make the tool calls in Inspect, and return the observations and the stored episode."""
     about = {"domain": domain, "ability": ACTING.value, AGENT: STANDARD.model_dump_json()}
     messages: list[Any] = [ChatMessageUser(content="")]
     task_id = play.task.id
@@ -113,13 +113,13 @@ async def through_inspect(domain: str, play: Session) -> tuple[Told, str]:
 
 
 async def through_mcp(client: Client, play: Session) -> Told:
-    """What a server of MCP tells of the calls."""
+    """Make the tool calls on an MCP server, and return the observations."""
     results = [await client.call_tool(name, dict(given)) for name, given in as_calls(play)]
     return [cast("Any", result.content[0]).text for result in results]
 
 
 def as_plan(play: Session, faults: Sequence[str | None]) -> tuple[list[Action], list[int]] | None:
-    """The actions of a play, and the turn of each; None if a command was no action, so that it is no plan."""
+    """Return the actions of a play with their turns, or None if a command was no action."""
     actions, turns, late = [], [], play.ended == "steps"
     everything = range(len(play.task.scene.objects))
     for number, turn in enumerate(play.turns[: len(play.turns) - late]):
@@ -134,7 +134,7 @@ def as_plan(play: Session, faults: Sequence[str | None]) -> tuple[list[Action], 
 
 
 def compare_plan(check: Check, place: object, plans: Suite, play: Session, verdict: ActingVerdict) -> None:
-    """Compare an episode with the plan that its actions are."""
+    """Compare an episode with the plan of its actions."""
     faults = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
     found = as_plan(play, faults)
     if found is None or not found[0]:
@@ -153,7 +153,7 @@ def compare_plan(check: Check, place: object, plans: Suite, play: Session, verdi
 
 
 def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) -> None:
-    """Play one suite through all doors."""
+    """Play one suite through all interfaces."""
     suite, plans = open_suite(name, ACTING), open_suite(name, Ability.ACTION_SEQUENCING)
     arena, environment = AgentTask(suite.benchmark), make(name, rules=RULES)
     for number in range(max(plays, by_inspect, by_mcp)):
@@ -179,7 +179,7 @@ def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) ->
 
 
 def compare_mcp(check: Check, place: object, suite: Suite, play: Session, told: Told) -> None:
-    """Compare a play with the same one over MCP, where a look before the first action tells the task."""
+    """Compare a play with itself over MCP, which tells the task at a look before the first action."""
     if play.turns[0].said == LOOK:
         return
     task_id = play.task.id
@@ -200,7 +200,7 @@ def compare_mcp(check: Check, place: object, suite: Suite, play: Session, told: 
 
 
 def main() -> None:
-    """Print what was compared and what differs."""
+    """Play the suites, and print the numbers of comparisons and the differences."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,9 +1,9 @@
-"""The reference implementation, `eai-eval`, run and measured in an environment of its own.
+"""Run and measure the reference package, `eai-eval`, in a separate environment.
 
-The environment (600 MB, built once) lives under the user's cache directory.
+The environment (600 MB, built once) is in the user's cache directory.
 
-Transition modeling is left out: its evaluation cannot be imported without a planner's package and a compiled
-planner. So is BEHAVIOR: its evaluation loads the iGibson simulator and its licensed assets.
+Transition modeling is left out, because its evaluation imports a planner's package and needs a compiled
+planner. BEHAVIOR is left out, because its evaluation loads the iGibson simulator and its licensed assets.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from typing import Any
 import platformdirs
 
 REFERENCE = "eai-eval==1.0.5"
-IMPORTED = ("fire", "lark", "numpy")  # all that the three evaluations import; the package asks for far more
+IMPORTED = ("fire", "lark", "numpy")  # the imports of the three evaluations; the package declares far more
 CHILD = Path(__file__).with_name("reference_child.py")
 CACHE = platformdirs.user_cache_path("eai-bench")
 
 
 class Ability(Enum):
-    """The abilities whose evaluation the reference can run here."""
+    """Abilities whose evaluation can run here in the reference package."""
 
     GOAL_INTERPRETATION = "goal_interpretation"
     SUBGOAL_DECOMPOSITION = "subgoal_decomposition"
@@ -37,7 +37,7 @@ class Ability(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """A model's answer to a task; `task_id` without the scene's prefix (`27_2`)."""
+    """A model's answer to a task. `task_id` has no scene prefix, as in `27_2`."""
 
     task_id: str
     text: str
@@ -45,15 +45,15 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """What the reference's evaluation of some responses cost, and what it said.
+    """Cost and results of the reference package's evaluation of some responses.
 
     Attributes:
-        tasks: number of responses evaluated.
-        startup_cpu_seconds: user and system time of the interpreter's start and the imports.
-        cpu_seconds: user and system time of the evaluation alone.
-        peak_bytes: largest resident size of the process.
-        python: version of Python it ran on.
-        results: what the evaluation returned for the one model.
+        tasks: Number of responses evaluated.
+        startup_cpu_seconds: User and system time of the interpreter's start and the imports.
+        cpu_seconds: User and system time of the evaluation alone.
+        peak_bytes: Maximum resident size of the process.
+        python: Version of Python.
+        results: Return value of the evaluation for the one model.
     """
 
     tasks: int
@@ -65,15 +65,15 @@ class Measurement:
 
     @property
     def tasks_per_cpu_second(self) -> float:
-        """Responses evaluated in a second of processor time."""
+        """Responses evaluated per second of processor time."""
         return self.tasks / self.cpu_seconds
 
 
 def environment(cache: Path = CACHE) -> Path:
-    """The Python of an environment with the reference in it, built on first use.
+    """Return the Python of an environment with the reference package, built on first use.
 
     Raises:
-        subprocess.CalledProcessError: the environment could not be made, or the package not installed.
+        subprocess.CalledProcessError: The environment could not be made, or the package not installed.
     """
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     folder = cache / f"{REFERENCE.replace('==', '-')}-python{version}"
@@ -90,12 +90,12 @@ def environment(cache: Path = CACHE) -> Path:
 
 
 def package_folder(python: Path) -> Path:
-    """Where an environment keeps the reference's VirtualHome package, data set included."""
+    """Return the folder of the reference package for VirtualHome in an environment, with its data set."""
     return next(python.parents[1].glob("lib/python*/site-packages/virtualhome_eval"))
 
 
 def create(folder: Path, python: Path) -> list[str]:
-    """Make an empty environment by the standard library, else by uv; returns the command to install with."""
+    """Make an empty environment with the standard library, or else uv, and return its install command."""
     venv = subprocess.run([sys.executable, "-m", "venv", str(folder)], check=False, capture_output=True)
     if venv.returncode == 0:
         return [str(python), "-m", "pip", "install", "--quiet"]
@@ -106,17 +106,17 @@ def create(folder: Path, python: Path) -> list[str]:
 
 
 def write_responses(path: Path, responses: list[Response], prefix: str = "") -> None:
-    """Write a response file as the reference reads it."""
+    """Write a response file in the reference package's format."""
     rows = [{"identifier": prefix + response.task_id, "llm_output": response.text} for response in responses]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(rows), encoding="utf-8")
 
 
 def evaluate(python: Path, ability: Ability, responses: list[Response]) -> Measurement:
-    """Let the reference evaluate some responses, one worker, and measure it.
+    """Evaluate some responses with the reference package and one worker, and measure the cost.
 
     Raises:
-        subprocess.CalledProcessError: the reference crashed; its own traceback is on standard error.
+        subprocess.CalledProcessError: The reference package crashed; its traceback is on standard error.
     """
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as name:
         folder = Path(name)

@@ -1,11 +1,12 @@
-"""Run one evaluation of the reference and print its cost: `reference.py`'s half in the other environment.
+"""Run one evaluation of the reference package and print its cost, for `reference.py`.
 
-`python reference_child.py ABILITY RESPONSES OUTPUT`, where the folder RESPONSES holds
-`virtualhome/ABILITY/<model>_outputs.json`. The last line printed is one JSON object. It runs on every Python
-that the reference runs on, so its syntax stays with Python 3.8.
+`python reference_child.py ABILITY RESPONSES OUTPUT`. The folder RESPONSES has
+`virtualhome/ABILITY/<model>_outputs.json`. The last printed line is one JSON object. The syntax is that of
+Python 3.8, the oldest version on which the reference package runs.
 
-The evaluation is called as the reference's own command line calls it, one worker, logging to a file, but
-without the command line's imports: those want the planner's package, which only transition modeling needs.
+The evaluation is called like from the package's own command line: one worker, logging to a file. The imports
+of the command line are left out, because they need the planner's package, which only transition modeling
+uses.
 """
 
 import importlib
@@ -19,13 +20,13 @@ from pathlib import Path
 
 
 def cpu_seconds() -> float:
-    """User and system time of this process and of its finished children so far."""
+    """Return user and system time of this process and of its finished children so far."""
     both = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     return sum(usage.ru_utime + usage.ru_stime for usage in both)
 
 
 def peak_bytes() -> int:
-    """The largest resident size so far (kilobytes on Linux, bytes on macOS)."""
+    """Return the maximum resident size so far, in bytes."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else peak * 1024
 

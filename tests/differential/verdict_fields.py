@@ -1,6 +1,6 @@
-"""Fields of our verdicts that are compared with the reference's.
+"""Fields of our verdicts that are compared with the reference package's.
 
-They are those of the published verdicts, as a summary counts them.
+A summary of verdicts counts them, too.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from eai.world.fault import FaultKind
 
 
 def fields(verdict: Verdict) -> dict[str, object]:
-    """The fields of a verdict, by the names that they have in the other half."""
+    """Return the fields of a verdict under the names that `compare_with_reference_child.py` uses."""
     match verdict:
         case SubgoalVerdict():
             return _of_subgoals(verdict)
@@ -86,7 +86,7 @@ def _of_operators(verdict: OperatorVerdict) -> dict[str, object]:
 
 
 def examples(verdict: Verdict) -> Iterator[str]:
-    """What a verdict is an example of: outcomes and kinds of error, each once."""
+    """Yield the outcome and the kinds of error of a verdict, each once."""
     if verdict.excluded is not None:
         yield "excluded"
     kinds = [] if verdict.error is None else [verdict.error.kind]
