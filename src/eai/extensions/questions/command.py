@@ -59,23 +59,23 @@ def questions(
     """
     with opened_source(data) as source:
         writer = Writer(find_benchmark(domain), source, Templates(prompts))
-        found = list(
+        written_questions = list(
             writer.write(kind or tuple(QuestionKind), form or tuple(QuestionForm), n, seed, rules=rules)
         )
-    if not found:
+    if not written_questions:
         raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
-    write_whole({out: questions_to_bytes(found)})
-    chances = _shortcut_rates(found)
+    write_whole({out: questions_to_bytes(written_questions)})
+    chances = _shortcut_rates(written_questions)
     if not as_json:
-        _print_balance(found)
-        _print_best_shortcuts(found, chances)
-    fewer = "" if len(found) == n else f"; the tasks yield no more, {n:,} were requested"
-    line = f"{counted(len(found), 'question')} written to {out}{fewer}"
+        _print_balance(written_questions)
+        _print_best_shortcuts(written_questions, chances)
+    fewer = "" if len(written_questions) == n else f"; the tasks yield no more, {n:,} were requested"
+    line = f"{counted(len(written_questions), 'question')} written to {out}{fewer}"
     chance: dict[str, Json] = {
         f"{kind.value}.{form.value}": {name: rate.percent for name, rate in rates.items()}
         for (kind, form), rates in chances.items()
     }
-    value: dict[str, Json] = {"file": str(out), "questions": len(found), "chance": chance}
+    value: dict[str, Json] = {"file": str(out), "questions": len(written_questions), "chance": chance}
     tell(line, value=value, as_json=as_json)
 
 
@@ -98,12 +98,12 @@ def _print_by_form(
 def _print_balance(questions: Sequence[Question]) -> None:
     numbers = Counter((question.kind, question.form) for question in questions)
 
-    def entropy(asked: _KindAndForm) -> str:
-        found = answer_entropy(questions, *asked)
-        return "-" if found is None else f"{found:.2f}"
+    def entropy(group: _KindAndForm) -> str:
+        share = answer_entropy(questions, *group)
+        return "-" if share is None else f"{share:.2f}"
 
     columns = {
-        Column("n", is_number=True): lambda asked: str(numbers[asked]),
+        Column("n", is_number=True): lambda group: str(numbers[group]),
         Column("entropy", is_number=True): entropy,
     }
     _print_by_form("Number of questions, and entropy of their answers (1: evenly spread)", questions, columns)
@@ -113,17 +113,17 @@ def _print_best_shortcuts(
     questions: Sequence[Question], chances: Mapping[_KindAndForm, Mapping[str, Rate]]
 ) -> None:
     """Print the best rate of guessing and shortcuts for each kind and form."""
-    best = {asked: best_shortcut(rates) for asked, rates in chances.items()}
+    best = {group: best_shortcut(rates) for group, rates in chances.items()}
     columns = {
-        replace(PERCENT, name="chance"): lambda asked: (
-            Estimate.from_rate(chances[asked][best[asked]]) if asked in best else "-"
+        replace(PERCENT, name="chance"): lambda group: (
+            Estimate.from_rate(chances[group][best[group]]) if group in best else "-"
         ),
-        replace(PERCENT, name="by"): lambda asked: best.get(asked, "-"),
+        replace(PERCENT, name="by"): lambda group: best.get(group, "-"),
     }
     _print_by_form("Best rate without knowledge of the world, in percent", questions, columns)
 
 
 def _shortcut_rates(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
     guesses = guess_probabilities(questions)
-    alike = group_pairs(((question.kind, question.form), question) for question in questions)
-    return {cell: shortcut_rates(some, guesses) for cell, some in alike.items()}
+    groups = group_pairs(((question.kind, question.form), question) for question in questions)
+    return {kind_and_form: shortcut_rates(group, guesses) for kind_and_form, group in groups.items()}

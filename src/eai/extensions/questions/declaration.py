@@ -100,7 +100,9 @@ class _QuestionScorer(Scorer):
             form=question.form,
             depth=question.depth,
             gold=question.answer,
-            chances={way: question.shortcuts.get(way, self._guess) for way in GUESS_AND_SHORTCUTS},
+            chances={
+                shortcut: question.shortcuts.get(shortcut, self._guess) for shortcut in GUESS_AND_SHORTCUTS
+            },
         )
         return Assessment(verdict, partial(_make_explanation, question, graded.repairs))
 
@@ -125,18 +127,21 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
         **{f"form.{form.value}": right if form is verdict.form else EMPTY_SHARE for form in QuestionForm},
         "f1": confusion_shares("", verdict.counts)[".f1"] if is_open else EMPTY_SHARE,
         "parsing": share_of_one(verdict.error is not None),
-        **{f"chance.{way}": Share(verdict.chances.get(way, 0.0), 1) for way in GUESS_AND_SHORTCUTS},
+        **{
+            f"chance.{shortcut}": Share(verdict.chances.get(shortcut, 0.0), 1)
+            for shortcut in GUESS_AND_SHORTCUTS
+        },
         **{
             f"{kind.value}.depth.{name}": right if (kind, name) == (verdict.kind, depth) else EMPTY_SHARE
             for kind in QuestionKind
             for name in MIN_DEPTHS
         },
         **{
-            f"{kind.value}.chance.{way}": Share(verdict.chances[way], 1)
+            f"{kind.value}.chance.{shortcut}": Share(verdict.chances[shortcut], 1)
             if kind is verdict.kind
             else EMPTY_SHARE
             for kind in QuestionKind
-            for way in GUESS_AND_SHORTCUTS
+            for shortcut in GUESS_AND_SHORTCUTS
         },
     }
 
@@ -168,8 +173,8 @@ def open_questions(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
             return None
     questions, sha256 = read_questions(path)
     guesses = guess_probabilities(questions)
-    asked = {each.id: _AskedQuestion(each, guesses[each.id]) for each in questions}
-    return f"{questions[0].domain}-{path.stem}", TaskSet(asked, asked.__getitem__, sha256)
+    by_id = {question.id: _AskedQuestion(question, guesses[question.id]) for question in questions}
+    return f"{questions[0].domain}-{path.stem}", TaskSet(by_id, by_id.__getitem__, sha256)
 
 
 def _get_prompt_and_answer(world: AbilityWorld, asked: _AskedQuestion) -> QuestionAndAnswer:

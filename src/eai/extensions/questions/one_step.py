@@ -117,16 +117,21 @@ def make_applicability_item(setting: QuestionSetting, rng: random.Random, number
 def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which requirements of an action are not met."""
     state = rng.choice(setting.states)
-    shown = [
+    candidates = [
         each
         for each in setting.rules.operators
         if len(each.checks) > 1 and each.arity <= len(setting.non_agents)
     ]
-    if not shown:
+    if not candidates:
         return None
-    own = {step.operator for step in setting.path}
+    path_operators = {step.operator for step in setting.path}
     operator = rng.choice(
-        [each for each in shown if each.name in own and rng.random() < _PATH_OPERATOR_PROBABILITY] or shown
+        [
+            each
+            for each in candidates
+            if each.name in path_operators and rng.random() < _PATH_OPERATOR_PROBABILITY
+        ]
+        or candidates
     )
     drawn = [step for step in setting.path if step.operator == operator.name]
     drawn += [
@@ -139,8 +144,8 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
         return None
     one = rng.choice(seen)  # all equally often, also rarely unmet ones
     fitting = [each for each in drawn if one in unmet[each]]
-    least = min(fitting, key=lambda each: len(unmet[each]))
-    action = least if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)
+    best = min(fitting, key=lambda each: len(unmet[each]))
+    action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)
     failing = unmet[action]
     numbers = range(1, len(operator.checks) + 1)
     reasons, met = [f"requirement {n}" for n in numbers], [n for n in numbers if n not in failing]
@@ -182,17 +187,17 @@ def draw_untrue_facts(
     setting: QuestionSetting, rng: random.Random, ever: frozenset[Fact], number: int
 ) -> list[Fact]:
     """Draw facts that are not in the given set: each is a known fact with one object replaced."""
-    found: list[Fact] = []
-    known, things = sorted(ever), range(len(setting.scene.objects))
-    for _ in range(_MAX_DRAWS if known else 0):
-        predicate, arguments = rng.choice(known)
+    facts: list[Fact] = []
+    true_facts, objects = sorted(ever), range(len(setting.scene.objects))
+    for _ in range(_MAX_DRAWS if true_facts else 0):
+        predicate, arguments = rng.choice(true_facts)
         changed = list(arguments)
         if changed:
-            changed[rng.randrange(len(changed))] = rng.choice(things)
+            changed[rng.randrange(len(changed))] = rng.choice(objects)
         fact = Fact(predicate, tuple(changed))
-        if fact not in ever and len(set(changed)) == len(changed) and fact not in found:
-            found.append(fact)
-    return found[:number]
+        if fact not in ever and len(set(changed)) == len(changed) and fact not in facts:
+            facts.append(fact)
+    return facts[:number]
 
 
 def _draw_transition(setting: QuestionSetting, rng: random.Random) -> tuple[State, Action, State] | None:
@@ -224,30 +229,30 @@ def _make_which_action_item(
     all objects are tried; there is no question if they are too many. A wrong action shares its name or
     objects with a right one or with another wrong one. Some wrong actions are possible.
     """
-    bindings, everything = Effort(_MAX_BINDINGS), range(len(setting.scene.objects))
+    bindings, all_objects = Effort(_MAX_BINDINGS), range(len(setting.scene.objects))
     tried = [
-        each
+        candidate
         for operator in setting.rules.operators
         if changed <= setting.rules.changed_predicates[operator.name]
-        for each in applicable_actions(setting.domain, operator, state, everything, bindings)
+        for candidate in applicable_actions(setting.domain, operator, state, all_objects, bindings)
     ]
     if bindings.is_exceeded:
         return None
     right = [
-        each
-        for each in tried
-        if (after := setting.find_next_state(state, each)) is not None and is_right(after)
+        candidate
+        for candidate in tried
+        if (after := setting.find_next_state(state, candidate)) is not None and is_right(after)
     ]
     number = len(action.arguments)
-    alike = [operator.name for operator in setting.rules.operators if operator.arity == number]
+    same_arity = [operator.name for operator in setting.rules.operators if operator.arity == number]
     drawn: list[Action] = []
     for _ in range(_LISTED_ACTIONS):
-        name, things = rng.choice(alike), tuple(rng.sample(setting.non_agents, number))
-        drawn += [Action(name, action.arguments), Action(action.operator, things), Action(name, things)]
+        name, arguments = rng.choice(same_arity), tuple(rng.sample(setting.non_agents, number))
+        drawn += [Action(name, action.arguments), Action(action.operator, arguments), Action(name, arguments)]
     drawn += _draw_actions(setting, rng, state, _WRONG_CHOICES, possible=True)
-    reached = {each: setting.find_next_state(state, each) for each in drawn}
+    reached = {candidate: setting.find_next_state(state, candidate) for candidate in drawn}
     wrong = setting.to_texts(
-        [each for each, after in reached.items() if after is None or not is_right(after)]
+        [candidate for candidate, after in reached.items() if after is None or not is_right(after)]
     )
     answer = setting.to_texts(right)
     return Item(
@@ -294,11 +299,11 @@ def _draw_actions(
     setting: QuestionSetting, rng: random.Random, state: State, number: int, *, possible: bool
 ) -> list[Action]:
     """Draw different random actions; fewer than requested if not enough are found."""
-    found: dict[Action, None] = {}
+    actions: dict[Action, None] = {}
     for _ in range(2 * number):
         action = setting.draw_action(rng, state, possible=possible)
         if action is not None:
-            found[action] = None
-        if len(found) == number:
+            actions[action] = None
+        if len(actions) == number:
             break
-    return list(found)
+    return list(actions)

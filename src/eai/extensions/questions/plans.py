@@ -98,9 +98,9 @@ def _find_outcome(
 ) -> _PlanOutcome:
     """Return the outcome of a plan whose first `done` steps already led to the given state."""
     states = _find_states(setting, start, plan[done:])
-    place = done + len(states) - 1
-    if place < len(plan):
-        return _PlanOutcome((), place, setting.find_unmet_requirements(states[-1], plan[place])[0])
+    position = done + len(states) - 1
+    if position < len(plan):
+        return _PlanOutcome((), position, setting.find_unmet_requirements(states[-1], plan[position])[0])
     return _PlanOutcome(
         tuple([n for n, held in enumerate(setting.evaluate_goals(states[-1]), 1) if not held])
     )
@@ -125,16 +125,16 @@ def make_state_tracking_item(setting: QuestionSetting, rng: random.Random, numbe
     last = rng.randrange(first + 1, len(setting.path) + 1)
     states, plan = setting.states[first : last + 1], setting.path[first:last]
     right, wrong = draw_statements(setting, rng, states)
-    thing = rng.choice([i for action in plan for i in action.arguments] or [0])
-    about = [fact for fact in setting.list_changeable_facts(states[-1]) if thing in fact.arguments]
-    if len(about) > _MAX_FACTS:
+    subject = rng.choice([i for action in plan for i in action.arguments] or [0])
+    facts = [fact for fact in setting.list_changeable_facts(states[-1]) if subject in fact.arguments]
+    if len(facts) > _MAX_FACTS:
         return None
     values = {
         "plan": format_numbered_list(setting.to_texts(plan)),
-        "object": setting.scene.objects[thing].name,
+        "object": setting.scene.objects[subject].name,
     }
     return Item(
-        states[0], _operator_names(plan), len(plan), right, wrong, setting.to_texts(about), values=values
+        states[0], _operator_names(plan), len(plan), right, wrong, setting.to_texts(facts), values=values
     )
 
 
@@ -146,9 +146,9 @@ def make_counterfactual_item(setting: QuestionSetting, rng: random.Random, numbe
         variant = _change_plan(setting, rng)
         if variant is None:
             continue
-        steps, place, change = variant
+        steps, position, change = variant
         plan = [action for _, action in steps]
-        outcome = _find_outcome(setting, setting.states[place], plan, place)
+        outcome = _find_outcome(setting, setting.states[position], plan, position)
         if outcome.result == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
             operators = _operator_names([*plan, *setting.path])
             values = {"plan": format_numbered_list(setting.to_texts(setting.path)), "change": change}
@@ -160,13 +160,13 @@ def make_validation_item(setting: QuestionSetting, rng: random.Random, number: i
     """Ask at which step a plan fails and why, or whether it works."""
     if not setting.path_reaches_goals:
         return None
-    sound, states = _insert_detours(setting, rng)
-    plan, outcome, wanted = sound, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
+    working_plan, states = _insert_detours(setting, rng)
+    plan, outcome, wanted = working_plan, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
     if wanted != outcome.result:
         for _ in range(_MAX_PLAN_CHANGES):
-            place = rng.randrange(len(sound))
-            plan = _corrupt_plan(setting, sound, place, rng)
-            outcome = _find_outcome(setting, states[place], plan, place)
+            position = rng.randrange(len(working_plan))
+            plan = _corrupt_plan(setting, working_plan, position, rng)
+            outcome = _find_outcome(setting, states[position], plan, position)
             if plan and outcome.result == wanted:
                 break
         else:
@@ -180,13 +180,13 @@ def make_justification_item(setting: QuestionSetting, rng: random.Random, number
     if not setting.path_reaches_goals:
         return None
     plan, states = _insert_detours(setting, rng)
-    needless = [
+    unneeded = [
         number
         for number, before in enumerate(states[:-1], 1)
         if _find_outcome(setting, before, plan[number:]).result == "works"
     ]
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
-    right = [f"step {number}" for number in needless]
+    right = [f"step {number}" for number in unneeded]
     wrong = [step for step in operators if step not in right]
     return Item(
         setting.states[0],
@@ -194,7 +194,7 @@ def make_justification_item(setting: QuestionSetting, rng: random.Random, number
         len(plan),
         right,
         wrong,
-        list(map(str, needless)),
+        list(map(str, unneeded)),
         values={"plan": format_numbered_list(setting.to_texts(plan)), "goals": _format_goals(setting)},
         formulas=setting.goals,
         labels={step: (operator,) for step, operator in operators.items()},
@@ -205,19 +205,19 @@ def make_justification_item(setting: QuestionSetting, rng: random.Random, number
 def _change_plan(setting: QuestionSetting, rng: random.Random) -> tuple[_NumberedSteps, int, str] | None:
     """Change a plan at random; return its steps, the position of the change, and the change in words."""
     steps = list(enumerate(setting.path, 1))
-    place = rng.randrange(len(steps))
+    position = rng.randrange(len(steps))
     match rng.choice(("leave out", "exchange", "put in")):
         case "leave out" if len(steps) > 1:
-            return steps[:place] + steps[place + 1 :], place, f"step {place + 1} is left out"
-        case "exchange" if place + 1 < len(steps):
-            steps[place : place + 2] = reversed(steps[place : place + 2])
-            return steps, place, f"steps {place + 1} and {place + 2} change places"
+            return steps[:position] + steps[position + 1 :], position, f"step {position + 1} is left out"
+        case "exchange" if position + 1 < len(steps):
+            steps[position : position + 2] = reversed(steps[position : position + 2])
+            return steps, position, f"steps {position + 1} and {position + 2} change places"
         case "put in":
-            action = setting.draw_action(rng, setting.states[place], possible=True)
+            action = setting.draw_action(rng, setting.states[position], possible=True)
             if action is not None:
-                steps.insert(place, (0, action))
-                change = f"just before step {place + 1}, {setting.to_text(action)} is carried out"
-                return steps, place, change
+                steps.insert(position, (0, action))
+                change = f"just before step {position + 1}, {setting.to_text(action)} is carried out"
+                return steps, position, change
     return None
 
 
@@ -264,22 +264,22 @@ def _make_outcome_item(
 
 
 def _corrupt_plan(
-    setting: QuestionSetting, plan: Sequence[Action], place: int, rng: random.Random
+    setting: QuestionSetting, plan: Sequence[Action], position: int, rng: random.Random
 ) -> list[Action]:
     """Remove a step, swap it with the next, or replace one of its objects or its operator."""
-    action, corrupted = plan[place], list(plan)
+    action, corrupted = plan[position], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
         case "leave out":
-            del corrupted[place]
+            del corrupted[position]
         case "exchange":
-            corrupted[place : place + 2] = reversed(corrupted[place : place + 2])
+            corrupted[position : position + 2] = reversed(corrupted[position : position + 2])
         case "object" if action.arguments:
             changed = list(action.arguments)
             changed[rng.randrange(len(changed))] = rng.choice(setting.non_agents)
-            corrupted[place] = Action(action.operator, tuple(changed))
+            corrupted[position] = Action(action.operator, tuple(changed))
         case _:
-            alike = [o.name for o in setting.rules.operators if o.arity == len(action.arguments)]
-            corrupted[place] = Action(rng.choice(alike), action.arguments)
+            same_arity = [o.name for o in setting.rules.operators if o.arity == len(action.arguments)]
+            corrupted[position] = Action(rng.choice(same_arity), action.arguments)
     return corrupted
 
 
@@ -290,15 +290,15 @@ def _insert_detours(setting: QuestionSetting, rng: random.Random) -> tuple[list[
     for _ in range(_MAX_PLAN_CHANGES):
         if len(plan) == length:
             break
-        place = rng.randrange(len(plan) + 1)
-        own = [step.operator for step in plan] if rng.random() < _PLAN_OPERATOR_PROBABILITY else ()
-        action = setting.draw_action(rng, states[place], possible=True, operators=own)
+        position = rng.randrange(len(plan) + 1)
+        operators = [step.operator for step in plan] if rng.random() < _PLAN_OPERATOR_PROBABILITY else ()
+        action = setting.draw_action(rng, states[position], possible=True, operators=operators)
         if action is None:
             continue
-        rest = [action, *plan[place:]]
-        along = _find_states(setting, states[place], rest)
-        if len(along) > len(rest) and all(setting.evaluate_goals(along[-1])):
-            plan[place:], states[place:] = rest, along
+        rest = [action, *plan[position:]]
+        new_states = _find_states(setting, states[position], rest)
+        if len(new_states) > len(rest) and all(setting.evaluate_goals(new_states[-1])):
+            plan[position:], states[position:] = rest, new_states
     return plan, states
 
 
@@ -337,23 +337,23 @@ def make_reachability_item(setting: QuestionSetting, rng: random.Random, number:
 
 def make_next_action_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which action begins a shortest plan."""
-    aim = _draw_distant_goal(setting, rng, number)
-    if aim is None:
+    goal = _draw_distant_goal(setting, rng, number)
+    if goal is None:
         return None
-    left = aim.graph.find_distances(aim.goal_states)
-    best = {action for action, target in aim.graph.edges[0] if left.get(target) == aim.distance - 1}
-    return _make_action_item(setting, aim, best, "any")
+    left = goal.graph.find_distances(goal.goal_states)
+    best = {action for action, target in goal.graph.edges[0] if left.get(target) == goal.distance - 1}
+    return _make_action_item(setting, goal, best, "any")
 
 
 def make_landmarks_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
     """Ask which actions every plan contains."""
-    aim = _draw_distant_goal(setting, rng, number)
-    if aim is None:
+    goal = _draw_distant_goal(setting, rng, number)
+    if goal is None:
         return None
-    numbers = range(len(aim.graph.actions))
-    fewer = [aim.graph.restrict_to_actions([other for other in numbers if other != n]) for n in numbers]
-    needed = {n for n, graph in enumerate(fewer) if not any(map(aim.facts.issubset, graph.added_facts))}
-    return _make_action_item(setting, aim, needed, "all")
+    numbers = range(len(goal.graph.actions))
+    fewer = [goal.graph.restrict_to_actions([other for other in numbers if other != n]) for n in numbers]
+    needed = {n for n, graph in enumerate(fewer) if not any(map(goal.facts.issubset, graph.added_facts))}
+    return _make_action_item(setting, goal, needed, "all")
 
 
 class _DistantGoal:
@@ -383,21 +383,21 @@ def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int
     wanted = _MIN_DISTANCE + number % _DISTANCES
     far = [n for n, depth in enumerate(graph.depths) if depth >= _MIN_DISTANCE]
     farther = [n for n in far if graph.depths[n] >= wanted]
-    aims = [
+    goals = [
         _DistantGoal(graph, draw_in_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS)))
         for n in draw_in_order(rng, farther or far, _GOAL_CANDIDATES)
         if graph.added_facts[n]
     ]
-    fitting = [aim for aim in aims if aim.distance >= _MIN_DISTANCE]
-    return min(fitting, key=lambda aim: abs(aim.distance - wanted), default=None)
+    fitting = [goal for goal in goals if goal.distance >= _MIN_DISTANCE]
+    return min(fitting, key=lambda goal: abs(goal.distance - wanted), default=None)
 
 
 def _draw_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Draw one of a task's few sets of available actions; return it with all states it leads to."""
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
-        dice = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
-        setting.state_graphs[number] = _make_state_graph(setting, dice)
+        generator = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
+        setting.state_graphs[number] = _make_state_graph(setting, generator)
     return setting.state_graphs[number]
 
 
@@ -418,16 +418,16 @@ def _make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGrap
     return explore_states(setting, states[0], rng.sample(list(chosen), len(chosen)), _MAX_STATES)
 
 
-def _make_action_item(setting: QuestionSetting, aim: _DistantGoal, right: set[int], accept: Accept) -> Item:
-    texts = setting.to_texts(aim.graph.actions)
+def _make_action_item(setting: QuestionSetting, goal: _DistantGoal, right: set[int], accept: Accept) -> Item:
+    texts = setting.to_texts(goal.graph.actions)
     answer = [text for n, text in enumerate(texts) if n in right]
     return Item(
-        aim.graph.states[0],
-        _operator_names(aim.graph.actions),
-        aim.distance,
+        goal.graph.states[0],
+        _operator_names(goal.graph.actions),
+        goal.distance,
         answer,
         [text for n, text in enumerate(texts) if n not in right],
         answer,
         accept,
-        {"actions": format_list(texts), "goals": format_numbered_list(setting.to_texts(aim.goals))},
+        {"actions": format_list(texts), "goals": format_numbered_list(setting.to_texts(goal.goals))},
     )

@@ -111,13 +111,13 @@ def read_questions(file: Path) -> tuple[Sequence[Question], str]:
     content = read_content(file)
     questions: dict[str, Question] = {}
     for number, line in number_lines(content):
-        place = f"{file}: line {number}"
+        position = f"{file}: line {number}"
         try:
             question = Question.model_validate_json(line)
         except ValidationError as error:
-            raise InputError(f"{place}: {describe_misfit(error, Question.model_fields)}") from error
+            raise InputError(f"{position}: {describe_misfit(error, Question.model_fields)}") from error
         if question.id in questions:
-            raise InputError(f"{place}: the id {question.id!r} occurs twice; ids must be unique")
+            raise InputError(f"{position}: the id {question.id!r} occurs twice; ids must be unique")
         questions[question.id] = question
     if not questions:
         raise InputError(f"{file}: expected at least one question")
@@ -150,23 +150,23 @@ class QuestionGrade:
 
 def grade_answer(question: Question, text: str) -> QuestionGrade:
     """Grade an answer. An unreadable answer is wrong."""
-    wanted = {_normalize(each) for each in question.answer}
-    found = _parse_answer(question.form, text)
-    parts, repairs = found or ((), ())
-    given = set(map(_normalize, parts))
+    wanted = {_normalize(answer) for answer in question.answer}
+    parsed = _parse_answer(question.form, text)
+    items, repairs = parsed or ((), ())
+    given = set(map(_normalize, items))
     right, asks_one = len(given & wanted), question.accept == "any"
     missed = (min(1, len(wanted)) if asks_one else len(wanted)) - right
     exact = right == len(given) == 1 if asks_one else given == wanted
     counts = Confusion(right, len(given) - right, max(0, missed))
-    return QuestionGrade(exact and found is not None, counts, found is not None, repairs)
+    return QuestionGrade(exact and parsed is not None, counts, parsed is not None, repairs)
 
 
 def format_gold_answer(question: Question) -> str:
     """Return a right answer in the form that a model would write."""
-    parts = question.answer[:1] if question.accept == "any" else question.answer
+    answers = question.answer[:1] if question.accept == "any" else question.answer
     if question.form is not QuestionForm.OPEN:
-        return parts[0]
-    return "[" + ", ".join([f'"{part}"' for part in parts]) + "]"
+        return answers[0]
+    return "[" + ", ".join([f'"{answer}"' for answer in answers]) + "]"
 
 
 def _parse_answer(form: QuestionForm, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
@@ -175,16 +175,16 @@ def _parse_answer(form: QuestionForm, text: str) -> tuple[tuple[str, ...], tuple
         reading = read_json(text, _LIST_FORM)
         return None if isinstance(reading, Unreadable) else (reading.value, reading.repairs)
     rest = split_reasoning(text)[0].strip()
-    found = {word.casefold() for word in _ANSWER_WORDS[form].findall(rest)}
-    if len(found) != 1:
+    words = {word.casefold() for word in _ANSWER_WORDS[form].findall(rest)}
+    if len(words) != 1:
         return None
-    (word,) = found
-    alone = rest.strip(" .*`\"'()[]").casefold() == word
-    return (word,), () if alone else ("prose",)
+    (word,) = words
+    is_bare_word = rest.strip(" .*`\"'()[]").casefold() == word
+    return (word,), () if is_bare_word else ("prose",)
 
 
 def _parse_strings(value: object) -> tuple[str, ...] | None:
-    if isinstance(value, list) and all(isinstance(part, str | int) for part in value):
+    if isinstance(value, list) and all(isinstance(item, str | int) for item in value):
         return tuple(map(str, value))
     return None
 

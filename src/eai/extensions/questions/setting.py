@@ -129,13 +129,17 @@ class QuestionSetting:
         """Return the facts of a state whose predicates actions can change."""
         return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
 
-    def to_text(self, what: Fact | Action) -> str:
+    def to_text(self, fact_or_action: Fact | Action) -> str:
         """Return a fact or an action as text."""
-        return action_text(what, self.scene) if isinstance(what, Action) else fact_text(what, self.scene)
+        return (
+            action_text(fact_or_action, self.scene)
+            if isinstance(fact_or_action, Action)
+            else fact_text(fact_or_action, self.scene)
+        )
 
-    def to_texts(self, those: Iterable[Fact] | Iterable[Action]) -> list[str]:
+    def to_texts(self, facts_or_actions: Iterable[Fact] | Iterable[Action]) -> list[str]:
         """Return each fact or action as text."""
-        return list(map(self.to_text, those))
+        return list(map(self.to_text, facts_or_actions))
 
     def draw_action(
         self, rng: random.Random, state: State, *, possible: bool, operators: Sequence[str] = ()
@@ -144,9 +148,11 @@ class QuestionSetting:
 
         All operators, or those named in ``operators``, are equally likely.
         """
-        among = [each for each in self.rules.operators if each.name in operators] or self.rules.operators
+        candidates = [
+            operator for operator in self.rules.operators if operator.name in operators
+        ] or self.rules.operators
         for _ in range(_MAX_ACTION_DRAWS):
-            operator = rng.choice(among)
+            operator = rng.choice(candidates)
             arguments = tuple(rng.sample(self.non_agents, min(operator.arity, len(self.non_agents))))
             action = Action(operator.name, arguments)
             if (
@@ -176,10 +182,12 @@ def make_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) ->
     The path is the task's own plan, as far as the shown objects suffice. If the task has no plan, the path
     is a plan found by search, or some random actions.
     """
-    closed, rng = _restrict_to_shown_objects(task), random.Random(seed)  # noqa: S311 - chance, not secrets
-    plan = closed.script or _search_plan(closed, planner)
-    way = _execute_plan(closed, rules, plan) or _walk_randomly(closed, rules, rng)
-    return QuestionSetting(closed, rules, way, execute(rules.domain, closed.initial, way).states, seed)
+    small_task, rng = _restrict_to_shown_objects(task), random.Random(seed)  # noqa: S311 - chance, not secrets
+    plan = small_task.script or _search_plan(small_task, planner)
+    path = _execute_plan(small_task, rules, plan) or _walk_randomly(small_task, rules, rng)
+    return QuestionSetting(
+        small_task, rules, path, execute(rules.domain, small_task.initial, path).states, seed
+    )
 
 
 def _restrict_to_shown_objects(task: Task) -> Task:
@@ -204,8 +212,8 @@ def _restrict_to_shown_objects(task: Task) -> Task:
 def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
     """Return the steps of a plan that can be executed and shown, without unneeded ones."""
     arities = rules.domain.arities
-    known = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
-    executed = execute(rules.domain, task.initial, known).executed
+    well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
+    executed = execute(rules.domain, task.initial, well_formed).executed
     return tuple(takewhile(lambda action: action.operator in rules.operator_names, executed))[
         :_MAX_PATH_ACTIONS
     ]
@@ -256,10 +264,12 @@ class StateGraph:
 
     def restrict_to_actions(self, actions: Sequence[int]) -> StateGraph:
         """Return the part that is reachable with a subset of the actions, given by number."""
-        place = {number: n for n, number in enumerate(actions)}
+        new_numbers = {number: n for n, number in enumerate(actions)}
 
         def successors(n: int) -> Iterator[tuple[int, int]]:
-            return ((place[action], target) for action, target in self.edges[n] if action in place)
+            return (
+                (new_numbers[action], target) for action, target in self.edges[n] if action in new_numbers
+            )
 
         kept, edges, depths = _explore(0, successors)
         return StateGraph(
@@ -274,13 +284,13 @@ class StateGraph:
         """Return the minimum number of actions from each state to a goal state, if it reaches one."""
         sources = group_pairs((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
         level, depth = list(goals), 0
-        found = dict.fromkeys(level, depth)
+        distances = dict.fromkeys(level, depth)
         while level:
             depth += 1
             before = dict.fromkeys([source for target in level for source in sources.get(target, ())])
-            level = [n for n in before if n not in found]
-            found.update(dict.fromkeys(level, depth))
-        return found
+            level = [n for n in before if n not in distances]
+            distances.update(dict.fromkeys(level, depth))
+        return distances
 
 
 def explore_states(
@@ -308,14 +318,14 @@ def _explore(
     numbers, nodes, depths = {start: 0}, [start], [0]
     edges: list[tuple[tuple[int, int], ...]] = []
     for n, node in enumerate(nodes):  # the list grows while it is read
-        found = []
+        node_edges = []
         for action, after in successors(node):
             if after not in numbers:
                 numbers[after] = len(nodes)
                 nodes.append(after)
                 depths.append(depths[n] + 1)
-            found.append((action, numbers[after]))
-        edges.append(tuple(found))
+            node_edges.append((action, numbers[after]))
+        edges.append(tuple(node_edges))
         if len(nodes) > max_nodes:
             break
     return nodes, tuple(edges), tuple(depths)
@@ -366,11 +376,11 @@ def find_texts_with_counterpart(
     return frozenset([text for text in (*right, *wrong) if operator(text) in shared])
 
 
-def draw_in_order(rng: random.Random, things: Sequence[T], most: int) -> list[T]:
+def draw_in_order(rng: random.Random, elements: Sequence[T], most: int) -> list[T]:
     """Draw at most ``most`` elements, and keep their order."""
-    if len(things) <= most:
-        return list(things)
-    return [things[i] for i in sorted(rng.sample(range(len(things)), most))]
+    if len(elements) <= most:
+        return list(elements)
+    return [elements[i] for i in sorted(rng.sample(range(len(elements)), most))]
 
 
 def format_numbered_list(texts: Sequence[str]) -> str:

@@ -141,12 +141,12 @@ class ShortcutLedger:
         self._questions = 0
         self._imbalance = 0
 
-    def find_excess(self, posed: ClosedQuestion) -> int:
+    def find_excess(self, question: ClosedQuestion) -> int:
         """Return by how much a question would exceed the tolerated imbalance; 0 if it would not."""
-        step = self._imbalance_change(posed)
+        step = self._imbalance_change(question)
         if step <= 0:
             return 0
-        one = (_TRAIT_WEIGHT * (_options(posed) - 1)) ** 2
+        one = (_TRAIT_WEIGHT * (_options(question) - 1)) ** 2
         return max(
             0,
             self._imbalance
@@ -154,46 +154,49 @@ class ShortcutLedger:
             - one * (_TOLERATED_IMBALANCE + self._questions // _QUESTIONS_PER_TOLERANCE),
         )
 
-    def add(self, posed: ClosedQuestion) -> Mapping[str, float]:
+    def add(self, question: ClosedQuestion) -> Mapping[str, float]:
         """Count a question.
 
         Returns:
             The credit of each shortcut for the question, given the questions before. It is 1, 0, or a
             fraction for a guess among several choices.
         """
-        traits = self._find_traits(posed)
-        hits = {shortcut: self._score_shortcut(shortcut, posed, traits) for shortcut in SHORTCUTS}
-        self._imbalance += self._imbalance_change(posed)
-        self._balance.update(_balance_changes(posed, traits))
-        for place, each in enumerate(traits):
-            self._times.update(each.keys())
-            self._right.update(each.keys() if place == posed.right else ())
-        insort(self._lengths, len(posed.shown[0]))
+        traits = self._find_traits(question)
+        hits = {shortcut: self._score_shortcut(shortcut, question, traits) for shortcut in SHORTCUTS}
+        self._imbalance += self._imbalance_change(question)
+        self._balance.update(_balance_changes(question, traits))
+        for position, statement_traits in enumerate(traits):
+            self._times.update(statement_traits.keys())
+            self._right.update(statement_traits.keys() if position == question.right else ())
+        insort(self._lengths, len(question.shown[0]))
         self._questions += 1
         return hits
 
-    def _imbalance_change(self, posed: ClosedQuestion) -> int:
+    def _imbalance_change(self, question: ClosedQuestion) -> int:
         """Return the change of the imbalance by a question."""
-        weights = _balance_changes(posed, self._find_traits(posed))
+        weights = _balance_changes(question, self._find_traits(question))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
     def _score_shortcut(
-        self, shortcut: str, posed: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]
+        self, shortcut: str, question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]
     ) -> float:
-        seen = [next((trait for trait in each if trait[0] == shortcut), None) for each in traits]
+        seen = [
+            next((trait for trait in statement_traits if trait[0] == shortcut), None)
+            for statement_traits in traits
+        ]
         if not any(seen):
-            return _share(1, _options(posed))
+            return _share(1, _options(question))
         if len(seen) == 1:
             yes = self._right_rate(seen[0], 2)
-            scores, right = [yes, 1 - yes], 1 if posed.right is None else 0
+            scores, right = [yes, 1 - yes], 1 if question.right is None else 0
         else:
             learned = shortcut == "operator"
-            alone = (shortcut, "")
+            unlabelled_trait = (shortcut, "")
             scores = [
-                self._right_rate(trait, len(seen)) if learned else alone in each
-                for trait, each in zip(seen, traits, strict=True)
+                self._right_rate(trait, len(seen)) if learned else unlabelled_trait in statement_traits
+                for trait, statement_traits in zip(seen, traits, strict=True)
             ]
-            right = posed.right or 0
+            right = question.right or 0
         best = max(scores)
         return _share(scores[right] == best, scores.count(best))
 
@@ -203,38 +206,39 @@ class ShortcutLedger:
             return _share(1, options)
         return _share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
 
-    def _find_traits(self, posed: ClosedQuestion) -> list[dict[_Trait, int]]:
+    def _find_traits(self, question: ClosedQuestion) -> list[dict[_Trait, int]]:
         """Return the traits of each statement with their weights."""
-        looks = [posed.read_features(text) for text in posed.shown]
-        found = [
-            dict.fromkeys([("operator", label) for label in look.labels], _TRAIT_WEIGHT) for look in looks
+        features = [question.read_features(text) for text in question.shown]
+        all_traits = [
+            dict.fromkeys([("operator", label) for label in statement.labels], _TRAIT_WEIGHT)
+            for statement in features
         ]
-        if len(looks) == 1:
-            (look,) = looks
-            found[0] |= {
-                ("text", f"{look.mentioned_names} of {len(look.names)}"): _TRAIT_WEIGHT,
-                ("text", f"{min(look.mentions, _MAX_OCCURRENCES)} times"): _TRAIT_WEIGHT,
-                ("longest", self._length_class(look.length)): _TRAIT_WEIGHT,
-                ("unchanged", str(look.holds)): _TRAIT_WEIGHT,
+        if len(features) == 1:
+            (statement,) = features
+            all_traits[0] |= {
+                ("text", f"{statement.mentioned_names} of {len(statement.names)}"): _TRAIT_WEIGHT,
+                ("text", f"{min(statement.mentions, _MAX_OCCURRENCES)} times"): _TRAIT_WEIGHT,
+                ("longest", self._length_class(statement.length)): _TRAIT_WEIGHT,
+                ("unchanged", str(statement.holds)): _TRAIT_WEIGHT,
             }
-            return found
+            return all_traits
         marked: Mapping[_Trait, Sequence[int]] = {
             ("names", ""): [
-                sum([len(one.names & other.names) for other in looks]) - len(one.names) for one in looks
+                sum([len(one.names & other.names) for other in features]) - len(one.names) for one in features
             ],
-            ("longest", ""): [look.length for look in looks],
-            ("longest", "not"): [-look.length for look in looks],
-            ("text", ""): [look.mentioned_names for look in looks],
-            ("text", "all times"): [look.mentions for look in looks],
-            ("unchanged", ""): [look.holds for look in looks],
+            ("longest", ""): [statement.length for statement in features],
+            ("longest", "not"): [-statement.length for statement in features],
+            ("text", ""): [statement.mentioned_names for statement in features],
+            ("text", "all times"): [statement.mentions for statement in features],
+            ("unchanged", ""): [statement.holds for statement in features],
         }
         for trait, marks in marked.items():
             best = max(marks)
-            part = _TRAIT_WEIGHT // marks.count(best)
-            for traits, mark in zip(found, marks, strict=True):
+            weight = _TRAIT_WEIGHT // marks.count(best)
+            for traits, mark in zip(all_traits, marks, strict=True):
                 if mark == best:
-                    traits[trait] = part
-        return found
+                    traits[trait] = weight
+        return all_traits
 
     def _length_class(self, length: int) -> str:
         """Return whether a statement is longer or shorter than most statements so far."""
@@ -243,18 +247,18 @@ class ShortcutLedger:
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _balance_changes(posed: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
+def _balance_changes(question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
     """Return what a question adds to the balance of each trait; the expected sum of a guess is 0."""
     weights: dict[_Trait, int] = {}
-    for place, each in enumerate(traits):
-        for trait, part in each.items():
-            weight = part * (_options(posed) - 1) if place == posed.right else -part
+    for position, statement_traits in enumerate(traits):
+        for trait, part in statement_traits.items():
+            weight = part * (_options(question) - 1) if position == question.right else -part
             weights[trait] = weights.get(trait, 0) + weight
     return weights
 
 
-def _options(posed: ClosedQuestion) -> int:
-    return max(2, len(posed.shown))
+def _options(question: ClosedQuestion) -> int:
+    return max(2, len(question.shown))
 
 
 def _share(part: float, whole: float) -> float:
@@ -283,29 +287,31 @@ def draw_closed_question(
         rng: the random generator.
         turn: selects the letter or the yes or no that is right.
     """
-    is_right, place = turn % 2 == 0, turn % len(LETTERS)
-    among = item.right if is_right else item.wrong
+    is_right, position = turn % 2 == 0, turn % len(LETTERS)
+    candidates = item.right if is_right else item.wrong
     if item.yes_no_texts is not None:
-        among = [text for text in among if text in item.yes_no_texts]
-    if form is QuestionForm.YES_NO and not among:
+        candidates = [text for text in candidates if text in item.yes_no_texts]
+    if form is QuestionForm.YES_NO and not candidates:
         return None
     if form is QuestionForm.CHOICE and not (item.right and len(item.wrong) >= len(LETTERS) - 1):
         return None
-    holding = (
+    initial_facts = (
         ()
         if item.are_actions or item.labels
         else frozenset(map(setting.to_text, setting.list_changeable_facts(item.state)))
     )
-    glance = make_feature_reader(question_text, holding, item.labels)
+    read_features = make_feature_reader(question_text, initial_facts, item.labels)
     best: tuple[int, ClosedQuestion] | None = None
     for _ in range(_MAX_DRAWS):
         if form is QuestionForm.YES_NO:
-            posed = ClosedQuestion([_draw_statement(among, rng)], 0 if is_right else None, glance)
+            question = ClosedQuestion(
+                [_draw_statement(candidates, rng)], 0 if is_right else None, read_features
+            )
         else:
-            posed = ClosedQuestion(_draw_choices(item, rng, place), place, glance)
-        excess = ledger.find_excess(posed)
+            question = ClosedQuestion(_draw_choices(item, rng, position), position, read_features)
+        excess = ledger.find_excess(question)
         if best is None or excess < best[0]:
-            best = excess, posed
+            best = excess, question
         if not excess:
             break
     return best
@@ -315,12 +321,14 @@ def _draw_statement(among: Sequence[str], rng: random.Random) -> str:
     return rng.choice(among[:1] if rng.random() < _TEMPTING_PROBABILITY else among)
 
 
-def _draw_choices(item: Item, rng: random.Random, place: int) -> list[str]:
+def _draw_choices(item: Item, rng: random.Random, position: int) -> list[str]:
     """Draw wrong texts that resemble each other as much as the right text, and insert the right text."""
     right = rng.choice(item.right)
-    alike = [each for each in _find_similar_texts(right, item.wrong, rng) if len(each) >= len(LETTERS) - 1]
-    shown = rng.sample(rng.choice(alike) if alike else item.wrong, len(LETTERS) - 1)
-    shown.insert(place, right)
+    similar = [
+        texts for texts in _find_similar_texts(right, item.wrong, rng) if len(texts) >= len(LETTERS) - 1
+    ]
+    shown = rng.sample(rng.choice(similar) if similar else item.wrong, len(LETTERS) - 1)
+    shown.insert(position, right)
     return shown
 
 
@@ -332,10 +340,10 @@ def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) ->
     name, _, arguments = right.partition("(")
     far = rng.choice(wrong)
     other, _, others = far.partition("(")
-    yield [each for each in wrong if each.partition("(")[0] == name]
-    yield [each for each in wrong if each.partition("(")[2] == arguments]
+    yield [text for text in wrong if text.partition("(")[0] == name]
+    yield [text for text in wrong if text.partition("(")[2] == arguments]
     if other != name and others != arguments:
-        yield [each for each in (far, f"{name}({others}", f"{other}({arguments}") if each in wrong]
+        yield [text for text in (far, f"{name}({others}", f"{other}({arguments}") if text in wrong]
 
 
 GUESS = "guess"
@@ -390,7 +398,9 @@ def shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) 
     """
     names = dict.fromkeys([GUESS, *(name for question in questions for name in question.shortcuts)])
     return {
-        name: rate_of([Share(each.shortcuts.get(name, guesses[each.id]), 1) for each in questions])
+        name: rate_of(
+            [Share(question.shortcuts.get(name, guesses[question.id]), 1) for question in questions]
+        )
         for name in names
     }
 
@@ -403,7 +413,9 @@ def best_shortcut(chances: Mapping[str, Rate]) -> str:
 def _most_frequent_answers(questions: Iterable[Question]) -> dict[QuestionKind, str]:
     """Return the most frequent gold answer of each kind in open form; the first one wins ties."""
     golds = group_pairs(
-        (each.kind, format_gold_answer(each)) for each in questions if each.form is QuestionForm.OPEN
+        (question.kind, format_gold_answer(question))
+        for question in questions
+        if question.form is QuestionForm.OPEN
     )
     counts = {kind: Counter(golds.get(kind, ())) for kind in QuestionKind}
     return {kind: max(count, key=count.__getitem__, default="") for kind, count in counts.items()}

@@ -141,11 +141,13 @@ class Writer:
                     return
                 drafts = self._drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), cell, turn, seed)
                 phrased = ((draft, *self._phrase(draft, cell, turn)) for draft in drafts)
-                found = next((each for each in phrased if each[1].prompt not in seen), None)
-                cell.failures = cell.failures + 1 if found is None else 0
-                if found is None:
+                phrased_draft = next(
+                    (candidate for candidate in phrased if candidate[1].prompt not in seen), None
+                )
+                cell.failures = cell.failures + 1 if phrased_draft is None else 0
+                if phrased_draft is None:
                     continue
-                draft, question, closed = found
+                draft, question, closed = phrased_draft
                 seen.add(question.prompt)
                 shortcuts = {} if draft.closed is None else cell.ledger.add(draft.closed)
                 prompt = question.prompt if rules else closed
@@ -160,7 +162,7 @@ class Writer:
         rng = _make_generator(seed, cell.kind.value, cell.form.value, number)
         order = _draw_answer_order(f"{seed} {cell.kind.value} {cell.form.value}")
         others: list[tuple[int, _QuestionDraft]] = []
-        for task_id in (each for each in tasks for _ in range(_ITEMS_PER_TASK)):
+        for task_id in (name for name in tasks for _ in range(_ITEMS_PER_TASK)):
             setting = self._setting(task_id, seed)
             if len(setting.scene.objects) < _MIN_OBJECTS:
                 continue
@@ -169,9 +171,9 @@ class Writer:
                 continue
             posed, excess = None, 0
             if cell.form is not QuestionForm.OPEN:
-                asked = _question_text(item, setting, cell, self._templates)
+                question_text = _question_text(item, setting, cell, self._templates)
                 best = draw_closed_question(
-                    item, setting, cell.form, asked, cell.ledger, rng, order[number % len(order)]
+                    item, setting, cell.form, question_text, cell.ledger, rng, order[number % len(order)]
                 )
                 if best is None:
                     continue
@@ -236,8 +238,8 @@ class Writer:
         }
 
     def _open_setting(self, task_id: str, seed: int) -> QuestionSetting:
-        own = _seed(seed, "way", task_id)
-        return make_setting(self._tasks[task_id], self._rules, self._planner, own)
+        task_seed = _seed(seed, "way", task_id)
+        return make_setting(self._tasks[task_id], self._rules, self._planner, task_seed)
 
 
 def _question_text(
@@ -268,12 +270,12 @@ def _format_facts(setting: QuestionSetting, item: Item, operators: Collection[st
     names = [thing.name for thing in setting.scene.objects]
     lines: dict[str, list[str]] = {}
     facts = [fact for fact in item.state.facts() if fact.predicate in shown]
-    for (predicate, first), alike in groupby(facts, lambda fact: (fact.predicate, fact.arguments[:-1])):
-        last = [[names[i] for i in fact.arguments[-1:]] for fact in alike]
+    for (predicate, first), group in groupby(facts, lambda fact: (fact.predicate, fact.arguments[:-1])):
+        last = [[names[i] for i in fact.arguments[-1:]] for fact in group]
         if first and len(last) > 1:
             last = [["{" + ", ".join([name for (name,) in last]) + "}"]]
         before = [names[i] for i in first]
-        texts = [f"{predicate}({', '.join([*before, *each])})" for each in last]
+        texts = [f"{predicate}({', '.join([*before, *arguments])})" for arguments in last]
         lines.setdefault(predicate, []).extend(texts)
     return format_list([", ".join(texts) for texts in lines.values()]) or "- nothing"
 
