@@ -24,10 +24,10 @@ from bench.record import add_write_option, suite_title, write_rows
 from bench.result import Figure
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
-from eai.extensions.adaptive.difficulties import ability_of, next_tasks
-from eai.extensions.adaptive.rasch import fit_rasch, variance_between
+from eai.extensions.adaptive.difficulties import choose_next_tasks, estimate_ability
+from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_rasch
 from eai.extensions.adaptive.runs import TASKS_PER_ROUND
-from eai.extensions.adaptive.study import Scores, scores_of
+from eai.extensions.adaptive.study import SuiteScores, collect_scores
 from eai.results.lines import group_by_suite
 from eai.studies.records import Records
 
@@ -51,14 +51,14 @@ def main() -> None:
     for suite, of_suite in group_by_suite(answers).items():
         if declaration_of(Ability(suite.ability)).has_plans:
             for target in TARGETS:
-                asked, at_random, distance, within = measured(scores_of(of_suite), target)
+                asked, at_random, distance, within = measured(collect_scores(of_suite), target)
                 print(f"{suite}, {target}: {asked}, {at_random}; {distance}; {within}", flush=True)
                 rows.append([suite_title(suite.domain, suite.ability), target, asked, at_random, distance])
     if arguments.write:
         write_rows("adaptive", rows, table=1, keys=2)
 
 
-def measured(scores: Scores, target: float) -> tuple[str, int, float, str]:
+def measured(scores: SuiteScores, target: float) -> tuple[str, int, float, str]:
     """Return the tasks asked, the tasks asked in random order, the distance in ability, and the coverage.
 
     The figures are means over the held-out models. Coverage is the share of models whose distance is within
@@ -72,10 +72,10 @@ def measured(scores: Scores, target: float) -> tuple[str, int, float, str]:
         shifted = fitted.difficulties - fitted.abilities.mean()
         difficulties = dict(zip(scores.tasks, map(float, shifted), strict=True))
         own = dict(zip(scores.tasks, map(float, scores.matrix[held]), strict=True))
-        variance = variance_between(others, fitted, scores.names)
+        variance = estimate_variance_between_names(others, fitted, scores.names)
 
         def informative(asked: Numbers, difficulties: Numbers = difficulties) -> tuple[str, ...]:
-            return next_tasks(TASKS_PER_ROUND, asked, difficulties, names)
+            return choose_next_tasks(TASKS_PER_ROUND, asked, difficulties, names)
 
         known = Known(difficulties, names, variance)
         asked = ask(own, known, target, informative)
@@ -97,7 +97,7 @@ class Known(NamedTuple):
     variance: float
 
     def ability(self, scores: Numbers) -> tuple[float, float]:
-        return ability_of(scores, self.difficulties, self.names, self.variance)
+        return estimate_ability(scores, self.difficulties, self.names, self.variance)
 
 
 def ask(own: Numbers, known: Known, target: float, choose: Choose) -> dict[str, float]:

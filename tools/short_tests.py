@@ -30,8 +30,8 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.extensions.adaptive import difficulties as adaptive
 from eai.extensions.adaptive import short_tests
-from eai.extensions.adaptive.rasch import fit_rasch, variance_between
-from eai.extensions.adaptive.study import Scores, scores_of
+from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_rasch
+from eai.extensions.adaptive.study import SuiteScores, collect_scores
 from eai.results.lines import group_by_suite
 from eai.results.rate import Rate
 from eai.studies.records import Records
@@ -61,7 +61,7 @@ def main() -> None:
     for suite, suite_answers in group_by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
             sys.exit(f"expected records under {DEFAULT_PROTOCOL.value}, not {suite.protocol}")
-        scores = scores_of(suite_answers)
+        scores = collect_scores(suite_answers)
         validity = cross_validate(scores)
         name = f"{suite.domain}/{Ability(suite.ability).value}"
         tests[name] = list(choose(scores))
@@ -78,12 +78,14 @@ def main() -> None:
         file.write_text(text + "\n", encoding="utf-8")
 
 
-def fit_difficulties(scores: Scores) -> dict[str, Any]:
+def fit_difficulties(scores: SuiteScores) -> dict[str, Any]:
     """Return each task's difficulty relative to the models' mean ability, and the variance between titles."""
     fitted = fit_rasch(scores.matrix)
     shifted = fitted.difficulties - fitted.abilities.mean()
     return {
-        "variance_between_names": round(variance_between(scores.matrix, fitted, scores.names), 3),
+        "variance_between_names": round(
+            estimate_variance_between_names(scores.matrix, fitted, scores.names), 3
+        ),
         "difficulties": {
             task: round(float(value), 3) for task, value in zip(scores.tasks, shifted, strict=True)
         },
@@ -94,7 +96,7 @@ def _read(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
-def choose(scores: Scores, number: int = TASKS) -> tuple[str, ...]:
+def choose(scores: SuiteScores, number: int = TASKS) -> tuple[str, ...]:
     """Return the tasks of a short test in the order of the suite, or all tasks of a smaller suite."""
     chosen = set(_choose_columns(scores.matrix, number))
     return tuple(task for column, task in enumerate(scores.tasks) if column in chosen)
@@ -135,7 +137,7 @@ class Validity:
     drawn: Fidelity
 
 
-def cross_validate(scores: Scores, number: int = TASKS) -> Validity:
+def cross_validate(scores: SuiteScores, number: int = TASKS) -> Validity:
     """Return the validity of short tests over all ways to hold out `HELD_OUT` models."""
     matrix, generator = scores.matrix, np.random.default_rng(0)
     full = matrix.mean(axis=1)

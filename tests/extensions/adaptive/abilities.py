@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eai.extensions.adaptive.study import Scores, ability_estimate
+from eai.extensions.adaptive.study import SuiteScores, ability_estimate
 from eai.results.table import Estimate
 from studies.effects import MODELS, Answer
 
@@ -18,5 +18,5 @@ def ability(run: Sequence[Answer]) -> Estimate:
     places = {task: place for place, task in enumerate(tasks)}
     for each in run:
         matrix[each.model, places[each.task]] = each.success
-    scores = Scores(tuple(map(str, range(MODELS))), tuple(tasks), tuple(tasks.values()), matrix)
+    scores = SuiteScores(tuple(map(str, range(MODELS))), tuple(tasks), tuple(tasks.values()), matrix)
     return ability_estimate(scores, MODELS - 2)

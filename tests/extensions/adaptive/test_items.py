@@ -12,7 +12,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.extensions.adaptive.flag import Flag
-from eai.extensions.adaptive.item_flags import item_flags
+from eai.extensions.adaptive.item_flags import make_flag_reader
 from eai.extensions.adaptive.study import item_tables
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
@@ -98,7 +98,7 @@ def test_what_nobody_solves_is_tried_by_the_planner(
     suite: SuiteKey, task: str, unsolved: bool, flags: list[Flag], data_store: Store
 ) -> None:
     """In 26_1 the character sits, and under eai-1.0.5 no subgoal makes it stand up."""
-    assert list(item_flags(Source(data_store))(suite, task, unsolved)) == flags
+    assert list(make_flag_reader(Source(data_store))(suite, task, unsolved)) == flags
 
 
 def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
@@ -113,7 +113,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
 
     plan = Planner.plan
     monkeypatch.setattr(Planner, "plan", search)
-    flags = item_flags(Source(data_store))
+    flags = make_flag_reader(Source(data_store))
     for protocol, looks in (("strict", 0), ("eai-1.0.5", 1)):
         suite = SuiteKey(protocol, "behavior", "subgoal_decomposition")
         assert list(flags(suite, WRONG_GOLD, True)) == ["unsolved: plan exists"]
@@ -123,7 +123,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
 def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: Store) -> None:
     from eai.benchmarks.registry import find_benchmark
 
-    flags = item_flags(Source(data_store))
+    flags = make_flag_reader(Source(data_store))
     tasks = find_benchmark("virtualhome").tasks(Source(data_store))
     ambiguous = [task for task in tasks if "ambiguous names" in flags(PLANS, task, False)]
     assert len(ambiguous) == 8

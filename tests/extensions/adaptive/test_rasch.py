@@ -4,7 +4,12 @@ import pytest
 
 np = pytest.importorskip("numpy")
 
-from eai.extensions.adaptive.rasch import fit_rasch, item_rest, reliability, variance_between  # noqa: E402
+from eai.extensions.adaptive.rasch import (  # noqa: E402
+    estimate_variance_between_names,
+    fit_rasch,
+    item_rest_correlations,
+    reliability,
+)
 
 SCORES = np.array(
     [
@@ -42,10 +47,10 @@ def test_what_a_model_can_do_by_name_is_told_from_chance() -> None:
         chances = 1 / (1 + np.exp(difficulties - abilities - spread * by_name))
         scores = (draw.random(chances.shape) < chances).astype(float)
         scores[0, 0] = np.nan
-        found.append(variance_between(scores, fit_rasch(scores), names))
+        found.append(estimate_variance_between_names(scores, fit_rasch(scores), names))
     assert found[0] < 0.1
     assert 0.6 < found[1] < 1.4
-    assert variance_between(SCORES, fit_rasch(SCORES), list("abcdef")) == 0
+    assert estimate_variance_between_names(SCORES, fit_rasch(SCORES), list("abcdef")) == 0
 
 
 def test_gaps_are_left_out() -> None:
@@ -55,7 +60,7 @@ def test_gaps_are_left_out() -> None:
 
 
 def test_a_task_that_worse_models_solve_disagrees_with_the_others() -> None:
-    found = item_rest(SCORES)
+    found = item_rest_correlations(SCORES)
     assert np.isnan(found[0])
     assert found[3] > 0 > found[5]
     assert found[1] == pytest.approx(np.corrcoef(SCORES[:, 1], SCORES.sum(axis=1) - SCORES[:, 1])[0, 1])

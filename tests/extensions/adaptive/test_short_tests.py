@@ -12,7 +12,7 @@ from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.extensions.adaptive.short_tests import short_test
-from eai.extensions.adaptive.study import Scores, scores_of
+from eai.extensions.adaptive.study import SuiteScores, collect_scores
 from eai.tasks.source import Source
 from oracle import MODELS
 from studies.published import tables
@@ -26,9 +26,9 @@ def tool() -> ModuleType:
     return module_at("tools/short_tests.py")
 
 
-def scores(matrix: list[list[float]]) -> Scores:
+def scores(matrix: list[list[float]]) -> SuiteScores:
     tasks = tuple(map(str, range(len(matrix[0]))))
-    return Scores(tuple(map(str, range(len(matrix)))), tasks, tasks, np.array(matrix))
+    return SuiteScores(tuple(map(str, range(len(matrix)))), tasks, tasks, np.array(matrix))
 
 
 def test_easy_and_difficult_tasks_are_chosen_in_proportion(tool: ModuleType) -> None:
@@ -65,4 +65,4 @@ def test_every_suite_has_a_short_test_of_its_own_tasks(
 
 def test_the_short_test_is_the_one_that_is_chosen(tool: ModuleType) -> None:
     answers = tables("behavior", Ability.ACTION_SEQUENCING, MODELS, Protocol.STRICT).answers
-    assert tool.choose(scores_of(answers)) == short_test("behavior", Ability.ACTION_SEQUENCING)
+    assert tool.choose(collect_scores(answers)) == short_test("behavior", Ability.ACTION_SEQUENCING)

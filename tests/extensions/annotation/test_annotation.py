@@ -12,19 +12,19 @@ from eai.base.errors import InputError
 from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
     Candidate,
-    Chosen,
-    Listing,
-    _Kind,
+    ObjectKind,
+    PatternList,
+    TitleDecisions,
     annotate,
-    by_title,
-    check,
+    check_goals,
+    count_patterns,
     decide,
-    decisions_text,
-    difference,
-    first_met,
-    frequencies,
+    find_difference,
+    find_met_candidate,
+    format_decisions,
+    group_by_title,
+    parse_pattern,
     read_decisions,
-    read_pattern,
     write_decisions,
 )
 from eai.logic.ltl_printer import print_ltl
@@ -33,7 +33,7 @@ from eai.tasks.source import Source, given
 from eai.tasks.task import Task
 from extensions.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
 
-SHARED = [difference(task, DOMAIN) for task in (CUP, JAR, LAMP)]
+SHARED = [find_difference(task, DOMAIN) for task in (CUP, JAR, LAMP)]
 
 
 def told(facts: object, task: Task) -> list[str]:
@@ -53,7 +53,7 @@ def told(facts: object, task: Task) -> list[str]:
     ],
 )
 def test_patterns_are_read_as_they_are_written(text: str) -> None:
-    assert str(read_pattern(text)) == text
+    assert str(parse_pattern(text)) == text
 
 
 @pytest.mark.parametrize(
@@ -61,12 +61,12 @@ def test_patterns_are_read_as_they_are_written(text: str) -> None:
 )
 def test_what_is_no_pattern_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="expected a pattern such as"):
-        read_pattern(text)
+        parse_pattern(text)
 
 
 def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
-    assert _Kind(properties=("A", "B")) == _Kind(properties=("B", "A"))
-    assert len({_Kind(properties=("A", "B")), _Kind(properties=("B", "A")), _Kind("A")}) == 2
+    assert ObjectKind(properties=("A", "B")) == ObjectKind(properties=("B", "A"))
+    assert len({ObjectKind(properties=("A", "B")), ObjectKind(properties=("B", "A")), ObjectKind("A")}) == 2
 
 
 @pytest.mark.parametrize(
@@ -80,12 +80,12 @@ def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
 def test_a_difference_is_what_changed_objects_are_and_what_relations_are_new(
     task: Task, facts: list[str]
 ) -> None:
-    assert told(difference(task, DOMAIN).facts, task) == facts
+    assert told(find_difference(task, DOMAIN).facts, task) == facts
 
 
 def test_the_end_that_the_data_set_says_counts() -> None:
     said = replace(CUP, annotated_final=CUP.initial)
-    assert difference(said, DOMAIN).facts == ()
+    assert find_difference(said, DOMAIN).facts == ()
 
 
 @pytest.mark.parametrize(
@@ -100,11 +100,11 @@ def test_the_end_that_the_data_set_says_counts() -> None:
 )
 def test_what_shows_nothing_is_no_demonstration(task: Task, why: str) -> None:
     with pytest.raises(InputError, match=re.escape(why)):
-        difference(task, DOMAIN)
+        find_difference(task, DOMAIN)
 
 
 def test_frequencies_are_by_class_and_by_the_properties_of_one_end() -> None:
-    found = {str(pattern): times for pattern, times in frequencies(SHARED, ["near"]).items()}
+    found = {str(pattern): times for pattern, times in count_patterns(SHARED, ["near"]).items()}
     assert found == {
         "lit(lamp)": 3,
         "on(cup, shelf)": 1,
@@ -117,7 +117,7 @@ def test_frequencies_are_by_class_and_by_the_properties_of_one_end() -> None:
 
 def candidate(*entries: str) -> Candidate:
     """Entries with alternatives, ``lit(lamp) or on(cup, shelf)``."""
-    return tuple(tuple(map(read_pattern, entry.split(" or "))) for entry in entries)
+    return tuple(tuple(map(parse_pattern, entry.split(" or "))) for entry in entries)
 
 
 @pytest.mark.parametrize(
@@ -139,15 +139,15 @@ def test_the_first_candidate_that_is_met_in_all_is_assigned(
     candidates: list[tuple[str, ...]], numbers: list[int | None]
 ) -> None:
     meanings = [candidate(*entries) for entries in candidates]
-    assert [first_met(meanings, found) for found in SHARED] == numbers
+    assert [find_met_candidate(meanings, found) for found in SHARED] == numbers
 
 
 def test_goals_follow_from_all_that_meets_an_entry() -> None:
-    known = {"Tidy up": Chosen((candidate("lit(lamp)", "do LIGHT"),))}
-    made = list(annotate(by_title(shelves().tasks(Source())), DOMAIN, known))
+    known = {"Tidy up": TitleDecisions((candidate("lit(lamp)", "do LIGHT"),))}
+    made = list(annotate(group_by_title(shelves().tasks(Source())), DOMAIN, known))
     goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
-    assert [each.problem for each in check(made)] == [
+    assert [each.problem for each in check_goals(made)] == [
         "cup: has goals, but its plan meets no candidate",
         "jar: lacks lit(lamp_1), lacks LIGHT(), has the further goal on(jar, shelf)",
         "lamp: lacks lit(lamp_2), lacks LIGHT()",
@@ -157,15 +157,15 @@ def test_goals_follow_from_all_that_meets_an_entry() -> None:
 COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "add lit({bright})")
 
 
-def decided(*commands: str) -> Chosen:
-    listing, chosen = Listing(SHARED, DOMAIN, ["near"]), Chosen()
+def decided(*commands: str) -> TitleDecisions:
+    listing, chosen = PatternList(SHARED, DOMAIN, ["near"]), TitleDecisions()
     for command in commands:
         chosen = decide(command, chosen, listing)
     return chosen
 
 
 def test_commands_make_candidates() -> None:
-    listing = Listing(SHARED, DOMAIN, ["near"])
+    listing = PatternList(SHARED, DOMAIN, ["near"])
     assert [str(pattern) for pattern in listing.numbered[:3]] == [
         "lit(lamp)",
         "on({small}, shelf)",
@@ -178,7 +178,7 @@ def test_commands_make_candidates() -> None:
         candidate("do LIGHT or do PUT", "lit({bright})"),
     )
     assert list(map(str, chosen.dropped)) == ["on(cup, shelf)", "on(jar, shelf)"]
-    assert listing.open(chosen) == [6]
+    assert listing.find_undecided(chosen) == [6]
 
 
 @pytest.mark.parametrize(
@@ -205,10 +205,10 @@ def test_a_wrong_command_is_told_and_changes_nothing(command: str, why: str) -> 
 def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
     assert read_decisions(path) == ((), {})
-    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": Chosen()}
+    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": TitleDecisions()}
     write_decisions(path, *made)
     assert read_decisions(path) == made
-    assert path.read_text() == decisions_text(*made)
+    assert path.read_text() == format_decisions(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
 
 
@@ -235,7 +235,7 @@ def test_a_file_that_is_none_of_decisions_is_refused(tmp_path: Path, text: str, 
 
 def test_a_title_that_nobody_has_is_told() -> None:
     with pytest.raises(InputError, match="no demonstration is called 'Tidy'; did you mean Tidy up"):
-        by_title(shelves().tasks(Source()), "Tidy")
+        group_by_title(shelves().tasks(Source()), "Tidy")
 
 
 def test_the_quality_of_annotations_is_told() -> None:

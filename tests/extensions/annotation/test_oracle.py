@@ -21,12 +21,12 @@ from eai.extensions.annotation.decisions import (
     Candidate,
     Difference,
     Entry,
-    Pattern,
-    _Kind,
-    concrete_goals,
-    difference,
-    first_met,
-    frequencies,
+    GoalPattern,
+    ObjectKind,
+    count_patterns,
+    find_difference,
+    find_met_candidate,
+    make_concrete_goals,
 )
 from eai.logic.formula import And
 from eai.logic.rewriting import rename_objects
@@ -68,27 +68,31 @@ def choices() -> Iterator[Choices]:
 
 def _entries(candidate: Mapping[str, Any]) -> Iterator[Entry]:
     for words in candidate["actions"]:
-        yield tuple(map(Pattern, words))
+        yield tuple(map(GoalPattern, words))
     for state in candidate["states"]:
-        yield tuple(Pattern(each["state"], (_Kind(each["name"]),)) for each in state["alternatives"])
+        yield tuple(GoalPattern(each["state"], (ObjectKind(each["name"]),)) for each in state["alternatives"])
     for each in candidate["exact_relations"]:
-        ends = (_Kind(each["from_name"]), _Kind(each["to_name"]))
-        yield (Pattern(PREDICATE_OF_RELATION[each["relation"]], ends),)
+        ends = (ObjectKind(each["from_name"]), ObjectKind(each["to_name"]))
+        yield (GoalPattern(PREDICATE_OF_RELATION[each["relation"]], ends),)
     for each in candidate["relations"]:
         yield tuple(
-            Pattern(PREDICATE_OF_RELATION[name], (_kind(source), _kind(target)))
+            GoalPattern(PREDICATE_OF_RELATION[name], (_kind(source), _kind(target)))
             for name in each["relations"]
             for source in each["from"]
             for target in each["to"]
         )
 
 
-def _kind(values: Mapping[str, Any]) -> _Kind:
-    return _Kind(values["class"]) if "class" in values else _Kind(properties=tuple(values["properties"]))
+def _kind(values: Mapping[str, Any]) -> ObjectKind:
+    return (
+        ObjectKind(values["class"])
+        if "class" in values
+        else ObjectKind(properties=tuple(values["properties"]))
+    )
 
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, Difference]:
-    found = [difference(tasks[task_id], domain_in_paper_order()) for task_id in task_ids]
+    found = [find_difference(tasks[task_id], domain_in_paper_order()) for task_id in task_ids]
     return dict(zip(task_ids, found, strict=True))
 
 
@@ -99,7 +103,7 @@ def test_all_342_concrete_goals_follow(virtualhome_tasks: VirtualHomeTasks, ever
         numbers = {task_id: number for task_id, number in assigned.items() if number is not None}
         expected += len(numbers)
         for task_id, found in shown(virtualhome_tasks, list(numbers)).items():
-            goals = concrete_goals(found, candidates[numbers[task_id]])
+            goals = make_concrete_goals(found, candidates[numbers[task_id]])
             right += set(goals) == set(virtualhome_tasks[task_id].goals)
     assert right == expected
     assert expected == 342 or every > 1
@@ -112,10 +116,10 @@ def test_assignments_and_frequencies_of_all_518_demonstrations() -> None:
     by_hand = set()
     for candidates, counts, assigned in choices():
         found = shown(tasks, list(assigned))
-        given = {task_id: first_met(candidates, each) for task_id, each in found.items()}
+        given = {task_id: find_met_candidate(candidates, each) for task_id, each in found.items()}
         as_assigned += sum(given[task_id] == number for task_id, number in assigned.items())
         by_hand |= {task_id for task_id, number in assigned.items() if given[task_id] != number}
-        table = frequencies(found.values(), ["NEXT_TO"])
+        table = count_patterns(found.values(), ["NEXT_TO"])
         for candidate, known in zip(candidates, counts, strict=True):
             again = [sum(table[pattern] for pattern in entry) for entry in candidate]
             counted += sum(one == other for one, other in zip(again, known, strict=True))

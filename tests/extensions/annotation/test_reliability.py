@@ -5,7 +5,7 @@ from statistics import fmean, pvariance
 
 import pytest
 
-from eai.extensions.annotation.study import krippendorff_alpha, weighted_mse
+from eai.extensions.annotation.study import find_weighted_mse, krippendorff_alpha
 
 KRIPPENDORFF = (
     "1 2 3 3 2 1 4 1 2 . . .",
@@ -59,7 +59,7 @@ def test_alpha_of_few(rated: list[list[float]], alpha: float | None) -> None:
 def test_the_weighted_error_is_of_what_was_rated_more_than_once(
     rated: list[list[float]], mse: float | None
 ) -> None:
-    assert weighted_mse(rated) == mse
+    assert find_weighted_mse(rated) == mse
 
 
 @pytest.mark.parametrize(("sizes", "expected"), [((2,), 1.0), ((4, 2, 2), 1.25)])

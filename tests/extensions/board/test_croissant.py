@@ -8,7 +8,7 @@ import pytest
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.board.croissant import identifier, operator_rows, task_rows, write_croissant
+from eai.extensions.board.croissant import make_row_id, operator_rows, task_rows, write_croissant
 from eai.tasks.source import Source
 
 mlcroissant = pytest.importorskip("mlcroissant", reason="needs the extra croissant")
@@ -66,5 +66,5 @@ def test_the_same_data_are_the_same_bytes(
 
 
 def test_no_identifier_is_a_number() -> None:
-    assert identifier("27_2") == "scene_1_27_2"
-    assert identifier("tidy_1") == "tidy_1"
+    assert make_row_id("27_2") == "scene_1_27_2"
+    assert make_row_id("tidy_1") == "tidy_1"

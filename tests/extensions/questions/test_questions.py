@@ -166,8 +166,8 @@ def test_without_an_ability_it_is_said_which_to_give(eai: Command, written: Path
     refused = in_own_process("run", "--domain", written, "--model", "eai/oracle", "--out", tmp_path / "o")
     assert (refused.status, refused.err) == (
         2,
-        f"eai: --domain {written}: give --ability world_model, as goal_interpretation is not asked of this "
-        "file\n",
+        f"eai: --domain {written}: give --ability world_model, as this file has no tasks for "
+        "goal_interpretation\n",
     )
 
 

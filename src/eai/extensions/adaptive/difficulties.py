@@ -23,15 +23,17 @@ from typing import Any, NamedTuple
 from eai.abilities.protocol import Ability
 
 FILE = "item_difficulties.json"
-_STEPS = 100
+_MAX_STEPS = 100
 
-_SMALL = 1e-9
+_CONVERGENCE_LOGITS = 1e-9
 
 
 def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
     """Return the difficulty of each task of a suite, in the order of the data set; empty if unknown."""
-    found: Mapping[str, float] = _tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
-    return found
+    difficulties: Mapping[str, float] = (
+        _load_tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
+    )
+    return difficulties
 
 
 def variance_between_names(domain: str, ability: Ability) -> float:
@@ -39,17 +41,17 @@ def variance_between_names(domain: str, ability: Ability) -> float:
 
     The unit is squared logits.
     """
-    return float(_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
+    return float(_load_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
 
 
 @cache
-def _tables() -> dict[str, Any]:
+def _load_tables() -> dict[str, Any]:
     text = (resources.files("eai.extensions.adaptive") / FILE).read_text(encoding="utf-8")
     by_suite: dict[str, Any] = json.loads(text)
     return by_suite
 
 
-class _Ability(NamedTuple):
+class AbilityEstimate(NamedTuple):
     """A model's ability, in logits.
 
     Attributes:
@@ -61,12 +63,12 @@ class _Ability(NamedTuple):
     error: float
 
 
-def ability_of(
+def estimate_ability(
     scores: Mapping[str, float],
     difficulties: Mapping[str, float],
     names: Mapping[str, str] | None = None,
     variance: float = 0.0,
-) -> _Ability:
+) -> AbilityEstimate:
     """Estimate the ability of a model.
 
     Args:
@@ -76,18 +78,18 @@ def ability_of(
             squared error by the design effect: the variance between names, times the sum over names of the
             squared share of the information.
         variance: variance of one model's ability between names, in squared logits
-            (`eai.extensions.adaptive.rasch.variance_between`); 0 if tasks are independent.
+            (`eai.extensions.adaptive.rasch.estimate_variance_between_names`); 0 if tasks are independent.
     """
     value = 0.0
-    for _ in range(_STEPS):
-        chances = [_chance(value, difficulties[task]) for task in scores]
+    for _ in range(_MAX_STEPS):
+        chances = [_success_probability(value, difficulties[task]) for task in scores]
         information = 1 + sum(p * (1 - p) for p in chances)
         change = (sum(scores.values()) - sum(chances) - value) / information
         value += max(-1.0, min(1.0, change))
-        if abs(change) < _SMALL:
+        if abs(change) < _CONVERGENCE_LOGITS:
             break
     between = variance * _concentration(value, scores, difficulties, names or {})
-    return _Ability(value, math.sqrt(1 / information + between))
+    return AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
 def _concentration(
@@ -96,13 +98,13 @@ def _concentration(
     """Return the concentration of the information on names: 1 for a single name, 1/n for n equal names."""
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:
-        p = _chance(ability, difficulties[task])
+        p = _success_probability(ability, difficulties[task])
         informed[names.get(task, task)] += p * (1 - p)
     whole = sum(informed.values())
-    return sum((each / whole) ** 2 for each in informed.values()) if whole else 0.0
+    return sum((information / whole) ** 2 for information in informed.values()) if whole else 0.0
 
 
-def next_tasks(
+def choose_next_tasks(
     number: int, asked: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> tuple[str, ...]:
     """Return the tasks to ask next; fewer than ``number`` if no more are left.
@@ -113,7 +115,7 @@ def next_tasks(
         difficulties: difficulties of all tasks that may be asked.
         names: name of each task, which near copies share.
     """
-    ability = ability_of(asked, difficulties).value
+    ability = estimate_ability(asked, difficulties).value
     times = Counter(names[task] for task in asked)
     left = [task for task in difficulties if task not in asked]
     chosen: list[str] = []
@@ -125,5 +127,5 @@ def next_tasks(
     return tuple(chosen)
 
 
-def _chance(ability: float, difficulty: float) -> float:
+def _success_probability(ability: float, difficulty: float) -> float:
     return 1 / (1 + math.exp(difficulty - ability))

@@ -20,5 +20,5 @@ Flag: TypeAlias = Literal[
 - ambiguous names: its goals make the same demand on several objects that share a name in answers.
 """
 
-TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
+FlagReader = Callable[[SuiteKey, str, bool], Iterator[Flag]]
 """Yields the flags of a task, given its suite, its id, and whether no model solves it."""

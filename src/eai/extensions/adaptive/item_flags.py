@@ -13,7 +13,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.adaptive.flag import Flag, TellsFlags
+from eai.extensions.adaptive.flag import Flag, FlagReader
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects
 from eai.planning.planner import get_planner
@@ -25,7 +25,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 
 
-def item_flags(source: Source) -> TellsFlags:
+def make_flag_reader(source: Source) -> FlagReader:
     """Return a function that reads the flags of a task from the data set.
 
     It searches a plan for unsolved tasks. A plan exists if an answer is right under the protocol of the
@@ -45,7 +45,7 @@ def item_flags(source: Source) -> TellsFlags:
         return find_plan(tasks_of(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
-    def opened(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+    def open_books(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
         """Return a suite, its gold answers, and answers made from the built-in planner's plans."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_answer_book(benchmark, ability, source)
@@ -54,9 +54,9 @@ def item_flags(source: Source) -> TellsFlags:
         )
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
-    def of_unsolved(key: SuiteKey, task_id: str) -> Flag:
+    def find_unsolved_flag(key: SuiteKey, task_id: str) -> Flag:
         """Return the flag of a task that no model solves."""
-        suite, books = opened(key)
+        suite, books = open_books(key)
         for book in books:
             answer = book[task_id].text
             verdict = suite.adapt_to_answers([answer]).score(task_id, answer)
@@ -69,7 +69,7 @@ def item_flags(source: Source) -> TellsFlags:
         task = tasks_of(key.domain).get(task_id)
         has_plans = task is not None and declaration_of(Ability(key.ability)).has_plans
         if unsolved:
-            yield of_unsolved(key, task_id) if has_plans else "unsolved"
+            yield find_unsolved_flag(key, task_id) if has_plans else "unsolved"
         if task is not None and has_plans and _is_ambiguous(task, find_benchmark(key.domain)):
             yield "ambiguous names"
 

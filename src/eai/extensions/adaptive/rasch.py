@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 DIFFICULTY_SPREAD = 2.0
 """Standard deviation of the prior of difficulties, in logits."""
 
-_STEPS = 200
-_SMALL = 1e-10
+_MAX_STEPS = 200
+_CONVERGENCE_LOGITS = 1e-10
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,22 +60,22 @@ def fit_rasch(scores: Matrix) -> Rasch:
     """
     import numpy as np
 
-    known = ~np.isnan(scores)
-    given = np.where(known, scores, 0.0)
+    is_known = ~np.isnan(scores)
+    given = np.where(is_known, scores, 0.0)
     abilities, difficulties = np.zeros(scores.shape[0]), np.zeros(scores.shape[1])
     prior = 1 / DIFFICULTY_SPREAD**2
-    for _ in range(_STEPS):
+    for _ in range(_MAX_STEPS):
         before = abilities, difficulties
-        p = chance(abilities[:, None], difficulties[None, :]) * known
+        p = chance(abilities[:, None], difficulties[None, :]) * is_known
         slope = ((given - p).sum(axis=1) - abilities) / (_information(p).sum(axis=1) + 1)
         abilities = abilities + slope
-        p = chance(abilities[:, None], difficulties[None, :]) * known
+        p = chance(abilities[:, None], difficulties[None, :]) * is_known
         slope = ((p - given).sum(axis=0) - prior * difficulties) / (_information(p).sum(axis=0) + prior)
         difficulties = difficulties + slope
-        moved = max(np.abs(abilities - before[0]).max(), np.abs(difficulties - before[1]).max())
-        if moved < _SMALL:
+        largest_change = max(np.abs(abilities - before[0]).max(), np.abs(difficulties - before[1]).max())
+        if largest_change < _CONVERGENCE_LOGITS:
             break
-    p = chance(abilities[:, None], difficulties[None, :]) * known
+    p = chance(abilities[:, None], difficulties[None, :]) * is_known
     return Rasch(abilities, difficulties, 1 / np.sqrt(_information(p).sum(axis=0) + prior))
 
 
@@ -83,7 +83,7 @@ def _information(p: Matrix) -> Matrix:
     return p * (1 - p)
 
 
-def item_rest(scores: Matrix) -> Matrix:
+def item_rest_correlations(scores: Matrix) -> Matrix:
     """Return for each task the correlation, over models, of its score with the sum of all other scores.
 
     The correlation is NaN if one of them does not vary.
@@ -97,10 +97,10 @@ def item_rest(scores: Matrix) -> Matrix:
     with np.errstate(divide="ignore", invalid="ignore"):
         centred = scores - scores.mean(axis=0)
         others = rest - rest.mean(axis=0)
-        found: Matrix = (centred * others).sum(axis=0) / np.sqrt(
+        correlations: Matrix = (centred * others).sum(axis=0) / np.sqrt(
             (centred**2).sum(axis=0) * (others**2).sum(axis=0)
         )
-    return found
+    return correlations
 
 
 def reliability(scores: Matrix) -> float | None:
@@ -113,7 +113,7 @@ def reliability(scores: Matrix) -> float | None:
     return float(number / (number - 1) * (1 - parts / whole))
 
 
-def variance_between(scores: Matrix, fitted: Rasch, names: Sequence[str]) -> float:
+def estimate_variance_between_names(scores: Matrix, fitted: Rasch, names: Sequence[str]) -> float:
     """Return the variance of a model's ability between names beyond chance, in squared logits.
 
     This is an estimate by moments. If a name is unexpectedly difficult for a model, two of its tasks

@@ -13,9 +13,9 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
 from eai.extensions.adaptive.difficulties import (
-    ability_of,
+    choose_next_tasks,
+    estimate_ability,
     item_difficulties,
-    next_tasks,
     variance_between_names,
 )
 from eai.results.epochs import SuiteResult
@@ -79,21 +79,21 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     if folder is None:
         place = suite.domain, suite.ability
         return item_difficulties(*place), variance_between_names(*place), "nine models of 2024"
-    from eai.extensions.adaptive.rasch import fit_rasch, variance_between  # needs numpy
-    from eai.extensions.adaptive.study import FEWEST_MODELS, scores_of
+    from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_rasch  # needs numpy
+    from eai.extensions.adaptive.study import MIN_MODELS, collect_scores
 
     tables, of_suite = TidyTables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
     for run in read_runs([folder]):
         if run.key[:3] == of_suite and run.key.is_plain and Totals.from_records(run.records).coverage.ranked:
             tables.add(run.records)
-    scores = scores_of(tables.answers)
-    if len(scores.models) < FEWEST_MODELS:
-        wanted = f"{FEWEST_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
+    scores = collect_scores(tables.answers)
+    if len(scores.models) < MIN_MODELS:
+        wanted = f"{MIN_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
         raise InputError(f"{folder}: expected whole runs of {wanted}; found {len(scores.models)}")
     fitted = fit_rasch(scores.matrix)
     values = map(float, fitted.difficulties - fitted.abilities.mean())
     by_task = dict(zip(scores.tasks, values, strict=True))
-    variance = variance_between(scores.matrix, fitted, scores.names)
+    variance = estimate_variance_between_names(scores.matrix, fitted, scores.names)
     return by_task, variance, f"the {len(scores.models)} models in {folder}"
 
 
@@ -127,7 +127,7 @@ def obtain(
     scores: dict[str, float] = {}
     while True:
         left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
-        chosen += next_tasks(TASKS_PER_ROUND, scores, left, names)
+        chosen += choose_next_tasks(TASKS_PER_ROUND, scores, left, names)
         result = ask({task_id: prompts[task_id] for task_id in prompts if task_id in chosen})
         scores = {
             record.task_id: float(bool(record.verdict.success))
@@ -135,7 +135,7 @@ def obtain(
             if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
             if record.verdict.excluded is None
         }
-        ability, error = ability_of(scores, difficulties, names, variance)
+        ability, error = estimate_ability(scores, difficulties, names, variance)
         if error <= target or result.failures or len(chosen) == len(difficulties):
             break
     content = {"ability": ability, "error": error, "target": target, "tasks": chosen, "zero": models}

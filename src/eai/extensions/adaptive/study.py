@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
-from eai.extensions.adaptive.flag import Flag, TellsFlags
-from eai.extensions.adaptive.rasch import Rasch, fit_rasch, item_rest, reliability
+from eai.extensions.adaptive.flag import Flag, FlagReader
+from eai.extensions.adaptive.rasch import Rasch, fit_rasch, item_rest_correlations, reliability
 from eai.results.certainty import LEVEL, two_sided_quantile
 from eai.results.lines import SUITE, AnswerLine, SuiteKey, group_by_suite, make_case, score_share
 from eai.results.paper_tables import is_null_model
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     Matrix = NDArray[np.float64]
 
 
-FEWEST_MODELS = 3
+MIN_MODELS = 3
 _FOLDS = 10
 
 
 @dataclass(frozen=True)
-class Scores:
+class SuiteScores:
     """The scores of all models in one suite, for the tasks that all of them have answers to.
 
     Attributes:
@@ -62,54 +62,54 @@ class Scores:
     matrix: Matrix
 
     @property
-    def is_test(self) -> bool:
+    def is_sufficient(self) -> bool:
         """Whether there are enough models and any tasks."""
-        return len(self.models) >= FEWEST_MODELS and bool(self.tasks)
+        return len(self.models) >= MIN_MODELS and bool(self.tasks)
 
     @cached_property
-    def fitted(self) -> Rasch:
+    def rasch(self) -> Rasch:
         """The Rasch model fitted to the scores."""
         return fit_rasch(self.matrix)
 
     @cached_property
-    def agreement(self) -> Matrix:
-        """Correlation of each task with the others (`item_rest`)."""
-        return item_rest(self.matrix)
+    def item_rest(self) -> Matrix:
+        """Correlation of each task with the others (`item_rest_correlations`)."""
+        return item_rest_correlations(self.matrix)
 
 
-def scores_of(answers: Sequence[AnswerLine]) -> Scores:
+def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     """Return the scores of the answers to one suite; an unreadable answer scores 0."""
     import numpy as np
 
-    found: dict[str, dict[str, float]] = {}
+    by_model: dict[str, dict[str, float]] = {}
     names: dict[str, str] = {}
     for answer in answers:
         if answer.outcome != AnswerOutcome.EXCLUDED.value:
-            found.setdefault(answer.agent, {})[answer.task] = Rate(*score_share(answer)).share or 0.0
+            by_model.setdefault(answer.agent, {})[answer.task] = Rate(*score_share(answer)).share or 0.0
             names[answer.task] = answer.name
-    tasks = [task for task in names if all(task in scores for scores in found.values())]
-    matrix = np.array([[scores[task] for task in tasks] for scores in found.values()])
-    return Scores(tuple(found), tuple(tasks), tuple(names[task] for task in tasks), matrix)
+    tasks = [task for task in names if all(task in scores for scores in by_model.values())]
+    matrix = np.array([[scores[task] for task in tasks] for scores in by_model.values()])
+    return SuiteScores(tuple(by_model), tuple(tasks), tuple(names[task] for task in tasks), matrix)
 
 
-_Suites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerLine], Scores]]
+_ScoredSuites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerLine], SuiteScores]]
 
 
-def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]:
-    """Return the tables of the analysis, for suites with answers of at least `FEWEST_MODELS` models.
+def item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
+    """Return the tables of the analysis, for suites with answers of at least `MIN_MODELS` models.
 
     Args:
         answers: the answers of all models; null models are left out.
         flags: yields the flags of a task.
     """
     of_models = group_by_suite([each for each in answers if not is_null_model(each.model)])
-    found = {suite: (given, scores_of(given)) for suite, given in of_models.items()}
-    suites = {suite: each for suite, each in found.items() if each[1].is_test}
+    scored = {suite: (given, collect_scores(given)) for suite, given in of_models.items()}
+    suites = {suite: each for suite, each in scored.items() if each[1].is_sufficient}
     items = _items(suites, flags)
     return [_tests(suites), _abilities(suites), _flagged(items), items]
 
 
-def held_out(scores: Scores) -> tuple[float | None, float | None]:
+def predict_held_out(scores: SuiteScores) -> tuple[float | None, float | None]:
     """Return how well held-out answers are predicted: by the Rasch model, and by the models' means.
 
     Both are areas under the ROC curve. Each answer is predicted from nine tenths of all answers. None unless
@@ -127,10 +127,10 @@ def held_out(scores: Scores) -> tuple[float | None, float | None]:
         kept = np.where(out, np.nan, matrix)
         chances[out] = fit_rasch(kept).chances()[out]
         means[out] = np.broadcast_to(np.nanmean(kept, axis=1, keepdims=True), matrix.shape)[out]
-    return _area(matrix, chances), _area(matrix, means)
+    return _area_under_curve(matrix, chances), _area_under_curve(matrix, means)
 
 
-def _area(success: Matrix, predicted: Matrix) -> float | None:
+def _area_under_curve(success: Matrix, predicted: Matrix) -> float | None:
     """Return the probability that a success is predicted higher than a failure."""
     from scipy.stats import rankdata
 
@@ -139,10 +139,10 @@ def _area(success: Matrix, predicted: Matrix) -> float | None:
     if not wins or not losses:
         return None
     ranks = rankdata(predicted.ravel().round(9))
-    return _rounded(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
+    return _round(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
 
 
-def ability_estimate(scores: Scores, place: int) -> Estimate:
+def ability_estimate(scores: SuiteScores, place: int) -> Estimate:
     """Return the ability of a model relative to the mean of all models, with its interval.
 
     The variance is a first-order jackknife over names with difficulties taken as exact. If the variance for
@@ -150,14 +150,14 @@ def ability_estimate(scores: Scores, place: int) -> Estimate:
     """
     import numpy as np
 
-    fitted = scores.fitted
+    fitted = scores.rasch
     p = fitted.chances()
     weights, residuals = p * (1 - p), scores.matrix - p
     information = weights.sum(axis=1) + 1
     value = float(fitted.abilities[place] - fitted.abilities.mean())
     places = {name: number for number, name in enumerate(dict.fromkeys(scores.names))}
     if len(places) < 2:
-        return Estimate(_rounded(value))
+        return Estimate(_round(value))
     columns = [places[name] for name in scores.names]
     residual_sums = np.array([np.bincount(columns, row, len(places)) for row in residuals])
     weight_sums = np.array([np.bincount(columns, row, len(places)) for row in weights])
@@ -168,28 +168,28 @@ def ability_estimate(scores: Scores, place: int) -> Estimate:
     by_name = (len(places) - 1) / len(places) * float((own * own).sum())
     by_task = float((share * share / information).sum())
     half = two_sided_quantile(LEVEL, len(places) - 1) * math.sqrt(max(by_name, by_task))
-    return Estimate(_rounded(value), _rounded(value - half), _rounded(value + half))
+    return Estimate(_round(value), _round(value - half), _round(value + half))
 
 
-def _flags(column: Matrix, agreement: float) -> Iterator[Flag]:
+def _find_score_flags(column: Matrix, agreement: float) -> Iterator[Flag]:
     if column.sum() >= len(column) - 1:
         yield "saturated"
     if agreement < 0:
         yield "negative"
 
 
-def _first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
+def _find_first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
     """Return for each task the check that most models fail first."""
-    found = group_pairs((a.task, a.error_check) for a in answers if a.error_check is not None)
-    return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in found.items()}
+    checks_of_task = group_pairs((a.task, a.error_check) for a in answers if a.error_check is not None)
+    return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in checks_of_task.items()}
 
 
-def _rounded(number: float) -> float | None:
+def _round(number: float) -> float | None:
     """Round to six digits: further digits differ between machines."""
     return None if math.isnan(number) else round(number, 6)
 
 
-def _plain(number: float) -> float:
+def _simplify(number: float) -> float:
     return int(number) if number == int(number) else round(number, 6)
 
 
@@ -200,7 +200,7 @@ def _plain(number: float) -> float:
         *("held_out_rasch", "held_out_mean"),
     ),
 )
-def _tests(suites: _Suites) -> Iterator[Row]:
+def _tests(suites: _ScoredSuites) -> Iterator[Row]:
     """Suites as tests.
 
     saturated: tasks that all models solve, or all but one; unsolved: tasks that no model solves; negative:
@@ -210,17 +210,17 @@ def _tests(suites: _Suites) -> Iterator[Row]:
     """
     for suite, (_, scores) in suites.items():
         models, solved, alpha = len(scores.models), scores.matrix.sum(axis=0), reliability(scores.matrix)
-        counts = [solved >= models - 1, solved == 0, scores.agreement < 0]
+        counts = [solved >= models - 1, solved == 0, scores.item_rest < 0]
         saturated, unsolved, negative = (int(of_task.sum()) for of_task in counts)
-        rounded = None if alpha is None else _rounded(alpha)
+        rounded = None if alpha is None else _round(alpha)
         yield (
             *(*suite, models, len(scores.tasks), saturated, unsolved, negative, rounded),
-            *held_out(scores),
+            *predict_held_out(scores),
         )
 
 
 @make_table("abilities", (*SUITE, "answered_by", "logit", "score"))
-def _abilities(suites: _Suites) -> Iterator[Row]:
+def _abilities(suites: _ScoredSuites) -> Iterator[Row]:
     """Models.
 
     logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with
@@ -228,7 +228,7 @@ def _abilities(suites: _Suites) -> Iterator[Row]:
     with difficulties taken as exact. The score is the mean over all tasks.
     """
     for suite, (answers, scores) in suites.items():
-        abilities = scores.fitted.abilities
+        abilities = scores.rasch.abilities
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
             cases = [make_case(line, score_share(line)) for line in answers if line.agent == model]
@@ -253,42 +253,44 @@ def _flagged(items: Table) -> Iterable[Row]:
 
 
 @make_table("items", _ITEM, max_shown_rows=0)
-def _items(suites: _Suites, flags: TellsFlags) -> Iterator[Row]:
+def _items(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]:
     """All tasks.
 
     For each task: how many models solve it (or the sum of their F1), its difficulty with standard error, its
     agreement with the other tasks, and its flags.
     """
     for suite, (answers, scores) in suites.items():
-        fitted, checks = scores.fitted, _first_checks(answers)
+        fitted, checks = scores.rasch, _find_first_checks(answers)
         for place, task in enumerate(scores.tasks):
-            column, agreement = scores.matrix[:, place], float(scores.agreement[place])
+            column, agreement = scores.matrix[:, place], float(scores.item_rest[place])
             yield (
                 *suite,
                 task,
                 scores.names[place],
-                _plain(float(column.sum())),
+                _simplify(float(column.sum())),
                 len(column),
-                _rounded(float(fitted.difficulties[place] - fitted.abilities.mean())),
-                _rounded(float(fitted.difficulty_errors[place])),
-                _rounded(agreement),
+                _round(float(fitted.difficulties[place] - fitted.abilities.mean())),
+                _round(float(fitted.difficulty_errors[place])),
+                _round(agreement),
                 checks.get(task),
-                ", ".join([*_flags(column, agreement), *flags(suite, task, bool(column.max() == 0))]),
+                ", ".join(
+                    [*_find_score_flags(column, agreement), *flags(suite, task, bool(column.max() == 0))]
+                ),
             )
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    from eai.extensions.adaptive.item_flags import item_flags
+    from eai.extensions.adaptive.item_flags import make_flag_reader
 
-    found = item_tables(records.tables().answers, item_flags(records.source))
-    if not found[0].rows:
-        raise InputError(f"expected answers of at least {FEWEST_MODELS} models to one suite")
-    yield Analysis(found, _figures(found))
+    tables = item_tables(records.tables().answers, make_flag_reader(records.source))
+    if not tables[0].rows:
+        raise InputError(f"expected answers of at least {MIN_MODELS} models to one suite")
+    yield Analysis(tables, _figures(tables))
 
 
-def _figures(found: Sequence[Table]) -> Figures:
-    abilities = rows_of(found[1])
-    for suite, rows in rows_of(found[3]).items():
+def _figures(tables: Sequence[Table]) -> Figures:
+    abilities = rows_of(tables[1])
+    for suite, rows in rows_of(tables[3]).items():
         yield add_suite_title(suite, "items", draw(rows, abilities[suite]))
 
 

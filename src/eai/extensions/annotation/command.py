@@ -21,8 +21,8 @@ from eai.cli.console import counted, note, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, opened_source
 from eai.cli.progress import scoring_progress
 from eai.extensions.annotation import decisions as annotation
-from eai.extensions.annotation.decisions import Annotation, Chosen, Difference, Listing
-from eai.extensions.annotation.problems import Problem, domain_of, make_problem, with_one_domain
+from eai.extensions.annotation.decisions import Annotation, Difference, PatternList, TitleDecisions
+from eai.extensions.annotation.problems import DrawnProblem, make_problem, make_published_domain, share_domain
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.model import PddlDomain
 from eai.pddl.planners import make_planner
@@ -53,38 +53,40 @@ Without = Annotated[
         metavar="PREDICATE",
     ),
 ]
-_SHOWN = 20
+_MAX_SHOWN_PATTERNS = 20
 """Maximum number of patterns of a title that are shown without `--all`."""
 
 
-def _open(
-    domain: str, title: str | None, place: Path | None, data: Path | None, without: Sequence[str] = ()
+def _open_demonstrations(
+    domain: str, title: str | None, archive: Path | None, data: Path | None, without: Sequence[str] = ()
 ) -> tuple[Benchmark, Mapping[str, list[Task]]]:
     """Return a benchmark and its demonstrations by title."""
     benchmark = find_benchmark(domain)
     with opened_source(data, errata=ErrataChoice.NONE) as source:
-        if place is None:
+        if archive is None:
             tasks: Mapping[str, Task] = benchmark.tasks(source)
         elif benchmark.data.open_demonstrations is None:
             raise InputError(f"--demonstrations: {benchmark.name} reads no archive of demonstrations")
         else:
-            tasks = benchmark.data.open_demonstrations(place, source.report)
-    known = [predicate.name for predicate in benchmark.domain.vocabulary.predicates]
+            tasks = benchmark.data.open_demonstrations(archive, source.report)
+    predicates = [predicate.name for predicate in benchmark.domain.vocabulary.predicates]
     for name in without:
-        if name not in known:
-            raise InputError(f"--without: {name!r} is no predicate{did_you_mean(name, known)}")
-    return benchmark, annotation.by_title(tasks, title)
+        if name not in predicates:
+            raise InputError(f"--without: {name!r} is no predicate{did_you_mean(name, predicates)}")
+    return benchmark, annotation.group_by_title(tasks, title)
 
 
-def _annotations(benchmark: Benchmark, titles: Mapping[str, list[Task]], decisions: Path) -> list[Annotation]:
+def _make_annotations(
+    benchmark: Benchmark, titles: Mapping[str, list[Task]], decisions: Path
+) -> list[Annotation]:
     if not decisions.exists():
         raise InputError(f"{decisions}: no such file; eai data annotate choose writes it")
-    _, known = annotation.read_decisions(decisions)
-    strangers = [name for name in known if name not in titles]
-    if strangers and len(titles) > 1:
-        hint = did_you_mean(strangers[0], tuple(titles))
-        raise InputError(f"{decisions}: no demonstration is called {strangers[0]!r}{hint}")
-    return list(annotation.annotate(titles, benchmark.domain, known))
+    _, titles_in_file = annotation.read_decisions(decisions)
+    unknown_titles = [name for name in titles_in_file if name not in titles]
+    if unknown_titles and len(titles) > 1:
+        hint = did_you_mean(unknown_titles[0], tuple(titles))
+        raise InputError(f"{decisions}: no demonstration is called {unknown_titles[0]!r}{hint}")
+    return list(annotation.annotate(titles, benchmark.domain, titles_in_file))
 
 
 @app.command(name="differences")
@@ -109,33 +111,39 @@ def show_differences(
         count: Count the patterns that the demonstrations of a title share instead.
         everything: With --count, also print rare patterns.
     """
-    benchmark, titles = _open(domain, title, demonstrations, data, without or ())
-    found = {
-        name: [annotation.difference(task, benchmark.domain) for task in tasks]
+    benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
+    differences = {
+        name: [annotation.find_difference(task, benchmark.domain) for task in tasks]
         for name, tasks in titles.items()
     }
     if count:
-        _count(found, without or (), everything=everything, as_json=as_json)
+        _print_counts(differences, without or (), everything=everything, as_json=as_json)
         return
     facts = {
-        each.task.id: [
-            fact_text(fact, each.scene) for fact in each.facts if fact.predicate not in (without or ())
+        difference.task.id: [
+            fact_text(fact, difference.scene)
+            for fact in difference.facts
+            if fact.predicate not in (without or ())
         ]
-        for of_title in found.values()
-        for each in of_title
+        for of_title in differences.values()
+        for difference in of_title
     }
     lines = [f"{task_id}: {', '.join(texts) or 'nothing'}" for task_id, texts in facts.items()]
     tell(*lines, value=facts, as_json=as_json)
 
 
-def _count(
-    found: Mapping[str, Sequence[Difference]], without: Sequence[str], *, everything: bool, as_json: bool
+def _print_counts(
+    differences: Mapping[str, Sequence[Difference]],
+    without: Sequence[str],
+    *,
+    everything: bool,
+    as_json: bool,
 ) -> None:
     lines, counts = list[str](), dict[str, Json]()
-    for name, of_title in found.items():
-        table = annotation.frequencies(of_title, without)
+    for name, of_title in differences.items():
+        table = annotation.count_patterns(of_title, without)
         counts[name] = {str(pattern): times for pattern, times in table.items()}
-        rows = table.most_common(None if everything else _SHOWN)
+        rows = table.most_common(None if everything else _MAX_SHOWN_PATTERNS)
         lines.append(f"{name}: {counted(len(of_title), 'demonstration')}")
         lines += [f"{times:5} {pattern}" for pattern, times in rows]
         if len(rows) < len(table):
@@ -162,49 +170,51 @@ def choose(
     Options:
         title: The title of the demonstrations.
     """
-    not_counted, known = annotation.read_decisions(decisions)
+    not_counted, saved = annotation.read_decisions(decisions)
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
-    benchmark, titles = _open(domain, title, demonstrations, data, without or ())
-    found = [annotation.difference(task, benchmark.domain) for task in titles[title]]
-    listing = Listing(found, benchmark.domain, not_counted)
+    benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
+    differences = [annotation.find_difference(task, benchmark.domain) for task in titles[title]]
+    listing = PatternList(differences, benchmark.domain, not_counted)
     say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
     say(annotation.HELP)
-    _show(listing, known.get(title, Chosen()))
-    left = _conversation(decisions, known, title, listing)
+    _print_state(listing, saved.get(title, TitleDecisions()))
+    left = _apply_commands(decisions, saved, title, listing)
     say(f"{left}; written to {decisions}")
 
 
-def _conversation(path: Path, known: Mapping[str, Chosen], title: str, listing: Listing) -> str:
+def _apply_commands(path: Path, saved: Mapping[str, TitleDecisions], title: str, listing: PatternList) -> str:
     """Apply commands until the input ends; save the decisions after each command.
 
     Raises:
         InterruptError: the user interrupted the command.
     """
-    chosen, before = known.get(title, Chosen()), list[Chosen]()
+    chosen, before = saved.get(title, TitleDecisions()), list[TitleDecisions]()
     try:
         while True:
-            annotation.write_decisions(path, listing.without, {**known, title: chosen})
+            annotation.write_decisions(path, listing.without, {**saved, title: chosen})
             command = input("> " if sys.stdin.isatty() else "").strip()
             if command == "done":
                 return "done"
             try:
-                chosen = _after(command, chosen, before, listing)
+                chosen = _apply_command(command, chosen, before, listing)
             except InputError as error:
                 note(str(error))
             else:
-                _show(listing, chosen)
+                _print_state(listing, chosen)
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
         # the interrupt may have come before the last decision was written
-        annotation.write_decisions(path, listing.without, {**known, title: chosen})
+        annotation.write_decisions(path, listing.without, {**saved, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
         ) from None
 
 
-def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing) -> Chosen:
+def _apply_command(
+    command: str, chosen: TitleDecisions, before: list[TitleDecisions], listing: PatternList
+) -> TitleDecisions:
     if not command:
         return chosen
     if command == "undo":
@@ -216,20 +226,20 @@ def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing)
     return after
 
 
-def _show(listing: Listing, chosen: Chosen) -> None:
+def _print_state(listing: PatternList, chosen: TitleDecisions) -> None:
     """Print the decided candidates, and the undecided patterns."""
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
-        met = sum(annotation.is_met(candidate, each) for each in listing.differences)
+        met = sum(annotation.is_met(candidate, difference) for difference in listing.differences)
         say(f"candidate {number}, met by {met}:")
         for text in texts:
             say(f"    {text}")
-    rows = listing.open(chosen)
-    for number in rows[:_SHOWN]:
+    rows = listing.find_undecided(chosen)
+    for number in rows[:_MAX_SHOWN_PATTERNS]:
         pattern = listing.numbered[number - 1]
         say(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
-    if len(rows) > _SHOWN:
-        say(f"      and {len(rows) - _SHOWN} rarer patterns")
+    if len(rows) > _MAX_SHOWN_PATTERNS:
+        say(f"      and {len(rows) - _MAX_SHOWN_PATTERNS} rarer patterns")
 
 
 @app.command()
@@ -256,33 +266,36 @@ def goals(
         assigned: Instead, print the candidates that demonstrations meet.
         checked: Instead, print every task whose goals do not follow.
     """
-    benchmark, titles = _open(domain, title, demonstrations, data)
-    found = _annotations(benchmark, titles, decisions)
+    benchmark, titles = _open_demonstrations(domain, title, demonstrations, data)
+    annotations = _make_annotations(benchmark, titles, decisions)
     if checked:
-        tell_findings(list(annotation.check(found)), "all goals follow from the decisions", as_json=as_json)
+        tell_findings(
+            list(annotation.check_goals(annotations)), "all goals follow from the decisions", as_json=as_json
+        )
         return
     if assigned:
         tell(
-            *_assignments(found),
-            value={each.task.id: candidate for each, candidate, _ in found},
+            *_format_assignments(annotations),
+            value={difference.task.id: candidate for difference, candidate, _ in annotations},
             as_json=as_json,
         )
         return
-    found = [each for each in found if each[2]]
+    annotations = [difference for difference in annotations if difference[2]]
     goals: dict[str, Json] = {
-        each.task.id: [print_ltl(goal.formula) for goal in of_task] for each, _, of_task in found
+        difference.task.id: [print_ltl(goal.formula) for goal in of_task]
+        for difference, _, of_task in annotations
     }
     lines = [f"{task_id}: {texts}" for task_id, texts in goals.items()]
     if out is not None:
-        tasks = [replace(each.task, goals=of_task) for each, _, of_task in found]
+        tasks = [replace(difference.task, goals=of_task) for difference, _, of_task in annotations]
         write_task_file(out, [write_task_line(task, domain, benchmark.domain) for task in tasks])
-        lines = [f"{counted(len(found), 'task')} written to {out}"]
+        lines = [f"{counted(len(annotations), 'task')} written to {out}"]
     tell(*lines, value=goals, as_json=as_json)
 
 
-def _assignments(found: Sequence[Annotation]) -> Iterator[str]:
+def _format_assignments(annotations: Sequence[Annotation]) -> Iterator[str]:
     """Yield the number of demonstrations of a title that meet each candidate."""
-    numbers = Counter((each.task.title, candidate) for each, candidate, _ in found)
+    numbers = Counter((difference.task.title, candidate) for difference, candidate, _ in annotations)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
         yield f"{name}: {which}: {counted(times, 'demonstration')}"
@@ -319,7 +332,7 @@ def problems(
     judge = make_planner(planner, benchmark.data.planner_seconds)
     if judge is None:
         raise InputError("--planner none: choose a planner, as only solvable problems are kept")
-    made: list[Problem] = []
+    made: list[DrawnProblem] = []
     chosen = [tasks[task_id] for task_id in list(tasks)[:limit]]
     with scoring_progress("planning", len(chosen), quiet=False) as report:
         for number, task in enumerate(chosen, 1):
@@ -329,7 +342,7 @@ def problems(
             if problem is not None:
                 made.append(problem)
             report(number)
-    made = with_one_domain(made, benchmark)
+    made = share_domain(made, benchmark)
     _write_problems(out, made)
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
     line = f"{counted(len(made) - len(failed), 'problem')} written to {out}"
@@ -346,11 +359,11 @@ def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | N
     if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain
-    return domain_of([text.pddl for text in library.operators.values()], library.header)
+    return make_published_domain([text.pddl for text in library.operators.values()], library.header)
 
 
-def _write_problems(folder: Path, made: list[Problem]) -> None:
-    solved = [each for each in made if each.outcome is PlannerOutcome.SOLVED]
-    texts = {folder / f"{to_file_name(each.task_id)}.pddl": f"{each.text}\n" for each in solved}
+def _write_problems(folder: Path, made: list[DrawnProblem]) -> None:
+    solved = [problem for problem in made if problem.outcome is PlannerOutcome.SOLVED]
+    texts = {folder / f"{to_file_name(problem.task_id)}.pddl": f"{problem.text}\n" for problem in solved}
     if made:
         write_whole({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})

@@ -41,14 +41,14 @@ from eai.world.execution import execute
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
 
-_DO = "do "
-_NAME = r"[^\s(){},]+"
-_KIND = rf"\s*({_NAME}|\{{[^{{}}]*\}})\s*"
-_ATOM = re.compile(rf"({_NAME})\({_KIND}(?:,{_KIND})?,?\)")
+_ACTION_PREFIX = "do "
+_NAME_REGEX = r"[^\s(){},]+"
+_KIND_REGEX = rf"\s*({_NAME_REGEX}|\{{[^{{}}]*\}})\s*"
+_PATTERN_REGEX = re.compile(rf"({_NAME_REGEX})\({_KIND_REGEX}(?:,{_KIND_REGEX})?,?\)")
 
 
 @dataclass(frozen=True, slots=True)
-class _Kind:
+class ObjectKind:
     """Objects of a class, or objects with exactly the given properties.
 
     Attributes:
@@ -60,7 +60,7 @@ class _Kind:
     properties: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Kind) and self._key == other._key
+        return isinstance(other, ObjectKind) and self._key == other._key
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -74,7 +74,7 @@ class _Kind:
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class GoalPattern:
     """A state of one kind of object, a relation of two, or an action.
 
     Attributes:
@@ -83,7 +83,7 @@ class Pattern:
     """
 
     name: str
-    kinds: tuple[_Kind, ...] = ()
+    kinds: tuple[ObjectKind, ...] = ()
 
     @property
     def is_action(self) -> bool:
@@ -91,33 +91,37 @@ class Pattern:
         return not self.kinds
 
     def __str__(self) -> str:
-        return _DO + self.name if self.is_action else f"{self.name}({', '.join(map(str, self.kinds))})"
+        return (
+            _ACTION_PREFIX + self.name
+            if self.is_action
+            else f"{self.name}({', '.join(map(str, self.kinds))})"
+        )
 
 
-Entry: TypeAlias = tuple[Pattern, ...]
+Entry: TypeAlias = tuple[GoalPattern, ...]
 """An entry of an abstract goal: one of its patterns must be met."""
 
 
-def read_pattern(text: str) -> Pattern:
+def parse_pattern(text: str) -> GoalPattern:
     """Parse a pattern.
 
     Raises:
         InputError: the text is not a pattern.
     """
-    if text.startswith(_DO) and text.removeprefix(_DO).strip():
-        return Pattern(text.removeprefix(_DO).strip())
-    atom = _ATOM.fullmatch(text.strip())
+    if text.startswith(_ACTION_PREFIX) and text.removeprefix(_ACTION_PREFIX).strip():
+        return GoalPattern(text.removeprefix(_ACTION_PREFIX).strip())
+    atom = _PATTERN_REGEX.fullmatch(text.strip())
     if atom is None:
         raise InputError(
             f"{text!r}: expected a pattern such as ON(lamp), ONTOP({{GRABBABLE, MOVABLE}}, table) or do TOUCH"
         )
     name, *kinds = filter(None, atom.groups())
-    return Pattern(name, tuple(map(_kind, kinds)))
+    return GoalPattern(name, tuple(map(_parse_kind, kinds)))
 
 
-def _kind(text: str) -> _Kind:
+def _parse_kind(text: str) -> ObjectKind:
     words = [word.strip() for word in text.strip("{}").split(",")]
-    return _Kind(properties=tuple(filter(None, words))) if text.startswith("{") else _Kind(text)
+    return ObjectKind(properties=tuple(filter(None, words))) if text.startswith("{") else ObjectKind(text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +144,11 @@ class Difference:
         """The objects of the task."""
         return self.task.scene
 
-    def meeting(self, entry: Entry) -> Iterator[Fact]:
+    def find_facts(self, entry: Entry) -> Iterator[Fact]:
         """Yield the facts that meet an entry, in order."""
-        return (fact for fact in self.facts if any(self._is(fact, pattern) for pattern in entry))
+        return (fact for fact in self.facts if any(self._has_pattern(fact, pattern) for pattern in entry))
 
-    def _is(self, fact: Fact, pattern: Pattern) -> bool:
+    def _has_pattern(self, fact: Fact, pattern: GoalPattern) -> bool:
         if fact.predicate != pattern.name or len(fact.arguments) != len(pattern.kinds):
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
@@ -153,18 +157,18 @@ class Difference:
             for thing, kind in pairs
         )
 
-    def class_of(self, thing: int) -> _Kind:
+    def class_of(self, thing: int) -> ObjectKind:
         """Return the class of an object as a kind."""
-        return _Kind(self.scene.objects[thing].category)
+        return ObjectKind(self.scene.objects[thing].category)
 
-    def properties_of(self, thing: int) -> _Kind:
+    def properties_of(self, thing: int) -> ObjectKind:
         """Return the properties of an object as a kind: the visible static predicates that hold of it."""
         initial = self.task.initial
-        names = properties(self.scene.vocabulary)
-        return _Kind(properties=tuple(name for name in names if initial.has(name, thing)))
+        names = property_predicates(self.scene.vocabulary)
+        return ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
 
 
-def difference(task: Task, domain: Domain) -> Difference:
+def find_difference(task: Task, domain: Domain) -> Difference:
     """Return the changes between a task's initial and final state.
 
     The final state comes from the data set, or else from executing the plan.
@@ -174,13 +178,14 @@ def difference(task: Task, domain: Domain) -> Difference:
     """
     if not task.script:
         raise InputError(f"{task.id}: no demonstration; expected a plan")
-    final = _final(task, domain)
-    changed = _changed(task.initial, final)
+    final = _find_final_state(task, domain)
+    changed = _find_changed_objects(task.initial, final)
     predicates = task.scene.vocabulary.predicates
     facts = (
         fact
         for fact in final.facts()
-        if fact.arguments and fact.predicate in _names(predicates, len(fact.arguments), static=False)
+        if fact.arguments
+        and fact.predicate in _predicate_names(predicates, len(fact.arguments), static=False)
         if (
             changed >> fact.arguments[0] & 1
             if len(fact.arguments) == 1
@@ -190,7 +195,7 @@ def difference(task: Task, domain: Domain) -> Difference:
     return Difference(task, tuple(facts), tuple(action.operator for action in task.script))
 
 
-def _final(task: Task, domain: Domain) -> State:
+def _find_final_state(task: Task, domain: Domain) -> State:
     if task.annotated_final is not None:
         return task.annotated_final
     done = execute(domain, task.initial, task.script)
@@ -200,25 +205,25 @@ def _final(task: Task, domain: Domain) -> State:
     return done.final
 
 
-def _changed(before: State, after: State) -> int:
+def _find_changed_objects(before: State, after: State) -> int:
     """Return the mask of objects with a changed state. Changes of relations do not count."""
-    found = 0
-    for name in _names(before.scene.vocabulary.predicates, 1, static=False):
-        found |= before.mask(name) ^ after.mask(name)
-    return found
+    mask = 0
+    for name in _predicate_names(before.scene.vocabulary.predicates, 1, static=False):
+        mask |= before.mask(name) ^ after.mask(name)
+    return mask
 
 
-def properties(vocabulary: Vocabulary) -> tuple[str, ...]:
+def property_predicates(vocabulary: Vocabulary) -> tuple[str, ...]:
     """Return the names of the predicates that describe properties of objects, in order."""
-    return _names(vocabulary.predicates, 1, static=True)
+    return _predicate_names(vocabulary.predicates, 1, static=True)
 
 
 @cache
-def _names(predicates: tuple[Predicate, ...], arity: int, *, static: bool) -> tuple[str, ...]:
+def _predicate_names(predicates: tuple[Predicate, ...], arity: int, *, static: bool) -> tuple[str, ...]:
     return tuple(p.name for p in predicates if p.arity == arity and p.static is static and p.visible)
 
 
-def frequencies(differences: Iterable[Difference], without: Iterable[str]) -> Counter[Pattern]:
+def count_patterns(differences: Iterable[Difference], without: Iterable[str]) -> Counter[GoalPattern]:
     """Count the occurrences of each pattern in all differences together.
 
     States and relations by class come first, then relations in which one object is given by its properties.
@@ -229,55 +234,57 @@ def frequencies(differences: Iterable[Difference], without: Iterable[str]) -> Co
         without: predicates that are not counted, because they hold of too many objects.
     """
     left_out = frozenset(without)
-    exact: Counter[Pattern] = Counter()
-    wild: Counter[Pattern] = Counter()
-    for each in differences:
-        for fact in each.facts:
+    exact: Counter[GoalPattern] = Counter()
+    wild: Counter[GoalPattern] = Counter()
+    for difference in differences:
+        for fact in difference.facts:
             if fact.predicate not in left_out:
-                classes = tuple(map(each.class_of, fact.arguments))
-                exact[Pattern(fact.predicate, classes)] += 1
-                wild.update(_generalised(each, fact.predicate, fact.arguments))
+                classes = tuple(map(difference.class_of, fact.arguments))
+                exact[GoalPattern(fact.predicate, classes)] += 1
+                wild.update(_generalize(difference, fact.predicate, fact.arguments))
     return exact + wild
 
 
-def _generalised(each: Difference, name: str, things: tuple[int, ...]) -> Iterator[Pattern]:
+def _generalize(difference: Difference, name: str, things: tuple[int, ...]) -> Iterator[GoalPattern]:
     if len(things) < 2:
         return
     for end, thing in enumerate(things):
-        if thing != each.scene.agent:
-            kinds = [each.class_of(other) for other in things]
-            kinds[end] = each.properties_of(thing)
-            yield Pattern(name, tuple(kinds))
+        if thing != difference.scene.agent:
+            kinds = [difference.class_of(other) for other in things]
+            kinds[end] = difference.properties_of(thing)
+            yield GoalPattern(name, tuple(kinds))
 
 
 Candidate: TypeAlias = tuple[Entry, ...]
 """One possible meaning of a title: its entries. Actions are in the order in which they must be taken."""
 
 
-def first_met(candidates: Sequence[Candidate], found: Difference) -> int | None:
+def find_met_candidate(candidates: Sequence[Candidate], difference: Difference) -> int | None:
     """Return the index of the first candidate that a demonstration meets; None if it meets none."""
-    return next((number for number, each in enumerate(candidates) if is_met(each, found)), None)
+    return next(
+        (number for number, candidate in enumerate(candidates) if is_met(candidate, difference)), None
+    )
 
 
-def is_met(candidate: Candidate, found: Difference) -> bool:
+def is_met(candidate: Candidate, difference: Difference) -> bool:
     """Whether a demonstration meets every entry of a candidate, with actions in the order of the entries."""
-    rest = iter(found.actions)
+    rest = iter(difference.actions)
     return all(
         any(action in {pattern.name for pattern in entry} for action in rest)
         for entry in candidate
         if entry[0].is_action
-    ) and all(any(found.meeting(entry)) for entry in candidate if not entry[0].is_action)
+    ) and all(any(difference.find_facts(entry)) for entry in candidate if not entry[0].is_action)
 
 
-def concrete_goals(found: Difference, candidate: Candidate) -> tuple[Goal, ...]:
+def make_concrete_goals(difference: Difference, candidate: Candidate) -> tuple[Goal, ...]:
     """Return the goals of a candidate that a demonstration reached, in terms of the objects of its task.
 
     States come first, then relations, then actions.
     """
     conditions = [entry for entry in candidate if not entry[0].is_action]
-    facts = dict.fromkeys(fact for entry in conditions for fact in found.meeting(entry))
-    states = [_goal(fact, found.scene) for fact in facts if len(fact.arguments) == 1]
-    relations = [_goal(fact, found.scene) for fact in facts if len(fact.arguments) == 2]
+    facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_facts(entry))
+    states = [_make_goal(fact, difference.scene) for fact in facts if len(fact.arguments) == 1]
+    relations = [_make_goal(fact, difference.scene) for fact in facts if len(fact.arguments) == 2]
     actions = [
         Goal(GoalKind.ACTION, Or(tuple(Occurs(pattern.name) for pattern in entry)))
         for entry in candidate
@@ -286,13 +293,13 @@ def concrete_goals(found: Difference, candidate: Candidate) -> tuple[Goal, ...]:
     return (*states, *relations, *actions)
 
 
-def _goal(fact: Fact, scene: Scene) -> Goal:
+def _make_goal(fact: Fact, scene: Scene) -> Goal:
     things = tuple(Constant(scene.objects[i].name) for i in fact.arguments)
     return Goal(GoalKind.STATE if len(things) == 1 else GoalKind.RELATION, Atom(fact.predicate, things))
 
 
 @dataclass(frozen=True, slots=True)
-class Chosen:
+class TitleDecisions:
     """The decisions about one title.
 
     Attributes:
@@ -301,30 +308,30 @@ class Chosen:
     """
 
     candidates: tuple[Candidate, ...] = ()
-    dropped: tuple[Pattern, ...] = ()
+    dropped: tuple[GoalPattern, ...] = ()
 
     @property
-    def decided(self) -> frozenset[Pattern]:
+    def decided(self) -> frozenset[GoalPattern]:
         """All patterns that were kept or dropped."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
-class _Table(Options):
+class _TitleTable(Options):
     """The table of a title in a decision file."""
 
     candidates: tuple[tuple[tuple[str, ...], ...], ...] = ()
     dropped: tuple[str, ...] = ()
 
 
-class _File(Options):
+class _DecisionTables(Options):
     """The content of a decision file; ``without`` names predicates that are not counted."""
 
     without: tuple[str, ...] = ()
-    title: Mapping[str, _Table] = {}
+    title: Mapping[str, _TitleTable] = {}
 
 
-def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
+def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, TitleDecisions]]:
     """Read the uncounted predicates and the decisions by title; both are empty if the file does not exist.
 
     Raises:
@@ -332,16 +339,16 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
     """
     if not path.exists():
         return (), {}
-    found, titles = _File.read_file(path), {}
-    for name, table in found.title.items():
+    content, titles = _DecisionTables.read_file(path), {}
+    for name, table in content.title.items():
         with prefix_errors(f"{path}: title {name!r}"):
-            candidates = tuple(tuple(map(_entry, entries)) for entries in table.candidates)
-            titles[name] = Chosen(candidates, tuple(map(read_pattern, table.dropped)))
-    return found.without, titles
+            candidates = tuple(tuple(map(_parse_entry, entries)) for entries in table.candidates)
+            titles[name] = TitleDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
+    return content.without, titles
 
 
-def _entry(texts: Sequence[str]) -> Entry:
-    patterns = tuple(map(read_pattern, texts))
+def _parse_entry(texts: Sequence[str]) -> Entry:
+    patterns = tuple(map(parse_pattern, texts))
     if not patterns:
         raise InputError("an entry is empty; expected at least one pattern")
     if len({pattern.is_action for pattern in patterns}) > 1:
@@ -349,32 +356,32 @@ def _entry(texts: Sequence[str]) -> Entry:
     return patterns
 
 
-def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, Chosen]) -> None:
+def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> None:
     """Write decisions to a file atomically: an interruption leaves the old or the new content.
 
     Raises:
         InputError: the file cannot be written.
     """
-    write_whole({path: decisions_text(without, titles)})
+    write_whole({path: format_decisions(without, titles)})
 
 
-def decisions_text(without: Sequence[str], titles: Mapping[str, Chosen]) -> str:
+def format_decisions(without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> str:
     """Return decisions as the content of a file, one entry per line."""
-    lines = [f"without = {_strings(without)}"]
+    lines = [f"without = {_format_strings(without)}"]
     for name, chosen in titles.items():
         lines += [
             "",
             f"[title.{json.dumps(name)}]",
-            f"dropped = {_strings(chosen.dropped)}",
+            f"dropped = {_format_strings(chosen.dropped)}",
             "candidates = [",
         ]
         for candidate in chosen.candidates:
-            lines += ["  [", *(f"    {_strings(entry)}," for entry in candidate), "  ],"]
+            lines += ["  [", *(f"    {_format_strings(entry)}," for entry in candidate), "  ],"]
         lines.append("]")
     return "\n".join(lines) + "\n"
 
 
-def _strings(values: Sequence[Pattern] | Sequence[str]) -> str:
+def _format_strings(values: Sequence[GoalPattern] | Sequence[str]) -> str:
     """Return a list of texts on one line. JSON strings are also TOML strings."""
     return json.dumps([str(value) for value in values])
 
@@ -392,7 +399,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 
 @dataclass(frozen=True)
-class Listing:
+class PatternList:
     """The patterns that the demonstrations of a title share.
 
     Attributes:
@@ -406,24 +413,28 @@ class Listing:
     without: Sequence[str] = ()
 
     @cached_property
-    def counts(self) -> Mapping[Pattern, int]:
+    def counts(self) -> Mapping[GoalPattern, int]:
         """Number of demonstrations in which each pattern occurs, most frequent first."""
-        found = Counter(each for one in self.differences for each in frequencies([one], self.without))
-        order = frequencies(self.differences, self.without)
-        return {pattern: found[pattern] for pattern in sorted(order, key=lambda each: -found[each])}
+        occurrences = Counter(
+            each for one in self.differences for each in count_patterns([one], self.without)
+        )
+        order = count_patterns(self.differences, self.without)
+        return {
+            pattern: occurrences[pattern] for pattern in sorted(order, key=lambda each: -occurrences[each])
+        }
 
     @cached_property
-    def numbered(self) -> Sequence[Pattern]:
+    def numbered(self) -> Sequence[GoalPattern]:
         """The patterns in the order of their numbers, which start at 1 and do not depend on decisions."""
         return tuple(self.counts)
 
-    def open(self, chosen: Chosen) -> list[int]:
+    def find_undecided(self, chosen: TitleDecisions) -> list[int]:
         """Return the numbers of the undecided patterns."""
         decided = chosen.decided
         return [number for number, pattern in enumerate(self.numbered, 1) if pattern not in decided]
 
 
-def decide(command: str, chosen: Chosen, listing: Listing) -> Chosen:
+def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleDecisions:
     """Return the decisions after one more command, except ``undo`` and ``done``.
 
     Raises:
@@ -432,35 +443,35 @@ def decide(command: str, chosen: Chosen, listing: Listing) -> Chosen:
     word, _, rest = command.strip().partition(" ")
     match word:
         case "keep":
-            return _with_entries(chosen, [(pattern,) for pattern in _named(rest, listing)])
+            return _append_entries(chosen, [(pattern,) for pattern in _get_patterns(rest, listing)])
         case "or":
-            return _with_entries(chosen, [tuple(_named(rest, listing))])
+            return _append_entries(chosen, [tuple(_get_patterns(rest, listing))])
         case "drop":
-            kept = dict.fromkeys((*chosen.dropped, *_named(rest, listing)))
+            kept = dict.fromkeys((*chosen.dropped, *_get_patterns(rest, listing)))
             return replace(chosen, dropped=tuple(kept))
         case "add":
-            patterns = _entry([part.strip() for part in rest.split(" or ")])
+            patterns = _parse_entry([part.strip() for part in rest.split(" or ")])
             for pattern in patterns:
-                _refuse_strangers(pattern, listing)
-            return _with_entries(chosen, [patterns])
+                _refuse_unknown_names(pattern, listing)
+            return _append_entries(chosen, [patterns])
         case "new":
             return replace(chosen, candidates=(*chosen.candidates, ()))
         case _:
             raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
 
 
-def _named(text: str, listing: Listing) -> list[Pattern]:
-    found = []
+def _get_patterns(text: str, listing: PatternList) -> list[GoalPattern]:
+    patterns = []
     for word in text.replace(",", " ").split():
         if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered):
             raise InputError(f"{word!r}: expected a number from 1 to {len(listing.numbered)}")
-        found.append(listing.numbered[int(word) - 1])
-    if not found:
+        patterns.append(listing.numbered[int(word) - 1])
+    if not patterns:
         raise InputError("expected numbers of listed patterns, such as 1 3")
-    return found
+    return patterns
 
 
-def refuse_unknown_name(pattern: Pattern, domain: Domain) -> None:
+def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
     """Raise for a pattern with an undeclared action or predicate.
 
     Raises:
@@ -471,16 +482,18 @@ def refuse_unknown_name(pattern: Pattern, domain: Domain) -> None:
         _refuse_unknown(pattern.name, [operator.name for operator in domain.operators], "action")
     else:
         names = [
-            each.name for each in domain.vocabulary.predicates if each.arity == arity and not each.static
+            predicate.name
+            for predicate in domain.vocabulary.predicates
+            if predicate.arity == arity and not predicate.static
         ]
         _refuse_unknown(pattern.name, names, f"changing predicate of {arity}")
 
 
-def _refuse_strangers(pattern: Pattern, listing: Listing) -> None:
+def _refuse_unknown_names(pattern: GoalPattern, listing: PatternList) -> None:
     """Raise if a pattern names an unknown action, predicate, class or property."""
     refuse_unknown_name(pattern, listing.domain)
-    classes = {thing.category for each in listing.differences for thing in each.scene.objects}
-    good_for = properties(listing.domain.vocabulary)
+    classes = {thing.category for difference in listing.differences for thing in difference.scene.objects}
+    good_for = property_predicates(listing.domain.vocabulary)
     for kind in pattern.kinds:
         if kind.name:
             _refuse_unknown(kind.name, sorted(classes), "class")
@@ -493,7 +506,7 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
         raise InputError(f"{name!r} is no {noun}{did_you_mean(name, known)}")
 
 
-def _with_entries(chosen: Chosen, entries: Sequence[Entry]) -> Chosen:
+def _append_entries(chosen: TitleDecisions, entries: Sequence[Entry]) -> TitleDecisions:
     """Return the decisions with the entries appended to the last candidate."""
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *entries)))
@@ -506,22 +519,22 @@ If it meets none, the index is None and there are no goals.
 """
 
 
-def by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, list[Task]]:
+def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, list[Task]]:
     """Return the tasks with a plan by title; only the given title, if any.
 
     Raises:
         InputError: the title is unknown, or no task has a plan.
     """
-    found = group_pairs((task.title, task) for task in tasks.values() if task.script)
-    if title is not None and title not in found:
-        raise InputError(f"no demonstration is called {title!r}{did_you_mean(title, tuple(found))}")
-    if not found:
+    groups = group_pairs((task.title, task) for task in tasks.values() if task.script)
+    if title is not None and title not in groups:
+        raise InputError(f"no demonstration is called {title!r}{did_you_mean(title, tuple(groups))}")
+    if not groups:
         raise InputError("no task has a plan, so there is no demonstration")
-    return found if title is None else {title: found[title]}
+    return groups if title is None else {title: groups[title]}
 
 
 def annotate(
-    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, Chosen]
+    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleDecisions]
 ) -> Iterator[Annotation]:
     """Yield the annotation of each demonstration, title by title.
 
@@ -529,20 +542,24 @@ def annotate(
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
     """
     for name, tasks in titles.items():
-        candidates = decisions.get(name, Chosen()).candidates
+        candidates = decisions.get(name, TitleDecisions()).candidates
         for candidate in candidates:
-            for pattern in (each for entry in candidate for each in entry):
+            for pattern in (p for entry in candidate for p in entry):
                 with prefix_errors(f"title {name!r}: {pattern}"):
                     refuse_unknown_name(pattern, domain)
-        for found in (difference(task, domain) for task in tasks):
-            number = first_met(candidates, found)
-            yield found, number, () if number is None else concrete_goals(found, candidates[number])
+        for difference in (find_difference(task, domain) for task in tasks):
+            number = find_met_candidate(candidates, difference)
+            yield (
+                difference,
+                number,
+                () if number is None else make_concrete_goals(difference, candidates[number]),
+            )
 
 
-def check(annotations: Iterable[Annotation]) -> Iterator[Finding]:
+def check_goals(annotations: Iterable[Annotation]) -> Iterator[Finding]:
     """Yield a finding for each task whose goals differ from those that follow from the decisions."""
-    for found, candidate, goals in annotations:
-        task = found.task
+    for difference, candidate, goals in annotations:
+        task = difference.task
         ours, theirs = set(goals), set(task.goals)
         if candidate is None and theirs:
             yield Finding(task.title, f"{task.id}: has goals, but its plan meets no candidate")

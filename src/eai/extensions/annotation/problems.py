@@ -21,15 +21,15 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.relation import bits
 
-DRAWS = 20
+MAX_DRAWS = 20
 """Maximum number of draws of conditions for a task."""
 
-_LISTED = 10_000
+_MAX_LISTED_OPTIONS = 10_000
 """Maximum number of ways to meet a goal that conditions are drawn from: the first ones."""
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class DrawnProblem:
     """A planning problem made from a task.
 
     Attributes:
@@ -57,7 +57,7 @@ def make_problem(
     operators: PddlDomain | None,
     conditions: int,
     seed: int,
-) -> Problem | None:
+) -> DrawnProblem | None:
     """Draw at most ``conditions`` ground conditions of one way to meet a task's goal; None if it has none.
 
     Conditions that the planner cannot reach are drawn again. If all draws fail, the last one is returned with
@@ -72,61 +72,65 @@ def make_problem(
         seed: seed of the draws; the same seed gives the same problem.
     """
     made = None
-    for attempt in range(DRAWS):
-        goals = draw(task, conditions, random.Random(f"{seed} {task.id} {attempt}"))  # noqa: S311
+    for attempt in range(MAX_DRAWS):
+        goals = draw_conditions(task, conditions, random.Random(f"{seed} {task.id} {attempt}"))  # noqa: S311
         if not goals:
             return None
         source: ProblemSource | None = None
         if benchmark.data.problem_of is not None and operators is not None:
             domain, problem = operators, read_problem(benchmark.data.problem_of(task, goals))
         else:
-            source = ProblemSource(task.id, task.initial, goals, _concerned(task, goals, benchmark.domain))
+            source = ProblemSource(
+                task.id, task.initial, goals, _find_relevant_objects(task, goals, benchmark.domain)
+            )
             exported = export_problems(benchmark.domain, (source,))[0]
             domain, problem = exported.domain, exported.problem
         outcome = planner.solve(PlanningTask(domain, problem)).outcome
-        made = Problem(task.id, write_domain(domain), write_problem(problem), outcome, attempt + 1, source)
+        made = DrawnProblem(
+            task.id, write_domain(domain), write_problem(problem), outcome, attempt + 1, source
+        )
         if outcome is PlannerOutcome.SOLVED:
             break
     return made
 
 
-def draw(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
+def draw_conditions(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
     """Draw conditions of a random way to meet a task's goals for the final state."""
     objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
-    found: dict[Formula, None] = {}
+    formulas: dict[Formula, None] = {}
     for formula in wanted:
-        number = dice.randrange(min(count_options(formula, objects), _LISTED) or 1)
-        found |= dict.fromkeys(next(islice(options(formula, objects), number, None), ()))
-    return tuple(dice.sample(tuple(found), min(conditions, len(found))))
+        number = dice.randrange(min(count_options(formula, objects), _MAX_LISTED_OPTIONS) or 1)
+        formulas |= dict.fromkeys(next(islice(options(formula, objects), number, None), ()))
+    return tuple(dice.sample(tuple(formulas), min(conditions, len(formulas))))
 
 
-def domain_of(operators: Sequence[str], header: PddlDomain) -> PddlDomain:
+def make_published_domain(operators: Sequence[str], header: PddlDomain) -> PddlDomain:
     """Return a published planning domain with its operators parsed."""
     return replace(header, actions=tuple(map(read_action, operators)))
 
 
-def with_one_domain(problems: Sequence[Problem], benchmark: Benchmark) -> list[Problem]:
+def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list[DrawnProblem]:
     """Return the problems; exported ones share one domain with the categories of all their objects."""
-    sources = [each.source for each in problems if each.source is not None]
+    sources = [problem.source for problem in problems if problem.source is not None]
     if not sources:
         return list(problems)
     together = export_problems(benchmark.domain, sources)
     return [
-        replace(each, domain=write_domain(exported.domain), text=write_problem(exported.problem))
-        for each, exported in zip(problems, together, strict=True)
+        replace(problem, domain=write_domain(exported.domain), text=write_problem(exported.problem))
+        for problem, exported in zip(problems, together, strict=True)
     ]
 
 
-def _concerned(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
+def _find_relevant_objects(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
     """Return the mask of the relevant objects, the goals' objects, and all objects that they are in or on."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in spatial_predicates(domain)[1]]
     pending = [*task.relevant, *[scene.index[name] for goal in goals for name in object_names(goal)]]
-    found = 0
+    mask = 0
     while pending:
         index = pending.pop()
-        if not found >> index & 1:
-            found |= 1 << index
+        if not mask >> index & 1:
+            mask |= 1 << index
             pending += [below for support in supports for below in bits(support.row(index))]
-    return found
+    return mask

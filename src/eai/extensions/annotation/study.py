@@ -40,7 +40,7 @@ COLUMNS = ("task", "rater", "attribute", "score")
 
 SCORES = (1, 2, 3, 4, 5)
 
-PAPER = (
+PAPER_NOTE = (
     "The paper has action accuracy 3.73 (weighted MSE 0.41), action coverage 4.07 (1.84) and human "
     "preference 4.27 (0.81); its ratings, seemingly 15 of each, are not published. It calls their "
     "variability low. Ratings drawn at random from 1 to 5 have a weighted MSE of 1 where tasks are rated "
@@ -49,7 +49,7 @@ PAPER = (
 """The paper's figures, and how to read them."""
 
 
-def weighted_mse(units: Units) -> float | None:
+def find_weighted_mse(units: Units) -> float | None:
     """Return the mean squared distance of ratings from their task's mean, weighted by the number of ratings.
 
     Tasks with one rating are left out; None if no task has more.
@@ -97,7 +97,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
         text = read_content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected a CSV file in UTF-8") from error
-    return tuple(_ratings(path, csv.reader(io.StringIO(text, newline=""))))
+    return tuple(_parse_ratings(path, csv.reader(io.StringIO(text, newline=""))))
 
 
 @make_table(
@@ -118,7 +118,7 @@ def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
     for attribute, given in group_pairs((rating.attribute, rating) for rating in ratings).items():
         units = tuple(group_pairs((rating.task, rating.score) for rating in given).values())
         raters, repeated = {rating.rater for rating in given}, sum(len(unit) > 1 for unit in units)
-        mean, distance = fmean(rating.score for rating in given), weighted_mse(units)
+        mean, distance = fmean(rating.score for rating in given), find_weighted_mse(units)
         spread = None if distance is None else math.sqrt(distance)
         counts = (len(given), len(units), len(raters), repeated)
         yield (attribute, *counts, mean, distance, spread, krippendorff_alpha(units))
@@ -135,7 +135,7 @@ def histogram(ratings: Sequence[_Rating]) -> Iterator[Row]:
         yield from [(attribute, score, counts[attribute, score]) for score in SCORES]
 
 
-def _ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
+def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
     lines = enumerate(rows, 1)
     _, header = next(lines, (1, []))
     names = [name.strip().lower() for name in header]
@@ -153,21 +153,21 @@ def _ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
             if not fields[column]:
                 raise InputError(f"{path}: line {line}, column {column}: expected a value, found none")
         if fields["score"] not in map(str, SCORES):
-            found = fields["score"]
-            raise InputError(f"{path}: line {line}, column score: expected 1 to 5, found {found!r}")
-        place = (fields["task"], fields["rater"], fields["attribute"])
-        if place in seen:
+            value = fields["score"]
+            raise InputError(f"{path}: line {line}, column score: expected 1 to 5, found {value!r}")
+        key = (fields["task"], fields["rater"], fields["attribute"])
+        if key in seen:
             raise InputError(
-                f"{path}: line {line}, column rater: {place[1]!r} already rated {place[0]!r} in {place[2]!r} "
-                f"in line {seen[place]}"
+                f"{path}: line {line}, column rater: {key[1]!r} already rated {key[0]!r} in {key[2]!r} "
+                f"in line {seen[key]}"
             )
-        seen[place] = line
-        yield _Rating(*place, score=int(fields["score"]))
+        seen[key] = line
+        yield _Rating(*key, score=int(fields["score"]))
     if not seen:
         raise InputError(f"{path}: line 2: expected ratings, found none")
 
 
-_TOLD = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_mse", "alpha")
+_FACT_COLUMNS = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_mse", "alpha")
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
@@ -177,9 +177,9 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     ratings = read_ratings(records.paths[0])
     tables = [quality(ratings), histogram(ratings)]
     rows = tables[0].row_dicts()
-    attributes: list[Json] = [{name: cast("Json", row[name]) for name in _TOLD} for row in rows]
+    attributes: list[Json] = [{name: cast("Json", row[name]) for name in _FACT_COLUMNS} for row in rows]
     yield Analysis(
-        tables, _figures(tables), [PAPER], screen_tables=tables[:1], facts={"attributes": attributes}
+        tables, _figures(tables), [PAPER_NOTE], screen_tables=tables[:1], facts={"attributes": attributes}
     )
 
 
@@ -187,19 +187,19 @@ def _figures(tables: Sequence[Table]) -> Figures:
     yield "annotations", draw(tables)
 
 
-_PANEL = (2.3, 2.0)
-_COLUMNS = 3
+_PANEL_INCHES = (2.3, 2.0)
+_MAX_PANEL_COLUMNS = 3
 
 
 def draw(tables: Sequence[Table]) -> Figure:
     """Draw the score histogram of each attribute."""
     attributes, scores = (table.row_dicts() for table in tables)
-    columns = min(_COLUMNS, len(attributes))
+    columns = min(_MAX_PANEL_COLUMNS, len(attributes))
     rows = -(-len(attributes) // columns)
-    figure = make_figure(_PANEL[0] * columns, _PANEL[1] * rows)
+    figure = make_figure(_PANEL_INCHES[0] * columns, _PANEL_INCHES[1] * rows)
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True).flatten()
-    for panel, each in zip(panels, attributes, strict=False):
-        name = str(each["attribute"])
+    for panel, attribute in zip(panels, attributes, strict=False):
+        name = str(attribute["attribute"])
         counts = {row["score"]: row["ratings"] for row in scores if row["attribute"] == name}
         panel.set_title(clip_label(name))
         panel.bar(list(counts), list(counts.values()), width=0.8, color=ACCENT)
@@ -207,7 +207,7 @@ def draw(tables: Sequence[Table]) -> Figure:
             if count:
                 panel.annotate(str(count), (score, count), ha="center", va="bottom", fontsize=6.5, color=INK)
         panel.set_xticks(list(counts))
-        panel.set_xlabel(f"mean {each['mean']:.2f}, n = {each['ratings']}")
+        panel.set_xlabel(f"mean {attribute['mean']:.2f}, n = {attribute['ratings']}")
     for panel in panels[::columns]:
         panel.set_ylabel("ratings")
         panel.yaxis.get_major_locator().set_params(integer=True)

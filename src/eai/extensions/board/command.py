@@ -16,7 +16,7 @@ from eai.cli.console import DOMAIN_HELP, counted, note, say, tell, tell_findings
 from eai.cli.options import RECORDS, AsJson, DataFolder, flag, opened_source
 from eai.extensions.board.submission import build_submission, check_submission
 
-BOARD = "index.html"
+BOARD_FILE = "index.html"
 """File name of the page of a board."""
 
 
@@ -69,14 +69,14 @@ def board(
         submissions: Folders or zips of single submissions, seasons, or folders of these.
         out: The folder of the page.
     """
-    from eai.extensions.board.page import board_html
+    from eai.extensions.board.page import build_board
 
     with opened_source(data) as source:
-        page, number = board_html(submissions, source, told=lambda name: note(f"scoring {name}"))
+        page, number = build_board(submissions, source, told=lambda name: note(f"scoring {name}"))
     with convert_write_errors(out):
-        write_whole({out / BOARD: page})
+        write_whole({out / BOARD_FILE: page})
     made: Json = {"folder": str(out), "submissions": number}
-    tell(f"{counted(number, 'submission')} in {out / BOARD}", value=made, as_json=as_json)
+    tell(f"{counted(number, 'submission')} in {out / BOARD_FILE}", value=made, as_json=as_json)
 
 
 def results(
@@ -95,12 +95,12 @@ def results(
         about: TOML file that names the models and the publisher of their results.
         out: The folder to write to.
     """
-    from eai.extensions.board.publication import published_files
+    from eai.extensions.board.publication import make_published_files
     from eai.results.runs import read_runs
     from eai.studies.report.run_summary import summary_of
 
     summaries = sorted(map(summary_of, read_runs(records)), key=lambda summary: summary.key.order)
-    files = published_files(about, summaries)
+    files = make_published_files(about, summaries)
     if not files:
         raise InputError(f"{about}: none of its models answered a whole suite")
     with convert_write_errors(out):

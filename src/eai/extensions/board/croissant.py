@@ -24,12 +24,12 @@ from eai.tasks.task_lines import write_goals
 LICENCE = "https://creativecommons.org/licenses/by/4.0/"
 """License of the data set, as given by its authors."""
 
-PAPER = (
+PAPER_CITATION = (
     "Li, M., Zhao, S., Wang, Q., Wang, K., Zhou, Y., et al. Embodied Agent Interface: Benchmarking LLMs for "
     "Embodied Decision Making. NeurIPS 2024, Datasets and Benchmarks Track."
 )
 
-PUBLISHED = datetime(2024, 10, 9, tzinfo=timezone.utc)
+PUBLICATION_DATE = datetime(2024, 10, 9, tzinfo=timezone.utc)
 """Publication date of the paper."""
 
 TASK_FIELDS = {
@@ -73,21 +73,21 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
     for benchmark in benchmarks:
         tables[f"{benchmark.name}_tasks"] = TASK_FIELDS, list(task_rows(benchmark, source))
         tables[f"{benchmark.name}_operators"] = OPERATOR_FIELDS, list(operator_rows(benchmark, source))
-    contents = {name: _lines(rows) for name, (_, rows) in tables.items()}
+    contents = {name: _to_json_lines(rows) for name, (_, rows) in tables.items()}
     metadata = mlcroissant.Metadata(
         name="eai-bench",
         description="Tasks of "
         + " and ".join(benchmark.title for benchmark in benchmarks)
         + ", as eai reads them.",
-        cite_as=PAPER,
+        cite_as=PAPER_CITATION,
         license=[LICENCE],
         url="https://embodied-agent-interface.github.io",
         version=EAI_EVAL.version,
-        date_published=PUBLISHED,
+        date_published=PUBLICATION_DATE,
         data_collection="Selected and annotated by the paper's authors (its appendix on annotation).",
         data_limitations=["4 of the 342 VirtualHome tasks have no goal.", "Near copies share a title."],
-        distribution=[_file(mlcroissant, name, content) for name, content in contents.items()],
-        record_sets=[_record_set(mlcroissant, name, fields) for name, (fields, _) in tables.items()],
+        distribution=[_make_file_object(mlcroissant, name, content) for name, content in contents.items()],
+        record_sets=[_make_record_set(mlcroissant, name, fields) for name, (fields, _) in tables.items()],
     )
     described = json.dumps(metadata.to_json(), indent=2, ensure_ascii=False, default=str) + "\n"
     files = {f"{name}.jsonl": content for name, content in contents.items()}
@@ -101,7 +101,7 @@ def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     for task in benchmark.tasks(source).values():
         facts = [fact for fact in task.initial.facts() if {*task.relevant}.issuperset(fact.arguments)]
         yield {
-            "id": identifier(task.id),
+            "id": make_row_id(task.id),
             "title": task.title,
             "instruction": task.instruction,
             "goals": write_goals([goal.formula for goal in task.goals], benchmark.domain, task.scene),
@@ -117,16 +117,16 @@ def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     yield from (asdict(text) for _, text in sorted(task.domain.operators.items()))
 
 
-def identifier(task_id: str) -> str:
+def make_row_id(task_id: str) -> str:
     """Return a task's id for its row. Digits such as ``27_2``, which loaders read as 272, get a prefix."""
     return SCENE_PREFIX + task_id if task_id.replace("_", "").isdigit() else task_id
 
 
-def _lines(rows: Sequence[Row]) -> bytes:
+def _to_json_lines(rows: Sequence[Row]) -> bytes:
     return "".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows).encode()
 
 
-def _file(croissant: Any, name: str, content: bytes) -> Any:
+def _make_file_object(croissant: Any, name: str, content: bytes) -> Any:
     return croissant.FileObject(
         id=f"{name}.jsonl",
         name=f"{name}.jsonl",
@@ -137,7 +137,7 @@ def _file(croissant: Any, name: str, content: bytes) -> Any:
     )
 
 
-def _record_set(croissant: Any, name: str, fields: Mapping[str, str]) -> Any:
+def _make_record_set(croissant: Any, name: str, fields: Mapping[str, str]) -> Any:
     return croissant.RecordSet(
         id=name,
         name=name,

@@ -45,7 +45,7 @@ DESCRIPTION, SPECIFICATION, SEASON = "submission.toml", "run.toml", "season.toml
 """File names of the descriptions of a submission, of its run, and of a season."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-_MOST_FILES, _MOST_CHARACTERS, _MOST_OF_TEXT = 200, 100_000, 64_000
+_MAX_FILES, _MAX_CHARACTERS, _MAX_DESCRIPTION_BYTES = 200, 100_000, 64_000
 """Maximum number of files in a submission, characters in an answer, and bytes in a description file."""
 
 _MAX_TOKENS, _MAX_DOLLARS = 10**15, 10**9
@@ -84,7 +84,7 @@ class _Submission:
     summaries: tuple[RunSummary, ...]
 
 
-def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
+def build_board(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
     """Return the page of the submissions and seasons at some paths, and the number of submissions.
 
     Args:
@@ -96,8 +96,8 @@ def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], N
         InputError: a submission or a season is invalid; the message names it and the reason.
         DataError: the data set cannot be obtained.
     """
-    places = [each for path in paths for each in _places(path)]
-    seasons = [_season(place) for place in places if (place / MANIFEST).is_file()]
+    places = [each for path in paths for each in _find_submissions(path)]
+    seasons = [_read_season(place) for place in places if (place / MANIFEST).is_file()]
     opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
     @cache
@@ -108,16 +108,16 @@ def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], N
     for place in places:
         if (place / MANIFEST).is_file():
             continue
-        name = _name_of(place)
+        name = _submission_name(place)
         if name in submissions:
             raise InputError(f"{place}: another submission has the name {name}")
         told(name)
-        with _checked(place) as folder:
-            submissions[name] = _submission(name, folder, opened, suite_of)
-    return _page(submissions, [html for _, html in seasons]), len(submissions)
+        with _unpack_checked(place) as folder:
+            submissions[name] = _score_submission(name, folder, opened, suite_of)
+    return _build_page(submissions, [html for _, html in seasons]), len(submissions)
 
 
-def _places(path: Path) -> list[Path]:
+def _find_submissions(path: Path) -> list[Path]:
     """Return the submissions and seasons at a path, by name; hidden files and other files are ignored."""
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
@@ -125,11 +125,11 @@ def _places(path: Path) -> list[Path]:
         return [path]
     if not path.is_dir():
         raise InputError(f"{path}: expected the folder or the zip of a submission, or a folder of these")
-    found = [each for each in sorted(path.iterdir()) if not each.name.startswith(".")]
-    return [each for each in found if each.is_dir() or each.suffix.lower() == ZIP]
+    entries = [each for each in sorted(path.iterdir()) if not each.name.startswith(".")]
+    return [each for each in entries if each.is_dir() or each.suffix.lower() == ZIP]
 
 
-def _name_of(place: Path) -> str:
+def _submission_name(place: Path) -> str:
     name = place.name.removesuffix(place.suffix) if place.suffix.lower() == ZIP else place.name
     if not _NAME.fullmatch(name) or is_null_model(name):
         raise InputError(f"{place}: expected a name of letters, digits, '.', '_' and '-', 64 at most")
@@ -137,7 +137,7 @@ def _name_of(place: Path) -> str:
 
 
 @contextmanager
-def _checked(place: Path) -> Iterator[Path]:
+def _unpack_checked(place: Path) -> Iterator[Path]:
     """Unpack a submission, check that it has few and small files and no links, and yield its folder."""
     if place.is_symlink():
         raise InputError(f"{place}: is a link; a submission must be a folder or a zip")
@@ -149,26 +149,24 @@ def _checked(place: Path) -> Iterator[Path]:
         for file in files:
             if file.is_symlink():
                 raise InputError(f"{file}: is a link; a submission may only have files and folders")
-        if len(files) > _MOST_FILES or sum(file.lstat().st_size for file in files) > MAX_UNPACKED:
-            raise InputError(
-                f"{place}: expected at most {_MOST_FILES} files and {MAX_UNPACKED:,} bytes in it"
-            )
+        if len(files) > _MAX_FILES or sum(file.lstat().st_size for file in files) > MAX_UNPACKED:
+            raise InputError(f"{place}: expected at most {_MAX_FILES} files and {MAX_UNPACKED:,} bytes in it")
         yield described[0].parent
 
 
-def _submission(
+def _score_submission(
     name: str, folder: Path, seasons: Collection[str], suite_of: Callable[[str, Ability], Suite]
 ) -> _Submission:
     """Score the submission in a folder, unless it is withdrawn."""
-    description = _Description.read_file(_small(folder / DESCRIPTION))
-    specification, text = _small(folder / SPECIFICATION), ""
+    description = _Description.read_file(_require_small(folder / DESCRIPTION))
+    specification, text = _require_small(folder / SPECIFICATION), ""
     if specification.is_file():
         read_toml(specification)
         text = specification.read_text(encoding="utf-8")
     if description.withdrawn:
         return _Submission(name, description, text, ())
     summaries = [
-        _summary(name, file.path, file.domain, suite_of(file.domain, file.ability))
+        _summarize(name, file.path, file.domain, suite_of(file.domain, file.ability))
         for file in find_suite_files(folder, seasons)
     ]
     asked = [(each.key.domain, each.key.ability) for each in summaries]
@@ -178,16 +176,16 @@ def _submission(
     return _Submission(name, description, text, tuple(sorted(summaries, key=lambda each: each.key.order)))
 
 
-def _summary(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
+def _summarize(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
     """Return the results of a response file under the name of its submission."""
-    answers = replace(_answers(file, suite), model=name)
+    answers = replace(_read_answers(file, suite), model=name)
     records = score_run(
         suite, answers, find_tasks_without_row(suite, answers), ScoringOptions(explanations=False)
     )
     return summary_of(Run(RunKey(suite.protocol, domain, suite.ability, name), tuple(records)))
 
 
-def _answers(file: Path, suite: Suite) -> ResponseFile:
+def _read_answers(file: Path, suite: Suite) -> ResponseFile:
     """Return the answers of a file; raise if a task is unknown or an answer is too long."""
     if file.name.endswith(PARQUET):
         raise InputError(f"{file}: expected one of {', '.join(set(ENDINGS) - {PARQUET})}")
@@ -202,20 +200,20 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
                 f"{file}: expected episodes by the standard rules, as no others are ranked; "
                 f"found other rules in the answer to {response.task_id}: {made.rules}"
             )
-        if len(response.text) > _MOST_CHARACTERS:
+        if len(response.text) > _MAX_CHARACTERS:
             raise InputError(
-                f"{file}: the answer to {response.task_id} has over {_MOST_CHARACTERS:,} characters"
+                f"{file}: the answer to {response.task_id} has over {_MAX_CHARACTERS:,} characters"
             )
     return answers
 
 
-def _season(place: Path) -> tuple[Benchmark | None, str]:
+def _read_season(place: Path) -> tuple[Benchmark | None, str]:
     """Return the tasks of a season, if published, and the paragraph about it.
 
     Raises:
         InputError: the tasks are not the announced ones, or do not follow from its secret.
     """
-    chosen = _SeasonFile.read_file(_small(place / SEASON))
+    chosen = _SeasonFile.read_file(_require_small(place / SEASON))
     entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
@@ -236,16 +234,16 @@ def _season(place: Path) -> tuple[Benchmark | None, str]:
     return benchmark, f"<section>{told}<dl>{listed}</dl></section>"
 
 
-def _small(file: Path) -> Path:
+def _require_small(file: Path) -> Path:
     """Return the file; raise InputError if it is too large."""
-    if file.is_file() and file.stat().st_size > _MOST_OF_TEXT:
-        raise InputError(f"{file}: expected at most {_MOST_OF_TEXT:,} bytes")
+    if file.is_file() and file.stat().st_size > _MAX_DESCRIPTION_BYTES:
+        raise InputError(f"{file}: expected at most {_MAX_DESCRIPTION_BYTES:,} bytes")
     return file
 
 
-def _page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str:
-    summaries = [each for submission in submissions.values() for each in submission.summaries]
-    summaries.sort(key=lambda each: each.key.order)
+def _build_page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str:
+    summaries = [summary for submission in submissions.values() for summary in submission.summaries]
+    summaries.sort(key=lambda summary: summary.key.order)
     tables = rankings(summaries, with_paper=True)
     parts = list(seasons)
     for domain, of_domain in group_pairs((table.domain, table) for table in tables).items():
@@ -253,27 +251,29 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str
         for number, table in enumerate(of_domain):
             opened = " open" if number == 0 else ""
             summary = f"<summary>{escape(table.title)}</summary>"
-            parts.append(f"<details{opened}>{summary}{_table(table, submissions)}</details>")
+            parts.append(f"<details{opened}>{summary}{_ranking_html(table, submissions)}</details>")
         parts.append("</section>")
     if not tables:
         parts.append("<p>There is no submission yet.</p>")
     parts.append("<section><h2>Submissions</h2></section>")
-    parts += _of_submissions(submissions.values())
+    parts += _submission_sections(submissions.values())
     version = f"Scored by eai {__version__}."
     return build_page("eai.extensions.board", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
 
 
-_BEFORE = ("#", "Model")
-_AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs")
+_HEADINGS_BEFORE = ("#", "Model")
+_HEADINGS_AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs")
 """Table headings before and after the metrics."""
 
 
-def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
+def _ranking_html(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
     """Return a ranking as HTML; the metric that ranks comes first."""
     columns = sorted(table.columns, key=lambda column: column != table.primary)
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
-    head = "".join(f"<th>{escape(heading)}</th>" for heading in (*_BEFORE, *headings, *_AFTER))
-    body = "".join(_row(row, columns, table, submissions) for row in table.rows)
+    head = "".join(
+        f"<th>{escape(heading)}</th>" for heading in (*_HEADINGS_BEFORE, *headings, *_HEADINGS_AFTER)
+    )
+    body = "".join(_row_html(row, columns, table, submissions) for row in table.rows)
     notes = "".join(f"<li>{escape(note)}</li>" for note in table.notes)
     rows = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return (
@@ -282,77 +282,82 @@ def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
     )
 
 
-def _row(
+def _row_html(
     row: RankedModel, columns: Sequence[MetricColumn], table: Ranking, submissions: Mapping[str, _Submission]
 ) -> str:
     submission = submissions[row.model] if row.source == "run" else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
-    numbers = [_number(row.cells[column], table) for column in columns]
+    numbers = [_score_html(row.cells[column], table) for column in columns]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
-    protocol, marks = table.protocol.value, _marks(table.numbers(row.notes))
+    protocol, marks = table.protocol.value, _marks_html(table.numbers(row.notes))
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
-        return _tr([rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"')
+        return _cells_html([rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"')
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
-    said = [*_facts(submission.description), protocol, _errata(submission, table), _logs(submission)]
-    return _tr([rank, model, *numbers, answered, *said])
+    said = [
+        *_description_cells(submission.description),
+        protocol,
+        _errata_text(submission, table),
+        _logs_html(submission),
+    ]
+    return _cells_html([rank, model, *numbers, answered, *said])
 
 
-def _tr(cells: Iterable[str], attributes: str = "") -> str:
+def _cells_html(cells: Iterable[str], attributes: str = "") -> str:
     return f"<tr{attributes}>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _number(value: Score, table: Ranking) -> str:
+def _score_html(value: Score, table: Ranking) -> str:
     if value.value is None:
         return _NO_NUMBER
     shown = f"<b>{value.value:.1f}</b>" if value.best else f"{value.value:.1f}"
     if value.low is not None and value.high is not None:
         shown += f" <small>[{value.low:.1f}, {value.high:.1f}]</small>"
-    return shown + _marks(table.numbers(value.texts))
+    return shown + _marks_html(table.numbers(value.texts))
 
 
-def _marks(notes: Iterable[int]) -> str:
+def _marks_html(notes: Iterable[int]) -> str:
     listed = ", ".join(map(str, notes))
     return f"<sup>{listed}</sup>" if listed else ""
 
 
-def _facts(said: _Description) -> Sequence[str]:
+def _description_cells(said: _Description) -> Sequence[str]:
     """Return harness, effort, date, tokens and dollars as stated in a submission."""
     tokens = "" if said.tokens is None else f"{said.tokens:,}"
     dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
     return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
 
 
-def _errata(submission: _Submission, table: Ranking) -> str:
+def _errata_text(submission: _Submission, table: Ranking) -> str:
     """Return the version of the errata, and how many of the table's tasks they left out or corrected."""
     abilities = {column.ability for column in table.columns}
-    found = [
+    errata = [
         summary.errata
         for summary in submission.summaries
         if summary.key.domain == table.domain and summary.key.ability in abilities and summary.errata
     ]
-    if not found:
+    if not errata:
         return "none"
     left_out, corrected = (
-        sum(len(getattr(each, name)) for each in found) for name in ("left_out", "corrected")
+        sum(len(getattr(each, name)) for each in errata) for name in ("left_out", "corrected")
     )
-    return f"{escape(found[0].version)}: {left_out} left out, {corrected} corrected"
+    return f"{escape(errata[0].version)}: {left_out} left out, {corrected} corrected"
 
 
-def _logs(submission: _Submission) -> str:
+def _logs_html(submission: _Submission) -> str:
     logs = submission.description.logs
     return f'<a href="{escape(logs)}" rel="nofollow noreferrer">logs</a>' if logs else ""
 
 
-def _of_submissions(submissions: Iterable[_Submission]) -> Iterator[str]:
+def _submission_sections(submissions: Iterable[_Submission]) -> Iterator[str]:
     """Yield a section for each submission: its author, its run specification, and why it was withdrawn."""
-    for each in submissions:
-        by = f", by {escape(each.description.by)}" if each.description.by else ""
-        yield f'<section id="{escape(each.name)}"><h3>{escape(each.description.model)}</h3>'
-        yield f"<p>{escape(each.name)}, {each.description.date}{by}.</p>"
-        if each.description.withdrawn:
-            yield f"<p><b>Withdrawn:</b> {escape(each.description.withdrawn)}</p>"
-        if each.specification:
-            text = f"<pre>{escape(each.specification)}</pre>"
+    for submission in submissions:
+        by = f", by {escape(submission.description.by)}" if submission.description.by else ""
+        yield f'<section id="{escape(submission.name)}"><h3>{escape(submission.description.model)}</h3>'
+        yield f"<p>{escape(submission.name)}, {submission.description.date}{by}.</p>"
+        if submission.description.withdrawn:
+            yield f"<p><b>Withdrawn:</b> {escape(submission.description.withdrawn)}</p>"
+        if submission.specification:
+            text = f"<pre>{escape(submission.specification)}</pre>"
             yield f"<details><summary>Run specification</summary>{text}</details>"
         yield "</section>"

@@ -49,7 +49,7 @@ class _Publication(Options):
     models: Mapping[str, _Name] = Field(min_length=1)
 
 
-def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
+def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
     """Return the files to publish: relative path -> content. Unranked runs are left out.
 
     Args:
@@ -68,22 +68,22 @@ def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
         record = _eval_record(said, suites)
         model = suites[0].key.model
         place = said.models[model]
-        written[f"every_eval_ever/data/eai/{place}/{_unique(record)}.json"] = (
+        written[f"every_eval_ever/data/eai/{place}/{_content_uuid(record)}.json"] = (
             f"{json.dumps(record, indent=2)}\n"
         )
         if said.dataset:
-            variant = _slug(protocol + name.removeprefix(model))
+            variant = _to_file_part(protocol + name.removeprefix(model))
             entries = "".join(_hub_entries(said, suites))
             written[f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"] = entries
     return written
 
 
-def _slug(text: str) -> str:
+def _to_file_part(text: str) -> str:
     """Return a text as part of a file name."""
     return re.sub(r"[^A-Za-z0-9.]+", "-", text)[:100]
 
 
-def _unique(record: Mapping[str, Any]) -> uuid.UUID:
+def _content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
     """Return a UUID, version 4, that depends on the content alone."""
     return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
 
@@ -110,11 +110,11 @@ def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, An
             "id": model,
             "additional_details": {"deployment_type": "unknown", "model_availability": "unknown"},
         },
-        "evaluation_results": [result for run in runs for result in _results(said, run)],
+        "evaluation_results": [result for run in runs for result in _eval_results(said, run)],
     }
 
 
-def _results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
+def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a suite, each in percent with its interval."""
     key = run.key
     for metric in declaration_of(key.ability).overview_headings:

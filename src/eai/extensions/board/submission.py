@@ -20,7 +20,7 @@ from eai.results.responses import SUFFIX, find_response_files, read_responses
 from eai.tasks.prompts.prompt import read_prompt_file
 from eai.tasks.source import Finding, Source
 
-_PROMPTS = "_prompts.json"
+_PROMPTS_SUFFIX = "_prompts.json"
 """Suffix of the prompt files in a starter kit."""
 
 _SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]
@@ -42,12 +42,14 @@ def submission_files(store: Store | None = None, prompts: Path | None = None) ->
         DataError: the data set cannot be obtained.
     """
     if prompts is None:
-        return {_file(*suite): _identifiers(*suite, store) for suite in _SUITES}
-    files = {suite: prompts / _file(*suite).replace(SUFFIX, _PROMPTS) for suite in _SUITES}
-    found = {_file(*suite): tuple(read_prompt_file(file)) for suite, file in files.items() if file.exists()}
-    if not found:
-        raise InputError(f"{prompts}: expected a folder with <domain>_<ability>{_PROMPTS}, found none")
-    return found
+        return {_file_name(*suite): _identifiers(*suite, store) for suite in _SUITES}
+    files = {suite: prompts / _file_name(*suite).replace(SUFFIX, _PROMPTS_SUFFIX) for suite in _SUITES}
+    identifiers = {
+        _file_name(*suite): tuple(read_prompt_file(file)) for suite, file in files.items() if file.exists()
+    }
+    if not identifiers:
+        raise InputError(f"{prompts}: expected a folder with <domain>_<ability>{_PROMPTS_SUFFIX}, found none")
+    return identifiers
 
 
 def build_submission(
@@ -78,14 +80,14 @@ def build_submission(
         if name is not None and (PurePosixPath(name).name != name or not name.strip(".")):
             raise InputError(f"{name!r}: expected the name of a folder, not a path")
     files = find_response_files(run)
-    model = model or _only_model(run, files)
+    model = model or _find_only_model(run, files)
     expected = submission_files(store, prompts)
     members = {}
     for domain, ability in _SUITES:
-        name = _file(domain, ability)
+        name = _file_name(domain, ability)
         file = run / domain / ability.value / model / f"{model}{SUFFIX}"
         if file in files and name in expected:
-            members[name] = _content(file, expected[name])
+            members[name] = _make_content(file, expected[name])
     if not members:
         raise InputError(f"{run}: no answers of a model named {model}")
     made = io.BytesIO()
@@ -116,21 +118,26 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
                 Finding(path.name, f"{name} is not one of the files") for name in by_name.keys() - expected
             ]
             for file, identifiers in expected.items():
-                found = [info for name, info in members.items() if PurePosixPath(name).name == file]
-                if len(found) != 1:
-                    problem = "is missing" if not found else f"is there {len(found)} times"
+                candidates = [info for name, info in members.items() if PurePosixPath(name).name == file]
+                if len(candidates) != 1:
+                    problem = "is missing" if not candidates else f"is there {len(candidates)} times"
                     findings.append(Finding(file, problem))
-                elif found[0].file_size > MAX_UNPACKED:
+                elif candidates[0].file_size > MAX_UNPACKED:
                     findings.append(Finding(file, f"holds more than {MAX_UNPACKED:,} bytes"))
                 else:
-                    findings += [Finding(file, each) for each in _problems(archive, found[0], identifiers)]
+                    findings += [
+                        Finding(file, problem)
+                        for problem in _find_problems(archive, candidates[0], identifiers)
+                    ]
     except UNREADABLE as error:
         why = error.strerror if isinstance(error, OSError) else error
         raise InputError(f"{path}: expected a zip that can be read ({why})") from error
     return findings
 
 
-def _problems(archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]) -> Iterator[str]:
+def _find_problems(
+    archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]
+) -> Iterator[str]:
     """Yield the errors of one file; at most its declared size is read."""
     try:
         content = archive.read(member)
@@ -158,13 +165,13 @@ def _problems(archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Se
             yield f"{identifier} is repeated"
         if task_id not in expected:
             yield f"{identifier} is unknown"
-        yield from _answer_problems(identifier, row)
+        yield from _find_answer_problems(identifier, row)
     for identifier in identifiers:
         if task_id_of(identifier) not in times:
             yield f"{task_id_of(identifier)} is missing"
 
 
-def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str]:
+def _find_answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str]:
     answer = row.get("llm_output")
     if answer is None or (isinstance(answer, str) and not answer.strip()):
         yield f"{identifier} is empty"
@@ -172,7 +179,7 @@ def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str
         yield f'{identifier}: "llm_output" is not a text'
 
 
-def _file(domain: str, ability: Ability) -> str:
+def _file_name(domain: str, ability: Ability) -> str:
     return f"{domain}_{ability.value}{SUFFIX}"
 
 
@@ -186,7 +193,7 @@ def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[st
     return tuple(i if i.startswith(SCENE_PREFIX) else task_id_of(i) for i in identifiers)
 
 
-def _only_model(run: Path, files: Sequence[Path]) -> str:
+def _find_only_model(run: Path, files: Sequence[Path]) -> str:
     """Return the only model with answers in a run; files of single epochs do not count."""
     names = sorted({file.parent.name for file in files if file.name == f"{file.parent.name}{SUFFIX}"})
     if len(names) != 1:
@@ -194,7 +201,7 @@ def _only_model(run: Path, files: Sequence[Path]) -> str:
     return names[0]
 
 
-def _content(file: Path, identifiers: Sequence[str]) -> bytes:
+def _make_content(file: Path, identifiers: Sequence[str]) -> bytes:
     """Return the answers of a response file in the challenge's form, in the order of the data set."""
     ids = {task_id_of(identifier): identifier for identifier in identifiers}
     texts = {response.task_id: response.text for response in read_responses(file, ids, task_id_of).responses}
