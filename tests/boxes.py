@@ -1,4 +1,4 @@
-"""Boxes: this machine's files as a container has its image's, with users and a network of their own."""
+"""Boxes for tests: processes with this machine's files and separate users and network, like a container."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ exec sleep infinity
 
 
 def lacking() -> str | None:
-    """Why there can be no box here; None if there can."""
+    """Return why a box cannot be made here, or None if it can."""
     if os.geteuid() != 0 or any(shutil.which(tool) is None for tool in NEEDED):
         return "it takes root and Linux"
     mount = ["unshare", "--mount", "--net", "mount", "-t", "tmpfs", "tmpfs", "/mnt"]
@@ -43,11 +43,11 @@ def lacking() -> str | None:
 
 
 class Box:
-    """A root of its own over all of this machine's files; what is written there is lost with it.
+    """A separate root over all files of this machine. Files written in the box are lost with it.
 
     Args:
-        folder: an empty folder.
-        beside: another box, whose network it shares.
+        folder: An empty folder.
+        beside: Another box whose network it shares.
     """
 
     def __init__(self, folder: Path, beside: Box | None = None) -> None:
@@ -74,7 +74,7 @@ class Box:
         return str(self.holder.pid)
 
     def command(self, script: str, user: str = "root", env: Mapping[str, str] | None = None) -> list[str]:
-        """The command line that runs a script in the box."""
+        """Return the command line that runs a script in the box."""
         path = f"{Path(sys.executable).parent}:/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin"
         given = {"PATH": path, "PYTHONPATH": str(SOURCE), "HOME": "/", **self.env, **(env or {})}
         return [
@@ -85,7 +85,7 @@ class Box:
         ]
 
     def run(self, script: str, user: str = "root", *, fails: bool = False, **more: Any) -> str:
-        """What a script prints that is run in the box."""
+        """Run a script in the box, and return its output."""
         done = subprocess.run(
             self.command(script, user, more.pop("env", None)),
             stdout=subprocess.PIPE,
@@ -98,13 +98,13 @@ class Box:
         return told
 
     def start(self, command: Sequence[str], user: str) -> subprocess.Popen[bytes]:
-        """Start a process in the box, which ends with it."""
+        """Start a process in the box; it ends with the box."""
         started = subprocess.Popen(self.command(f"exec {shlex.join(command)}", user))
         self.started.append(started)
         return started
 
     def upload(self, path: Path, place: str) -> None:
-        """Copy a folder's content, or a file, to a place in the box, as root."""
+        """Copy a file, or the content of a folder, into the box as root."""
         packed = io.BytesIO()
         with tarfile.open(fileobj=packed, mode="w") as tar:
             tar.add(path, "." if path.is_dir() else path.name)
@@ -117,16 +117,16 @@ class Box:
             self.run(f"mv {folder}/{path.name} {place}")
 
     def download(self, place: str, to: Path) -> None:
-        """Copy a file or a folder from the box, to its place below a folder."""
+        """Copy a file or a folder from the box to a path below a folder."""
         command = self.command(f"tar -c -C / {place.removeprefix('/')}")
         packed = subprocess.run(command, capture_output=True, check=True).stdout
         with tarfile.open(fileobj=io.BytesIO(packed)) as tar:
             tar.extractall(to, filter="tar")
 
     def build(self, folder: Path, data: Path | None = None, *, again: bool = False) -> None:
-        """Do as a Dockerfile says; instead of installing packages, which this machine has, data is copied.
+        """Follow the steps of a Dockerfile, but copy data and install no packages: this machine has them.
 
-        It is not tried again whether benchmarks can be opened.
+        The check that benchmarks can be opened is left out.
         """
         for line in (folder / "Dockerfile").read_text().splitlines():
             word, _, rest = line.partition(" ")
@@ -151,7 +151,7 @@ class Box:
                     raise AssertionError(line)
 
     def close(self) -> None:
-        """Throw it away."""
+        """Delete the box."""
         for process in self.started:
             process.kill()
             process.wait()

@@ -26,7 +26,7 @@ ARGUMENTS = (
 
 @contextmanager
 def started_browser() -> Iterator[Any]:
-    """A browser; skips the test where Playwright is not installed."""
+    """Yield a browser, or skip the test if Playwright is not installed."""
     playwright = pytest.importorskip("playwright.sync_api", reason="no playwright: pip install playwright")
     with playwright.sync_playwright() as driver:
         started = driver.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
@@ -36,7 +36,7 @@ def started_browser() -> Iterator[Any]:
 
 @contextmanager
 def quiet_page(browser: Any) -> Iterator[Any]:
-    """A page on which nothing may be written to the console, thrown or requested from anywhere."""
+    """Yield a page that must log nothing to the console, raise no error and request nothing from outside."""
     context = browser.new_context(viewport={"width": 1400, "height": 900}, accept_downloads=True)
     opened = context.new_page()
     trouble: list[str] = []

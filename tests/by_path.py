@@ -8,14 +8,14 @@ from pathlib import Path
 from types import ModuleType
 
 ROOT = Path(__file__).resolve().parents[1]
-"""The folder of the repository."""
+"""Folder of the repository."""
 
 TESTS = ROOT / "tests"
-"""The folder of the tests, which is on the path of modules."""
+"""Folder of the tests, which is on the path of modules."""
 
 
 def module_at(path: str) -> ModuleType:
-    """The module in a file of the repository, run anew."""
+    """Return the module of a file of the repository, executed anew."""
     name = f"by_path_{Path(path).stem}"
     spec = importlib.util.spec_from_file_location(name, ROOT / path)
     assert spec is not None

@@ -1,4 +1,4 @@
-"""The command line, run in this process as its entry point runs it."""
+"""Run the command line in this process, like its entry point."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eai.cli import main
 
 
 class Outcome(NamedTuple):
-    """What a command left: its exit status and what it printed."""
+    """Exit status and output of a command."""
 
     status: int
     out: str
@@ -24,7 +24,7 @@ Command: TypeAlias = Callable[..., Outcome]
 
 @pytest.fixture
 def eai(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
-    """Runs `eai` with these arguments."""
+    """Run `eai` with these arguments."""
     monkeypatch.setenv("COLUMNS", "200")
 
     def run(*arguments: object) -> Outcome:

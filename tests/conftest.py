@@ -1,4 +1,4 @@
-"""Shared by the tests of several packages: the real data set and the reference's verdicts."""
+"""Fixtures and hooks for all tests: the real data sets, public verdicts, a browser, memory limits."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __all__ = ["eai", "index", "packs", "pytest_runtest_call", "pytest_runtest_setup
 
 settings.register_profile("few", deadline=None, derandomize=True, max_examples=FEW)
 settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=THOROUGH)
-settings.load_profile("few")  # --hypothesis-profile comes after
+settings.load_profile("few")  # the option --hypothesis-profile is applied later and overrides this
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -47,7 +47,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Prepare this process, and so all that the tests start: interrupts, memory, the data store."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in what a shell starts in the background
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in background jobs of a shell
         signal.signal(signal.SIGINT, signal.default_int_handler)
     limit_writable_memory()
     if config.getoption("--empty-store"):
@@ -60,12 +60,12 @@ _PAPER = "of the paper"
 """Name of the paper's data set in the reason of a test that is skipped without it."""
 
 _BEHAVIOR_1K = "behavior_1k"
-"""Name of BEHAVIOR-1K's data set in such a reason."""
+"""Name of BEHAVIOR-1K's data set in the reason of a test that is skipped without it."""
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Modules and tests stay as long as the process does, and the collector need not look through them."""
+    """Switch garbage collection off during collection: modules and tests live as long as the process."""
     gc.disable()
     try:
         return (yield)
@@ -76,7 +76,10 @@ def pytest_collection() -> Generator[None, object, object]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object]:
-    """Where warnings are none of ours, what is left unclosed is collected now: no other test is to blame."""
+    """Collect garbage after a test that ignores warnings.
+
+    Then warnings of unclosed files are not attributed to the next test.
+    """
     outcome = yield
     if any("ignore" in mark.args for mark in item.iter_markers("filterwarnings")):
         gc.collect()
@@ -84,7 +87,7 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Write how many tests were skipped for each reason at the very end, where nobody overlooks it."""
+    """Write how many tests were skipped for each reason at the very end of the output, where it is seen."""
     places = (report.longrepr for report in terminalreporter.getreports("skipped"))
     reasons = Counter(
         str(place[2]).removeprefix("Skipped: ").partition(DETAIL)[0]
@@ -114,13 +117,13 @@ def fetch_errors() -> Mapping[str, DataError]:
 
 @pytest.fixture(scope="session")
 def data_store(fetch_errors: Mapping[str, DataError]) -> Store:
-    """The user's default folder with the paper's data set."""
+    """Return the user's default folder with the paper's data set."""
     return _store_with(_PAPER, fetch_errors)
 
 
 @pytest.fixture(scope="session")
 def activity_store(fetch_errors: Mapping[str, DataError]) -> Store:
-    """The user's default folder with BEHAVIOR-1K's activities."""
+    """Return the user's default folder with BEHAVIOR-1K's activities."""
     return _store_with(_BEHAVIOR_1K, fetch_errors)
 
 
@@ -132,7 +135,7 @@ def _store_with(name: str, fetch_errors: Mapping[str, DataError]) -> Store:
 
 @pytest.fixture(scope="session")
 def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
-    """The real VirtualHome tasks."""
+    """Return the real VirtualHome tasks."""
     from eai.benchmarks.virtualhome.tasks import open_tasks
 
     return open_tasks(Source(data_store))
@@ -140,7 +143,7 @@ def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
 
 @pytest.fixture(scope="session")
 def behavior_tasks(data_store: Store) -> BehaviorTasks:
-    """The real BEHAVIOR tasks."""
+    """Return the real BEHAVIOR tasks."""
     from eai.benchmarks.behavior.tasks import open_tasks
 
     return open_tasks(Source(data_store))
@@ -148,19 +151,19 @@ def behavior_tasks(data_store: Store) -> BehaviorTasks:
 
 @pytest.fixture(scope="session")
 def oracle() -> Oracle:
-    """Reads one file of the reference's verdicts; skips where the file is not on this machine."""
+    """Return a function that reads a file of the reference package's verdicts, or skips the test."""
     return read_oracle
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    """A real browser, for the tests of a module."""
+    """Yield a real browser for the tests of a module."""
     with started_browser() as started:
         yield started
 
 
 @pytest.fixture
 def page(browser: Any) -> Iterator[Any]:
-    """A page of it on which nothing may go wrong."""
+    """Yield a page of the browser that fails the test on any error."""
     with quiet_page(browser) as opened:
         yield opened

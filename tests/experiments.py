@@ -1,4 +1,4 @@
-"""Experiments of the package's own studies, by their options."""
+"""Make experiments of the package's own studies from their options."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ from eai.results.older_records import NAMES, older_experiment
 
 
 def experiment(*attempts: Any, **options: Any) -> Experiment:
-    """An experiment with names such as ``scene="image"``; all other options are those of attempts."""
+    """Return an experiment with names such as ``scene="image"``; other options are options of attempts."""
     names = {name: options.pop(name) for name in NAMES if name in options}
     return older_experiment(names, AttemptOptions(*attempts, **options))

@@ -1,4 +1,4 @@
-"""Files of what was made once: equal input, equal bytes, in this version as in the one that wrote them."""
+"""Golden files: output of an earlier version, which equal input must reproduce byte for byte."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def assert_golden(path: Path, lines: list[str]) -> None:
-    """What was made is what the file has; ``WRITE_GOLDEN=1 pytest TEST`` writes it again."""
+    """Assert that output equals a golden file; ``WRITE_GOLDEN=1 pytest TEST`` writes the file again."""
     text = "".join([f"{line}\n" for line in lines])
     if os.environ.get("WRITE_GOLDEN"):
         path.write_text(text, encoding="utf-8")

@@ -1,8 +1,8 @@
-"""What importing modules does beyond importing: `import_watch.py FOLDER MODULE...`, in a fresh interpreter.
+"""Report what modules do when they are imported: `import_watch.py FOLDER MODULE...`, in a fresh interpreter.
 
-Prints `file:line: event` for each file, process or connection that a module below FOLDER opens while it is
-imported, and `loaded NAME` for a slow library. Work is a module's own when no further import stands between
-the two: what a library does when it is imported is the library's affair.
+It prints `file:line: event` for each file, process or connection that a module below FOLDER opens during its
+import, and `loaded NAME` for a slow library. An event counts for a module only if no other import lies
+between. A library's own work during its import does not count.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WORK = frozenset(
 
 
 def watch(folder: str, event: str) -> None:
-    """Print an audit event if the nearest import above it is that of a module below the folder."""
+    """Print an audit event if the innermost import on the stack is that of a module below the folder."""
     if event not in WORK:
         return
     frame: FrameType | None = sys._getframe(2)

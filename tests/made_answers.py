@@ -1,4 +1,4 @@
-"""Answers to the tasks of a suite that are made here, for tests that need many answers of many kinds."""
+"""Answers to the tasks of a suite, made for tests that need many answers of many kinds."""
 
 from __future__ import annotations
 

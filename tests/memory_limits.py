@@ -37,9 +37,9 @@ def limit_writable_memory() -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Generator[None, object, object]:
-    """Note the memory of this process and of its children before the test's fixtures are made."""
+    """Record the memory of this process and its children before the fixtures of a test are made."""
     if sys.platform == "linux":
-        Path("/proc/self/clear_refs").write_text("5")  # makes the peak the present size
+        Path("/proc/self/clear_refs").write_text("5")  # resets the peak to the present size
         item.stash[_BEFORE] = _peak_bytes(), _peak_bytes_of_children()
     return (yield)
 

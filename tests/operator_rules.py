@@ -1,4 +1,4 @@
-"""Gold operators as answers."""
+"""Gold operators in the form of answers."""
 
 from __future__ import annotations
 
@@ -7,5 +7,5 @@ from eai.tasks.operator_task import TransitionTask
 
 
 def gold_answer(task: TransitionTask) -> str:
-    """The data set's own operators as an answer."""
+    """Return the data set's gold operators as an answer."""
     return join_operators(task.domain.operators[name].pddl for name in task.operators)

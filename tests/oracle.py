@@ -1,4 +1,4 @@
-"""The reference's verdicts on real model answers, read from beside the repository where they are there."""
+"""The reference package's verdicts on real model answers, read from beside the repository if they exist."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ import pytest
 _SHARED = Path(__file__).resolve().parents[2] / "shared"
 
 NO_REFERENCE = "answers of models and the reference's verdicts on them are not published with this repository"
-"""Reason of a test that is skipped without a file from beside the repository."""
+"""Reason of a test that is skipped because a file beside the repository is missing."""
 
 DETAIL = ": it takes "
-"""Ends the part of a reason that the summary of a run shows; the name of one file follows."""
+"""Separator in a reason: the summary of a run shows the text before it; the name of one file follows it."""
 
 MODELS = (
     "claude-3-5-sonnet-20240620",
@@ -29,7 +29,7 @@ MODELS = (
     "mixtral-8x22b-instruct-v0.1",
     "o1-mini-2024-09-12",
 )
-"""The nine of the paper's models whose public responses have verdicts."""
+"""Nine models of the paper whose public responses have verdicts."""
 
 PIPELINE_MODELS = (
     "claude-3-opus-20240229",
@@ -40,7 +40,7 @@ PIPELINE_MODELS = (
     "llama-3-8b-chat",
     "mixtral-8x22b-instruct-v0.1",
 )
-"""Those of the paper's pipelines whose answers and prompts are there."""
+"""Models of the paper's pipelines whose answers and prompts exist."""
 
 SUBGOAL_CATEGORIES = {
     "Correct": "correct",
@@ -49,19 +49,19 @@ SUBGOAL_CATEGORIES = {
     "Hallucination": "hallucination",
     "NotParseable": "not_parseable",
 }
-"""The reference's categories of answers with subgoals -> ours."""
+"""Our categories of answers with subgoals, by the reference package's names."""
 
 Oracle = Callable[[str, str, str], Any]
-"""(domain, ability, name) -> content of `<domain>/<ability>/<name>.json.gz`."""
+"""A function from domain, ability and name to the content of `<domain>/<ability>/<name>.json.gz`."""
 
 
 def read_oracle(domain: str, ability: str, name: str) -> Any:
-    """One file of verdicts; skips the test where the file is not on this machine."""
+    """Return a file of verdicts, or skip the test without it."""
     return read_shared("oracle", domain, ability, f"{name}.json.gz")
 
 
 def read_shared(*place: str) -> Any:
-    """The content of a JSON file, packed or not; skips the test where it is not on this machine."""
+    """Return the content of a JSON file, packed or not, or skip the test without it."""
     path = _SHARED.joinpath(*place)
     if not path.is_file():
         pytest.skip(f"{NO_REFERENCE}{DETAIL}{path.relative_to(_SHARED.parent)}")

@@ -1,4 +1,4 @@
-"""The command line in a process of its own, and the processes that work in a folder."""
+"""Run the command line in a separate process, and find processes that work in a folder."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from eai.cli import main
 from eai.results.collector import collect_seldom
 
 _SECONDS = 600
-"""How long a command may take, on the clock."""
+"""Maximum seconds of a command."""
 
 
 class Outcome(NamedTuple):
-    """What a command left: its exit status and what it printed."""
+    """Exit status and output of a command."""
 
     status: int
     out: str
@@ -56,7 +56,7 @@ It is not the server of the whole process, which workers that score may have sta
 
 
 class _Forked(ForkServerProcess):
-    """A process that is forked by it."""
+    """A process that the fork server forks."""
 
     @staticmethod
     def _Popen(process_obj: BaseProcess) -> Any:  # noqa: N802 - of multiprocessing
@@ -70,18 +70,21 @@ class _Context(ForkServerContext):
 
 @contextmanager
 def own_process() -> Iterator[Executor]:
-    """A process for Inspect, whose warnings are none of ours: functions are called in it by their names."""
+    """Yield an executor with a separate process for Inspect, whose warnings would fail our tests.
+
+    Functions are sent to it by name.
+    """
     with ProcessPoolExecutor(1, _Context()) as pool:
         yield pool
 
 
 class Command:
-    """`eai` in a process of its own, forked from one that has imported Inspect: that takes longest.
+    """`eai` in a separate process, forked from one that has imported Inspect, because this import is slow.
 
     Args:
-        arguments: its words.
-        before: what is called in that process first, by its name.
-        columns: how wide its terminal is.
+        arguments: Arguments of the command.
+        before: Function that the process calls first, sent by name.
+        columns: Width of its terminal.
     """
 
     def __init__(
@@ -95,7 +98,7 @@ class Command:
 
     @property
     def _files(self) -> tuple[Path, Path]:
-        """Where its output and its messages are."""
+        """Files of the command's output and messages."""
         return Path(self._printed.name, "out"), Path(self._printed.name, "err")
 
     def signal(self, number: signal.Signals) -> None:
@@ -104,15 +107,15 @@ class Command:
 
     @property
     def out(self) -> str:
-        """What it has printed so far."""
+        """Output of the command so far."""
         return self._files[0].read_text() if self._files[0].exists() else ""
 
     def end(self) -> None:
-        """Kill it, if it has not ended yet."""
+        """Kill the command if it has not ended yet."""
         self._process.kill()
 
     def outcome(self) -> Outcome:
-        """What it leaves, when it has ended; by a signal, the status is less than nothing."""
+        """Return the outcome after the command has ended. The status is negative if a signal ended it."""
         self._process.join(_SECONDS)
         status = self._process.exitcode
         if status is None:
@@ -123,10 +126,9 @@ class Command:
 
 
 def eai(*arguments: object, columns: int = 120, **environment: str) -> Outcome:
-    """Run `eai` in a process of its own, since Inspect's warnings are none of ours.
+    """Run `eai` in a separate process, because Inspect's warnings would fail our tests.
 
-    Where variables of the environment are given, which a library may read when it is imported, it is started
-    from nothing.
+    With environment variables, a new interpreter is started, because a library may read them on import.
     """
     if not environment:
         return Command(*arguments, columns=columns).outcome()
@@ -143,7 +145,7 @@ def _run(
     printed: tuple[Path, Path],
     before: Callable[[], None] | None,
 ) -> None:
-    """The command in a process that was forked for it."""
+    """Run a command in a forked process."""
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
@@ -159,13 +161,13 @@ def _run(
             before()
         main()
     finally:
-        atexit._run_exitfuncs()  # which a process that was forked leaves out
+        atexit._run_exitfuncs()  # a forked process does not do this by itself
         sys.stdout.flush()
         sys.stderr.flush()
 
 
 def working_in(folder: Path) -> list[str]:
-    """The processes whose working directory is below a folder."""
+    """Return the processes whose working directory is below a folder."""
     found = []
     for entry in Path("/proc").iterdir():
         try:

@@ -1,4 +1,4 @@
-"""The protocols that are installed, for tests of what holds under each of them."""
+"""The installed protocols, for tests that run under each of them."""
 
 from __future__ import annotations
 

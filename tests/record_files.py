@@ -1,4 +1,4 @@
-"""Files of records for tests, which commands write with a summary beside them."""
+"""Write files of records for tests, with the summary that commands write beside them."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ from eai.results.records import record_line
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
-    """Write one record a line."""
+    """Write one record per line."""
     write_whole({path: (f"{record_line(record)}\n" for record in records)})

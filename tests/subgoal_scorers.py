@@ -1,4 +1,4 @@
-"""The scorers of subgoals of both households under ``strict``."""
+"""Scorers of subgoals of both households under ``strict``."""
 
 from __future__ import annotations
 

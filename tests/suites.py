@@ -13,7 +13,7 @@ from eai.tasks.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import ErrataChoice, Source
 
 SUITES = tuple((name, ability) for name in list_paper_benchmarks() for ability in PAPER_ABILITIES)
-"""Each household of the paper with each ability."""
+"""Suites of the paper: each household with each ability."""
 
 
 def official_prompts(

@@ -1,4 +1,4 @@
-"""Whole-data sweeps: the default set runs one representative of each, `make test-all` and CI run all."""
+"""Marks for sweeps over all data: the default set runs an example of each; `make test-all` and CI run all."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from hypothesis import settings
 sweep = pytest.mark.sweep
 
 FEW, THOROUGH = 30, 100
-"""How many examples Hypothesis tries of a property, in the default set and where all is tested."""
+"""Numbers of Hypothesis examples of a property: in the default set, and in the full test run."""
 
 
 def swept(*values: Any) -> list[Any]:
-    """Values of a parameter that the default set leaves out; several parameters are a tuple."""
+    """Return values of a parameter that the default set leaves out; a tuple holds several parameters."""
     return [pytest.param(*(each if isinstance(each, tuple) else (each,)), marks=sweep) for each in values]
 
 
 def first_of(values: Iterable[Any]) -> list[Any]:
-    """The values of a parameter, of which the default set has the first alone."""
+    """Return the values of a parameter; the default set has only the first."""
     first, *rest = values
     return [first, *swept(*rest)]
 
 
 def every(step: int) -> pytest.MarkDecorator:
-    """Gives a test the parameter `every`: the step in which the default set goes through the data, or 1."""
+    """Give a test the parameter `every`: a step through the data, which is 1 in the full run."""
     return pytest.mark.parametrize("every", [step, *swept(1)])
 
 
 def examples(number: int) -> int:
-    """So many examples of a property where all is tested; in the default set a share of them."""
+    """Return the number of examples of a property: `number` in the full run, fewer in the default set."""
     return number * settings().max_examples // THOROUGH

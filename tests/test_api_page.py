@@ -1,4 +1,4 @@
-"""The page of public names lists each name once; the site adds its signature and docstring."""
+"""Tests that the page of public names has each name once, to which the site adds signature and docstring."""
 
 from __future__ import annotations
 

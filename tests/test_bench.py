@@ -31,7 +31,7 @@ TABLE = FigureTable("Speed", ("suite", "cold", "steady"), (("goals", 1, 2.5), ("
 
 
 def test_the_page_of_benchmarks_is_up_to_date() -> None:
-    """If it is not: python -m bench page."""
+    """If this fails, run `python -m bench page`."""
     assert PAGE.read_text(encoding="utf-8") == page_text()
 
 

@@ -1,4 +1,4 @@
-"""The commands of README, docs and help are commands: their names, options and values are understood.
+"""Tests that the commands in README, docs and help exist, with valid options and values.
 
 `tools/walk_docs.py` runs them.
 """
@@ -22,7 +22,7 @@ ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 EXAMPLE = re.compile(r"Example: (eai .*?)(?:\n\n|\Z)", re.DOTALL)
 REDIRECTED = {"|", ">", "||", "&&", ";"}
-"""What ends a command, in the shell."""
+"""Shell symbols that end a command."""
 
 VARIABLES = {
     "$SLURM_ARRAY_TASK_ID": "1",
@@ -31,21 +31,21 @@ VARIABLES = {
     "$name": "base",
     "$set": "eai",
 }
-"""The variables of the shell that pages use, and something that they may stand for."""
+"""Shell variables on pages, with example values."""
 
 
 ABSENT = {*get_entry_point_names("eai.commands")}.difference(get_entry_points("eai.commands"))
-"""Commands of extensions that are left out (`tools/without.py`)."""
+"""Commands of extensions that `tools/without.py` removes."""
 
 
 def walked(page: str) -> Iterator[str]:
-    """The commands on a page, as the walk finds them."""
+    """Return the commands on a page, as `tools/walk_docs.py` finds them."""
     module = module_at("tools/walk_docs.py")
     yield from module.commands(page)
 
 
 def invocations(line: str) -> Iterator[list[str]]:
-    """The arguments of each ``eai`` in a line of shell."""
+    """Yield the arguments of each ``eai`` in a line of shell."""
     for name, value in VARIABLES.items():
         line = line.replace(name, value)
     lexer = shlex.shlex(line.replace("\n", ";"), posix=True, punctuation_chars="|>;&")
@@ -63,10 +63,10 @@ def invocations(line: str) -> Iterator[list[str]]:
 
 
 def understand(arguments: list[str]) -> None:
-    """Parse a command line as it would be run, and run nothing.
+    """Parse a command line without running it.
 
     Raises:
-        ClickException: it is not understood.
+        ClickException: The command line is invalid.
     """
     command: Any = typer.main.get_command(app)
     context = None
@@ -77,14 +77,14 @@ def understand(arguments: list[str]) -> None:
             return
         if not hasattr(command, "commands"):
             return
-        rest = [*context._protected_args, *context.args]  # the name of the command, and what follows
+        rest = [*context._protected_args, *context.args]  # name and arguments of a subcommand
         if not rest:
             return
         _, command, arguments = command.resolve_command(context, rest)
 
 
 def helped(command: Any) -> Iterator[str]:
-    """The examples in the help of a command and of those below it."""
+    """Yield the examples in the help of a command and of its subcommands."""
     yield from (" ".join(each.split()) for each in EXAMPLE.findall(command.help or ""))
     for name in getattr(command, "commands", ()):
         yield from helped(command.commands[name])
@@ -111,7 +111,7 @@ def test_the_examples_of_help_are_understood() -> None:
 @pytest.mark.parametrize(
     "line", ["eai scroe a.json", "eai score a.json --domian virtualhome", "eai run --model m --epochs 0"]
 )
-def test_what_is_misspelt_is_not(line: str) -> None:
+def test_a_misspelt_command_line_is_refused(line: str) -> None:
     (arguments,) = invocations(line)
-    with pytest.raises(Exception, match=r"No such|greater"):  # whose class is typer's own affair
+    with pytest.raises(Exception, match=r"No such|greater"):  # the class differs between versions of typer
         understand(arguments)

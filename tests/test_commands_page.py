@@ -1,4 +1,4 @@
-"""The page of commands says what the help says, and the help tells of each option."""
+"""Tests that the page of commands equals the help, and that the help describes each option."""
 
 from __future__ import annotations
 

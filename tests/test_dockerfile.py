@@ -1,4 +1,4 @@
-"""The recipe of the image, as far as it can be followed without a daemon: what it copies is enough."""
+"""Tests of the Dockerfile without a Docker daemon: the copied files suffice to install the package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pages show each picture in docs/images/gallery once; a program draws it, and it is small."""
+"""Tests that pages show each picture in docs/images/gallery once, drawn by a program, and small."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The glossary explains the nouns of the project, and public classes stay few and documented."""
+"""Tests that the glossary explains the project's nouns, and that public classes are few and documented."""
 
 from __future__ import annotations
 

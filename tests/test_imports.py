@@ -1,9 +1,9 @@
-"""The direction of imports, and what importing may cost.
+"""Tests of the direction of imports, and of the cost of importing.
 
 `LAYERS` is the rule: a module may import from its own folder and from the rows above its own, never from a
-row below. An extension may import from all of them, but from no other extension, and nothing outside
-``extensions/`` imports one. A folder or top-level module without a place here is an offence: find it one. The
-root package loads nothing until it is asked, so that importing any part stays cheap.
+row below. An extension may import from all rows, but from no other extension, and no other module imports an
+extension. A folder or top-level module that is not in `LAYERS` is a violation: add it there. The root package
+loads modules on first use, so that importing a part of the package stays cheap.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LAYERS = (
 EXTENSIONS = "extensions"
 ENTRY = "__main__"
 FACES = ("", ENTRY)
-"""Modules that load what is asked for: see the test of what importing the public face loads."""
+"""Modules that load others on first use; see the test of importing the public names."""
 ONLY_IMPORTERS = {
     "gymnasium": "agents",
     "inspect_ai": "run",
@@ -51,24 +51,24 @@ ONLY_IMPORTERS = {
     "ray": "extensions.distributed",
 }
 OF_EXTRAS = frozenset({*ONLY_IMPORTERS.values(), "extensions.harbor"})
-"""Folders that load a library that not everybody installs, be it through another one of them."""
+"""Folders that load an optional library, directly or through another folder."""
 
 
 def folder_of(module: str) -> str:
-    """The folder or top-level module of a module, "" for the root itself; an extension is a folder."""
+    """Return the folder or top-level module of a module, "" for the root. An extension is a folder."""
     parts = module.split(".")[1:]
     return ".".join(parts[: 2 if parts[:1] == [EXTENSIONS] else 1])
 
 
 def modules(root: Path) -> Iterator[tuple[str, Path]]:
-    """Every module below a package's folder by dotted name, in a stable order."""
+    """Yield every module below a package's folder by dotted name, in a stable order."""
     for path in sorted(root.rglob("*.py")):
         names = path.relative_to(root.parent).with_suffix("").parts
         yield ".".join(names[:-1] if names[-1] == "__init__" else names), path
 
 
 def imported(module: str, path: Path) -> Iterator[tuple[int, str]]:
-    """Line and absolute name of all that a module imports, early or late (`from a import b` is `a.b`)."""
+    """Yield line and absolute name of all imports of a module, early or late (`from a import b` is `a.b`)."""
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         match node:
@@ -89,7 +89,7 @@ def offence(importer: str, target: str, folders: frozenset[str]) -> str | None:
     if library != importer.partition(".")[0] or here in (
         "",
         ENTRY,
-    ):  # the public face loads what is asked for
+    ):  # the root package may import any folder
         return None
     if here == there or there not in folders:  # its own folder, or a name that the root itself defines
         return None
@@ -101,7 +101,7 @@ def offence(importer: str, target: str, folders: frozenset[str]) -> str | None:
 
 
 def offences(root: Path) -> list[str]:
-    """List all that breaks the rule below a package's folder, as `file:line: why`."""
+    """List all violations of the rule below a package's folder, as `file:line: why`."""
     of_package = list(modules(root))
     folders = frozenset(folder_of(module) for module, _ in of_package) - {"", EXTENSIONS}
     homeless = [
@@ -122,7 +122,7 @@ def test_imports_go_one_way() -> None:
 
 
 def write_package(root: Path, files: dict[str, str]) -> Path:
-    """Write a package of files by path, with an empty folder of each name in `LAYERS`, and an extension."""
+    """Write a package with these files, an empty folder for each name in `LAYERS`, and an extension."""
     empty = {f"{folder}/__init__.py": "" for folder in (*LAYERS, EXTENSIONS, f"{EXTENSIONS}/reference")}
     for name, text in ({"__init__.py": ""} | empty | files).items():
         path = root / name
@@ -230,12 +230,12 @@ def test_types_are_shipped() -> None:
 
 
 def import_report(folder: Path, names: list[str]) -> list[str]:
-    """What importing some modules of a package's folder did beyond importing (see `import_watch`)."""
+    """Return what some modules of a package's folder do when they are imported (see `import_watch.py`)."""
     command = [sys.executable, str(Path(__file__).with_name("import_watch.py")), str(folder), *names]
     environment = {
         "PYTHONPATH": str(folder.parent),
         "PYTHONDONTWRITEBYTECODE": "1",
-        "PYDANTIC_DISABLE_PLUGINS": "__all__",  # or its first model looks for them on disk
+        "PYDANTIC_DISABLE_PLUGINS": "__all__",  # plugins would be searched on disk
     }
     result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert result.returncode == 0, result.stderr

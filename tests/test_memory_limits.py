@@ -1,4 +1,4 @@
-"""A test that takes too much memory fails, with the number of bytes in its message."""
+"""Tests that a test with too much memory fails, and that its message has the number of bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tool that makes mutants: what it changes, and that its list of equivalent ones is not out of date."""
+"""Tests of the tool that makes mutants: its changes, and its list of equivalent mutants."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_tests_that_failed_before_and_quick_tests_come_first(tmp_path: Path) -> 
 def test_a_mutant_is_noticed_where_a_test_fails(
     tool: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of tests that there is time for; sweeps are of the whole set alone."""
+    """The tool runs the tests that fit into the time; sweeps run only for the whole set."""
     module, test = tmp_path / "src" / "eai" / "sample.py", tmp_path / "tests" / "test_sample.py"
     for each in (module, test):
         each.parent.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""Names that few folders may use: those of households, and of the protocol that is in force."""
+"""Tests that only few folders name a household or the default protocol."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import eai
 
 SOURCE = Path(eai.__file__).parent
 HOMES = ("benchmarks", "extensions")
-"""The folders that may name a household."""
+"""Folders that may name a household."""
 
 HOUSEHOLD = re.compile(r"virtualhome|\bbehavior\b", re.IGNORECASE)
 PROTOCOL = re.compile(r"\bProtocol(\.[A-Z]|\([\"'])")
@@ -28,14 +28,14 @@ EXAMPLES = frozenset(
         "cli/serve.py",
     }
 )
-"""Where households are named as examples in help, or to stand in the order of the paper."""
+"""Files that name households as examples in help, or in the paper's order."""
 
 DEFAULTS = frozenset({"abilities/protocol.py", "benchmarks/suite.py", "cli/score.py", "cli/run.py"})
-"""Where it is said which protocol is the default."""
+"""Files that may name the default protocol."""
 
 
 def mentions(pattern: re.Pattern[str], allowed: frozenset[str], homes: tuple[str, ...] = HOMES) -> list[str]:
-    """List every line outside some folders that a pattern is found in."""
+    """List every line outside some folders in which a pattern is found."""
     return [
         f"{place}:{number}: {line.strip()}"
         for path in sorted(SOURCE.rglob("*"))
@@ -64,5 +64,5 @@ def test_the_patterns_find_what_they_look_for(pattern: re.Pattern[str], text: st
 
 
 def test_no_docstring_begins_with_what() -> None:
-    """A docstring says what a thing is or does; its first word is a noun, a verb or a number."""
+    """The first word of a docstring is a noun, a verb or a number."""
     assert mentions(re.compile(r'^\s*r?"""What\b'), frozenset(), ()) == []

@@ -1,4 +1,4 @@
-"""README as a package page has it: nothing in it leads to files of the repository, which are not there."""
+"""Tests of README as a package page: it links to no file of the repository, because the page has none."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROOT = Path(__file__).parent.parent
 
 
 PACKAGES = [Path(), *sorted(path.parent.relative_to(ROOT) for path in ROOT.glob("packages/*/pyproject.toml"))]
-"""The folders of what is published."""
+"""Folders of the published packages."""
 
 ADDRESS = "https://example.org/eai"
 
@@ -48,7 +48,7 @@ def test_what_is_not_a_relative_link_stays() -> None:
 
 
 def test_the_address_of_the_repository_is_written_wherever_it_belongs(tmp_path: Path) -> None:
-    """Twice: the second address takes the place of the first."""
+    """The tool runs twice: the second address replaces the first."""
     names = [package / name for package in PACKAGES for name in ("pyproject.toml", "README.md")]
     for name in [*names, Path("CITATION.cff")]:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

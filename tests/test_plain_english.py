@@ -1,4 +1,4 @@
-"""The finder of unclear texts and the check of commit subjects do what they say."""
+"""Tests of the finder of unclear texts and of the check of commit subjects."""
 
 from __future__ import annotations
 

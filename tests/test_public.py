@@ -1,4 +1,4 @@
-"""The library as README's reader meets it: `import eai`."""
+"""Tests of the public library, `import eai`, as a reader of README uses it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The snippets of the documentation run and print what the page says, and its links lead somewhere.
+"""Tests that the snippets of the documentation run and print the shown output, and that its links exist.
 
-A page's ```python blocks are run in order in one namespace, in an empty folder. A ```text block that follows
-one, with nothing but blank lines between, is exactly what that block prints.
+The ```python blocks of a page run in order in one namespace, in an empty folder. If a ```text block follows
+with only blank lines between, the block must print exactly its text.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class Snippet:
     """A block of code on a page.
 
     Attributes:
-        line: where the code starts on the page, counted from 1.
-        code: the code.
-        printed: what the page says it prints, or None where it does not say.
+        line: Line of the page on which the code starts, counted from 1.
+        code: The code.
+        printed: Output that the page shows, or None if it shows none.
     """
 
     line: int
@@ -42,7 +42,7 @@ class Snippet:
 
 
 def snippets(page: str) -> list[Snippet]:
-    """The Python blocks of a Markdown page."""
+    """Return the Python blocks of a Markdown page."""
     return [
         Snippet(page.count("\n", 0, match.start("code")) + 1, match["code"], match["printed"])
         for match in BLOCK.finditer(page)
@@ -50,10 +50,10 @@ def snippets(page: str) -> list[Snippet]:
 
 
 def run(page: Path) -> None:
-    """Run a page's snippets; an assertion names the line of one that does not print what the page says."""
+    """Run a page's snippets. An assertion names the line of a snippet with other output than the page's."""
     namespace: dict[str, object] = {"__name__": "__main__"}
     for snippet in snippets(page.read_text(encoding="utf-8")):
-        # Blank lines put the code where it stands on the page, so that a traceback shows the page's line.
+        # Blank lines before the code make a traceback show the line of the page.
         code = compile("\n" * (snippet.line - 1) + snippet.code, str(page), "exec")
         with contextlib.redirect_stdout(io.StringIO()) as output:
             exec(code, namespace)  # noqa: S102 - our own documentation
@@ -62,13 +62,13 @@ def run(page: Path) -> None:
 
 
 def dead_links(page: Path) -> list[str]:
-    """The targets of a page's relative links at which there is nothing."""
+    """Return the targets of a page's relative links that do not exist."""
     targets = [match["target"] for match in LINK.finditer(page.read_text(encoding="utf-8"))]
     return [target for target in targets if not (page.parent / target).exists()]
 
 
 def dead_anchors(page: Path) -> list[str]:
-    """The headings that a page links to and that are not there."""
+    """Return the headings that a page links to and that do not exist."""
     found = ANCHOR.finditer(page.read_text(encoding="utf-8"))
     links = [
         ((page.parent / match["target"] if match["target"] else page), match["heading"]) for match in found
@@ -77,7 +77,7 @@ def dead_anchors(page: Path) -> list[str]:
 
 
 def anchors(page: Path) -> set[str]:
-    """The anchors of a page's headings: their words in small letters, joined by hyphens."""
+    """Return the anchors of a page's headings: their words in small letters, joined by hyphens."""
     titles = [match["title"] for match in HEADING.finditer(FENCED.sub("", page.read_text(encoding="utf-8")))]
     return {re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", title).strip().lower()) for title in titles}
 

@@ -1,4 +1,4 @@
-"""Pages of the site are the repository's, but for marks that only the repository's pages understand."""
+"""Tests that pages of the site equal the repository's, except for marks that only the latter understands."""
 
 from __future__ import annotations
 

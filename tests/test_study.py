@@ -1,4 +1,4 @@
-"""The study of the paper's claims is what the tool makes of the answers now."""
+"""Tests that docs/study.md equals the present output of tools/study on the public answers."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ MEASURED = {
 
 @pytest.fixture(scope="module")
 def study() -> Iterator[ModuleType]:
-    """The tool, as a module."""
+    """Return tools/study as a module."""
     import importlib.util
 
     pytest.importorskip("scipy")
@@ -92,7 +92,7 @@ def test_the_table_of_partial_success_is_that_of_the_scores(study: ModuleType) -
 
 
 def sections(study: ModuleType, evidence: object, keys: str) -> dict[str, str]:
-    """The sections of some claims as they come out now."""
+    """Return the sections of some claims as the tool writes them now."""
     page = sys.modules["page"]
     chosen = [claim for claim in study.CLAIMS if claim.key in keys.split()]
     return {claim.key: "\n".join(page.section(claim, claim.find(evidence))) for claim in chosen}
@@ -139,7 +139,7 @@ def test_the_page_is_current(
 
 
 def rows_of_page() -> dict[str, list[str]]:
-    """The statement, status and evidence of each row of the list of statements, by statement."""
+    """Return the statement, status and evidence of each row of the list of statements, by statement."""
     text = PAGE.read_text(encoding="utf-8")
     part = text[text.index("## All statements") : text.index("## Claims with figures")]
     rows = [line.strip("| ").split(" | ") for line in part.splitlines() if " | **" in line]

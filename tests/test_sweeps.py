@@ -1,4 +1,4 @@
-"""Which values of a parameter the default set of tests has, and how many examples of a property."""
+"""Tests of the default set: which values of a parameter it has, and how many examples of a property."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from by_path import ROOT
 
 
 def marked(values: list[Any]) -> list[tuple[object, bool]]:
-    """Each value, and whether it is left out by default."""
+    """Return each value, and whether the default set leaves it out."""
     each = [value if hasattr(value, "marks") else pytest.param(value) for value in values]
     return [(one.values, any(mark.name == "sweep" for mark in one.marks)) for one in each]
 

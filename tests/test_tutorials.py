@@ -1,7 +1,8 @@
-"""Each tutorial runs as it is written, in an empty folder, and prints what it shows.
+"""Tests that each tutorial runs as written, in an empty folder, and prints the shown output.
 
-Blocks are taken in their order: a file to be saved (or a change to one) is written, ``console`` commands run,
-and a ``text`` block that follows is a part of what they print. ``sh`` blocks need what a test has not.
+Blocks are followed in order: files to be saved or changed are written, and ``console`` commands run. The
+output of a command must contain the ``text`` block after it. ``sh`` blocks are skipped, because they need
+programs that a test does not have.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ BLOCK = re.compile(
     r"(?:`(?P<file>[\w.]+)`:\n\n)?^```(?P<language>\w+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
 )
 QUICK = ("domain", "score")
-"""Those that the default set follows: the others ask models about households."""
+"""Tutorials of the default set; the others ask models about households."""
 
 SERVER = "http://localhost:8000/v1"
-"""The address at which a tutorial takes a model server to be."""
+"""Address of the model server in the tutorials."""
 
 
 class Block(NamedTuple):
-    """A fenced block, with the file that the words before it name."""
+    """A fenced block, with the file that the text before it names."""
 
     language: str
     text: str
@@ -43,12 +44,12 @@ class Block(NamedTuple):
 
 
 def blocks(page: str) -> Iterator[Block]:
-    """The fenced blocks of a page, in order."""
+    """Return the fenced blocks of a page, in order."""
     return (Block(match["language"], match["text"], match["file"]) for match in BLOCK.finditer(page))
 
 
 def changed(source: str, change: str) -> str:
-    """A text after a change in the form of a diff, whose parts are found by their lines."""
+    """Return a text after a change in the form of a diff, whose hunks are found by their lines."""
     for part in change.split("@@\n"):
         lines = [(line[0], line[1:]) for line in part.splitlines(keepends=True)]
         old = "".join(text for sign, text in lines if sign in " -")
@@ -59,12 +60,12 @@ def changed(source: str, change: str) -> str:
 
 
 def bare(text: str) -> str:
-    """A text without blanks at the ends of lines."""
+    """Return a text without blanks at the ends of lines."""
     return "\n".join(line.rstrip() for line in text.splitlines())
 
 
 def carry_out(page: Path, monkeypatch: pytest.MonkeyPatch, server: str) -> int:
-    """Follow a tutorial; returns how many outputs were compared."""
+    """Follow a tutorial, and return the number of compared outputs."""
     printed, compared = "", 0
     for block in blocks(page.read_text("utf-8")):
         if block.language == "diff" and block.file:
@@ -75,7 +76,7 @@ def carry_out(page: Path, monkeypatch: pytest.MonkeyPatch, server: str) -> int:
         elif block.language == "console":
             printed = "".join(done(line, monkeypatch, server) for line in commands(block.text))
         elif block.language == "python":
-            printed = ""  # what such a block prints is compared by test_readme.py
+            printed = ""  # test_readme.py compares the output of such a block
         elif block.language == "text" and printed:
             assert bare(block.text) in bare(printed), printed
             compared += 1
@@ -87,7 +88,7 @@ def commands(text: str) -> list[list[str]]:
 
 
 def done(command: list[str], monkeypatch: pytest.MonkeyPatch, server: str) -> str:
-    """Run one command of a page; returns what it printed."""
+    """Run one command of a page, and return its output."""
     program, *words = command
     if program == "cd":
         monkeypatch.chdir(words[0])

@@ -1,4 +1,4 @@
-"""The package works without any of its extensions; `tools/without.py` runs the tests of the rest, too."""
+"""Tests that the package works without its extensions; `tools/without.py` also runs the other tests."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ TOOL = module_at("tools/without.py")
     params=[TOOL.ALL, "reference", *swept(*(name for name in TOOL.NAMES if name != "reference"))],
 )
 def gone(request: pytest.FixtureRequest) -> tuple[str, ...]:
-    """The names of the extensions that are left out: all, or one."""
+    """Return the names of the removed extensions: all, or one."""
     return TOOL.NAMES if request.param == TOOL.ALL else (request.param,)
 
 
 @pytest.fixture(scope="module")
 def folder(gone: tuple[str, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a copy of the package without them."""
+    """Return the folder of a copy of the package without the extensions."""
     return TOOL.package_without(gone, tmp_path_factory.mktemp("without")).parent
 
 
@@ -38,7 +38,7 @@ def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
 
 
 def printed_by(folder: Path, *arguments: str) -> str:
-    """What a command prints, which has to succeed."""
+    """Run a command that must succeed, and return its output."""
     code = f"import sys; sys.argv = ['eai', *{arguments!r}]; from eai.cli import main; main()"
     finished = run(folder, code)
     assert finished.returncode == 0, finished.stderr

@@ -1,4 +1,4 @@
-"""Documentation stays short: README, the changelog, each page, and all pages together."""
+"""Tests that documentation stays short: README, the changelog, each page, and all pages together."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WRITTEN_PART = re.compile(
     r"|^::: \S+$",
     re.MULTILINE | re.DOTALL,
 )
-"""A table that a program writes, or the name of an object whose docstring the site writes."""
+"""Pattern of a table that a program writes, or of an object whose docstring the site shows."""
 
 EXTENSIONS = ROOT / "src/eai/extensions"
 
@@ -26,10 +26,10 @@ REFERENCE = {
     "records": "an entry for each field",
     "study": "written by tools/study",
 }
-"""The pages that are looked things up in: they may be long."""
+"""Pages for reference, which may be long."""
 
 WRITTEN = ("commands", "glossary", "study")
-"""The pages that a program writes: their words are those of the code and its data."""
+"""Pages that a program writes from the code and its data."""
 
 
 def name_of(page: Path) -> str:

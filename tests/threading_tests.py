@@ -1,4 +1,4 @@
-"""Asking one thing from many threads that take turns as often as they can."""
+"""Ask one question from many threads that switch as often as possible."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ THREADS = 8
 
 
 def asked_by_threads(is_right: Callable[[int], bool], times: int) -> bool:
-    """Whether a question has the right answer each time, numbers from 0 on being given to it."""
+    """Return whether a question has the right answer each time; it is asked with the numbers from 0 on."""
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-5)
     try:
