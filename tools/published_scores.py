@@ -67,7 +67,7 @@ PAPER = ROOT / "src" / "eai" / "results" / "paper"
 ANSWERS = ROOT.parent / "shared" / "answers"
 PACKED = f"{SUFFIX}.gz"
 RANDOM_SEED = "0 1 1"
-"""Seed, epoch and attempt, as the built-in model has them where nobody says otherwise."""
+"""Seed, epoch and attempt: the built-in model's defaults."""
 
 NOTES: Mapping[str, Sequence[str]] = {
     "virtualhome/action_sequencing": (
@@ -76,7 +76,7 @@ NOTES: Mapping[str, Sequence[str]] = {
         "the paper's text, not those of its tables.",
     ),
 }
-"""What a reader must know of the published answers to a suite."""
+"""Notes for readers on the published answers to a suite."""
 
 
 _S, _R = Protocol.STRICT, Protocol("eai-1.0.5")
@@ -163,7 +163,7 @@ def main() -> None:
 def make(
     path: Path, protocol: Protocol, suite_of: Callable[[str], dict[str, Any]], only: str, *, write: bool
 ) -> bool:
-    """Make a table again, and say whether it is as it was."""
+    """Make a table, and return whether it equals the file's."""
     known: dict[str, Any] = json.loads(path.read_text())["suites"] if path.exists() else {}
     suites = dict(known)
     for name in [f"{domain}/{ability.value}" for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]:
@@ -188,11 +188,11 @@ def scored_suite(
     """Return the part of the table on one suite, with all models whose answers are in the folder.
 
     Args:
-        name: domain, slash, ability.
-        folder: where the answers are.
-        protocol: the rules that judge them.
-        only: the names of the files, without ending, that are scored; all if None.
-        planner: which planner judges operators.
+        name: Suite, as `DOMAIN/ABILITY`.
+        folder: Folder of the answers.
+        protocol: Rules that judge the answers.
+        only: Names of the files to score, without ending; None for all.
+        planner: Planner that judges operators.
     """
     domain, ability = name.split("/")
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
@@ -223,7 +223,7 @@ def null_suite(
     only: Iterable[str] = NULL_MODELS,
     planner: PlannerChoice = PlannerChoice.FULL,
 ) -> dict[str, Any]:
-    """The part of the table on one suite, of the null models, or only of some."""
+    """Return the part of the table on one suite for the null models, or for some of them."""
     domain, ability = name.split("/")
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
     metrics = list(summarise([], suite.ability))
@@ -243,7 +243,7 @@ def null_suite(
 def null_answers(
     benchmark: Benchmark, ability: Ability, source: Source
 ) -> Mapping[str, Callable[[str], str]]:
-    """What each null model answers to a task, as `eai run` asks it."""
+    """Return for each null model a function from a task to its answer, as in `eai run`."""
     books = {"copy": open_copy_book, "empty": open_empty_book, "lookup": open_lookup_book}
     found = {name: open_book(benchmark, ability, source) for name, open_book in books.items()}
     draw = open_random_answers(benchmark, ability, source)
@@ -327,7 +327,7 @@ def cells(
 
 
 def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[str, Any]:
-    """One model's row: what it lacks counts as failures, as everywhere.
+    """Return the row of a model. Missing answers count as failures.
 
     One process scores all models, because equal operators are planned with once.
     """
@@ -343,7 +343,7 @@ def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[
 
 
 def digest(records: Iterable[Record]) -> str:
-    """Digest of the answers: their tasks and texts, in the order of the data set."""
+    """Return a digest of the answers: their tasks and texts, in the order of the data set."""
     lines = (f"{r.task_id} {sha256_of(r.response)}\n" for r in records if r.unanswered is None)
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
@@ -362,7 +362,7 @@ def find_answers(folder: Path, file: str, suite: Suite) -> ResponseFile | None:
 
 
 def table_text(suites: Mapping[str, Any], protocol: Protocol) -> str:
-    """The file: a line a model, so that a change can be read."""
+    """Return the text of the file, with one line for each model, so that a change is easy to read."""
     parts = []
     for name, suite in suites.items():
         models = ",\n".join(f"    {json.dumps(m)}: {json.dumps(row)}" for m, row in suite["models"].items())

@@ -1,9 +1,8 @@
-"""Writes the gold plans of BEHAVIOR-1K: `python tools/behavior_1k/plans.py`.
+"""Write the gold plans of BEHAVIOR-1K: `python tools/behavior_1k/plans.py`.
 
-By regression: for each kind of goal the ways to bring it about are tried in turn.
-
-The planner of the package, which knows only the declaration, is slow where products take long chains of
-recipes; here each way is written down (`ways`). What a plan does not need is left out at the end.
+The plans are found by regression: for each kind of goal, the methods to achieve it are tried in turn. The
+package's planner knows only the declared operators, and is slow if products need long chains of recipes. Here
+each method is written down (`ways`). At the end, actions that a plan does not need are removed.
 """
 
 from __future__ import annotations
@@ -33,14 +32,14 @@ from eai.world.state import State
 FILE = Path(__file__).resolve().parents[2] / "src" / "eai" / "benchmarks" / "behavior_1k" / PLANS
 
 ROUNDS = 4
-"""How often goals are gone through of which one undoes another."""
+"""Maximum number of passes over the goals, because achieving one goal can undo another."""
 
 _ORDERED = (
     "real, cooked, covered, contains filled, saturated folded unfolded, frozen hot, attached draped, "
     "ontop, inside, nextto under touching, overlaid, toggled_on on_fire, open"
 )
 _ORDER = {name: place for place, names in enumerate(_ORDERED.split(", ")) for name in names.split(" ")}
-"""Which of several goals comes first: what things are made of before where they go, doors last."""
+"""Order of goals by predicate: ingredients before positions, doors last."""
 
 _PLACED_BY: Mapping[str, str] = {
     "ontop": "PLACE_ONTOP",
@@ -49,20 +48,20 @@ _PLACED_BY: Mapping[str, str] = {
     "overlaid": "OVERLAY",
     "draped": "DRAPE",
 }
-"""The action behind a relation, where there is just one."""
+"""Action for each relation that only one action achieves."""
 
 _CLEAN = 1.5
-"""The place of a goal that something be not covered."""
+"""Position in the order for a goal that an object is not covered."""
 
 
 def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -> tuple[Action, ...] | str:
-    """A plan that reaches a goal, without needless actions; or why none was found.
+    """Return a plan that reaches a goal, without needless actions, or the reason why no plan was found.
 
     Args:
-        domain: the domain.
-        initial: the state at the start.
-        goal: the goal.
-        declared: how many of the scene's objects are declared: over these its quantifiers range.
+        domain: Domain of the actions.
+        initial: State at the start.
+        goal: Goal of the plan.
+        declared: Number of the scene's declared objects, over which quantifiers of the goal range.
     """
     reading, reason = FormulaEvaluator(domain.vocabulary), ""
 
@@ -81,15 +80,15 @@ def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -
 
 
 def write_plan_line(plan: tuple[Action, ...]) -> str:
-    """A plan as the pack has it: ``OPERATOR 3 5;...``, objects by index."""
+    """Return a plan in the pack's form: ``OPERATOR 3 5;...``, with the indices of objects."""
     return ";".join(" ".join((action.operator, *map(str, action.arguments))) for action in plan)
 
 
 class _Regression(Products):
-    """Brings formulas about."""
+    """Achieves formulas by regression."""
 
     def achieve(self, formula: f.Formula, scope: Scope, *, wanted: bool = True) -> None:
-        """Make a formula true, or false."""
+        """Make a formula true or false."""
         goal = formula if wanted else f.Not(formula)
         if self._holds(goal, scope):
             return
@@ -118,14 +117,14 @@ class _Regression(Products):
             raise NoWayError("a goal is undone by what comes after it")
 
     def _of_category(self, category: str | None) -> list[str]:
-        """The declared objects of a category, those that have been put somewhere last."""
+        """Return the declared objects of a category. Objects that were placed come last."""
         found = [name for name, each in self._category.items() if each == category]
         return sorted(found[:: -1 if self._backwards else 1], key=lambda name: name in self._placed)
 
     def _achieve_several(
         self, parts: Sequence[tuple[f.Formula, Scope]], *, wanted: bool, together: bool
     ) -> None:
-        """Make all parts true, or false; or one of them."""
+        """Make all subformulas, or one of them, true or false."""
         if not together:
             ways = (partial(self.achieve, part, its_scope, wanted=wanted) for part, its_scope in parts)
             self._first_of(ways, "there is nothing of that kind")
@@ -219,7 +218,10 @@ class _Regression(Products):
         self._do("IGNITE", name, tool)
 
     def _bring_inside(self, name: str, place: str) -> None:
-        """Put a thing into another, with what it has been put into before, if with anything."""
+        """Put an object into another.
+
+        If the plan has placed it on a movable object, first try to move both together.
+        """
         support = self._support(name)
         ways: list[Way] = [lambda: self._put_into(name, place)]
         if support not in (None, place) and name in self._placed:
@@ -229,7 +231,10 @@ class _Regression(Products):
         self._first_of(ways, f"{name} cannot be put into {place}")
 
     def _bring_together(self, name: str, other: str) -> None:
-        """Put one of two things next to the other; where they rest in one place, so that they stay there."""
+        """Put one of two objects next to the other.
+
+        First try objects with a common support, so that they stay there.
+        """
 
         def beside(one: str, there: str, *, in_place: bool) -> None:
             if in_place and (self._support(one) is None or self._support(one) != self._support(there)):
@@ -298,7 +303,7 @@ class _Regression(Products):
 
 
 def _place(formula: f.Formula) -> float:
-    """The place of a goal among several."""
+    """Return the position of a goal in the order of goals."""
     atoms = [part.predicate for part in walk(formula) if isinstance(part, f.Atom)]
     inner = formula.body if isinstance(formula, f.ForAll | f.Exists) else formula
     if isinstance(inner, f.Not) and atoms[:1] == ["covered"]:
@@ -307,21 +312,21 @@ def _place(formula: f.Formula) -> float:
 
 
 def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
-    """The names of all activities, and how each is set up."""
+    """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
     texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
     return list(texts), make_set_up(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
 
 def line_of(set_up: SetUp, name: str) -> str:
-    """The line of an activity, which is empty where no plan is found."""
+    """Return the line of an activity, or an empty text if no plan is found."""
     activity, initial = set_up(name)
     plan = write_plan(build_domain(), initial, activity.problem.goal, len(activity.objects))
     return "" if isinstance(plan, str) else f"{name}\t{write_plan_line(plan)}\n"
 
 
 def main() -> None:
-    """Write the plans that are found, a line an activity."""
+    """Write the plans that are found, one line for each activity."""
     names, set_up = opened()
     FILE.write_text("".join(line_of(set_up, name) for name in names), encoding="utf-8")
 

@@ -1,4 +1,4 @@
-"""The ways to make things in BEHAVIOR-1K: cutting, cooking, melting, recipes."""
+"""Methods to make objects and substances in BEHAVIOR-1K: cutting, cooking, melting, recipes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from eai.world.vocabulary import Predicate
 
 
 class Products(Ways):
-    """The ways, with those to make what is not there yet."""
+    """The methods of `Ways`, extended by methods to make objects and substances."""
 
     def _produce(self, name: str, inside: str | None = None) -> None:
-        """Make what is not there yet, a substance in some vessel, if it matters in which."""
+        """Make an object or substance that does not exist yet; a substance in `inside`, if it is given."""
         if self._has(p.substance, name):
             if self._holders(name, movable=False) and (inside is None or self._has(p.has_in, inside, name)):
                 return
@@ -75,14 +75,14 @@ class Products(Ways):
         self._first_of(ways, f"{whole} cannot be diced")
 
     def _put_at(self, name: str, place: str) -> None:
-        """Put a thing into what can be filled, and onto anything else."""
+        """Put an object into a container that can be filled, or onto another object."""
         if self._has(p.fillable, place):
             self._put_into(name, place)
         else:
             self._put_with("PLACE_ONTOP", name, place)
 
     def _pots(self, substance: str | None, inside: str | None) -> list[str]:
-        """Vessels in which something may be made: the one where it shall be, what holds it, empty ones."""
+        """Return containers for a product: the intended one, holders of the substance, empty ones, others."""
         holding = [] if substance is None else self._holders(substance)
         wanted = [] if inside is None or self._has(p.fixed, inside) else [inside]
         others = [
@@ -121,7 +121,7 @@ class Products(Ways):
         self._with_any(boil, self._pots(substance, inside), f"no pot for {substance}")
 
     def _melt(self, thing: str, made: str, inside: str | None) -> None:
-        """Melt a thing in a pot; or else on something, which it then covers."""
+        """Melt an object in a pot, or on another object, which the product then covers."""
 
         def melt(place: str) -> None:
             self._put_at(thing, place)
@@ -136,7 +136,7 @@ class Products(Ways):
         self._with_any(melt, ordered, f"no pot for {thing}")
 
     def _follow(self, recipe: str, inside: str | None) -> Iterator[Way]:
-        """The ways to follow a recipe."""
+        """Yield the methods to follow a recipe."""
         if self._has(p.by_heat, recipe):
             vessels, sources = self._find_targets(p.made_in, recipe), self._find_targets(p.heated_by, recipe)
             pairs = [(vessel, source) for vessel in vessels for source in sources]
@@ -147,7 +147,7 @@ class Products(Ways):
             yield from (lambda m=m: self._run(recipe, m) for m in self._find_targets(p.made_in, recipe))
 
     def _prepare(self, recipe: str, vessel: str) -> None:
-        """Have everything that a recipe takes in its vessel, and nothing else that is in its way."""
+        """Put all ingredients of a recipe into its container, and remove things that prevent the recipe."""
         things, toppings = self._find_targets(p.ingredient, recipe), self._find_targets(p.topping, recipe)
         for each in (*things, *toppings):
             if not self._has(p.substance, each):

@@ -1,6 +1,6 @@
-"""The ways to bring single things about in BEHAVIOR-1K: hands and doors, substances, heat and cold.
+"""Methods to achieve single conditions in BEHAVIOR-1K: hands and doors, substances, heat and cold.
 
-Several ways are tried in turn; one that fails is undone. Every action runs through the checks of the domain.
+Several methods are tried in turn; a failed one is undone. The domain checks every action.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from eai.world.vocabulary import Predicate
 
 Way: TypeAlias = Callable[[], None]
 Scope: TypeAlias = Mapping[str, str]
-"""The objects that variables stand for, by name."""
+"""Names of objects, by the variables that stand for them."""
 
 MAX_DEPTH, MAX_STEPS = 40, 6_000
-"""How deep ways may be tried within each other, and how many actions in all."""
+"""Maximum depth of nested methods, and maximum number of actions tried."""
 
 
 _Moment: TypeAlias = tuple[State, tuple[Action, ...], frozenset[str]]
-"""To where a writer goes back from a way that fails: the state, the plan, and what has been placed."""
+"""Point to return to after a failed method: the state, the plan, and the placed objects."""
 
 
 class NoWayError(Exception):
-    """A way that was tried does not lead where it should."""
+    """A method failed."""
 
 
 class Ways(SceneReader):
-    """A plan as it is written, the state that it leads to, and the ways to bring one thing about there.
+    """A plan under construction, the state after it, and methods to achieve single conditions there.
 
     Args:
-        domain: the domain.
-        initial: the state at the start.
-        declared: how many of the scene's objects are declared.
-        backwards: whether of several objects that will do the last is tried first.
+        domain: Domain of the actions.
+        initial: State at the start.
+        declared: Number of the scene's declared objects.
+        backwards: Whether the last of several suitable objects is tried first.
 
     Attributes:
-        reading: reads formulas.
-        plan: the actions so far.
+        reading: Evaluator of formulas.
+        plan: Actions so far.
     """
 
     def __init__(self, domain: Domain, initial: State, declared: int, *, backwards: bool = False) -> None:
@@ -64,7 +64,7 @@ class Ways(SceneReader):
     # Reading the state.
 
     def _is(self, predicate: str, *names: str) -> bool:
-        """Whether a derived predicate holds."""
+        """Return whether a derived predicate holds."""
         key = (predicate, len(names))
         if key not in self._atoms:
             self._atoms[key] = f.Atom(predicate, tuple([f.Variable(f"v{i}") for i in range(len(names))]))
@@ -99,7 +99,7 @@ class Ways(SceneReader):
             self._placed.add(names[0])
 
     def _first_of(self, ways: Iterable[Way], otherwise: str) -> None:
-        """Go the first way that leads there and undoes no goal, or else the first that leads there."""
+        """Use the first method that succeeds and undoes no reached goal, or else the first that succeeds."""
         if self._depth >= MAX_DEPTH:
             raise NoWayError("too deep")
         self._depth += 1
@@ -131,14 +131,14 @@ class Ways(SceneReader):
         self._state, self.plan, self._placed = state, list(plan), set(placed)
 
     def _kept_goals(self) -> set[int]:
-        """Which of the goals that have been reached hold."""
+        """Return the indices of reached goals that still hold."""
         return {i for i, (goal, scope) in enumerate(self._reached) if self._holds(goal, scope)}
 
     def _with_any(self, go: Callable[[str], None], things: Iterable[str], otherwise: str) -> None:
-        """Go a way with the first of some things with which it leads there."""
+        """Use a method with the first object for which it succeeds."""
         self._first_of((partial(go, thing) for thing in things), otherwise)
 
-    # Hands, doors and switches. What is named in `keep` stays in hand.
+    # Hands, doors and switches. Objects in `keep` stay in the hand.
 
     def _free_hand(self, *keep: str) -> None:
         holding = self._find_things(p.held)
@@ -150,7 +150,7 @@ class Ways(SceneReader):
         self._do("RELEASE", free[0])
 
     def _reach(self, name: str, *keep: str) -> None:
-        """Open whatever the thing is shut in, from the outside."""
+        """Open all closed containers around an object, from the outermost to the innermost."""
         around: list[tuple[str, str]] = []
         inner = name
         while (outer := self._support(inner)) is not None and len(around) < len(self._names):
@@ -162,7 +162,7 @@ class Ways(SceneReader):
                 self._do("OPEN", outer)
 
     def _get(self, name: str, *keep: str) -> None:
-        """Have the thing in a hand."""
+        """Take an object into a hand."""
         if self._has(p.held, name):
             return
         self._produce(name)
@@ -207,7 +207,7 @@ class Ways(SceneReader):
     # Substances.
 
     def _holders(self, substance: str, *, movable: bool = True) -> list[str]:
-        """The things from which a substance can be taken: sources and vessels before what it lies on."""
+        """Return objects from which a substance can be taken: sources and containers before surfaces."""
         filled = [o for how in (p.gives, p.full_of, p.has_in) for o in self._find_sources(how, substance)]
         if movable and not self._has(p.visual, substance):
             filled += self._find_sources(p.has_cover, substance)
@@ -218,12 +218,12 @@ class Ways(SceneReader):
         return [source for source in self._find_sources(p.gives, substance) if self._has(p.fixed, source)]
 
     def _vessels(self, *without: str) -> list[str]:
-        """The empty vessels."""
+        """Return the empty containers."""
         empty = [v for v in self._find_things(p.fillable) if not self._find_targets(p.has_in, v)]
         return [v for v in empty if self._is("real", v) and not self._has(p.fixed, v) and v not in without]
 
     def _supply(self, substance: str, *without: str) -> str:
-        """Something movable that holds a substance."""
+        """Return a movable object that holds a substance, after filling or making it if necessary."""
         found = [name for name in self._holders(substance) if name not in without]
         if found:
             return found[0]
@@ -244,7 +244,7 @@ class Ways(SceneReader):
         self._do("FILL", vessel, tap)
 
     def _have_in(self, vessel: str, substance: str, *, full: bool = False) -> None:
-        """Have a substance in a vessel."""
+        """Bring a substance into a container."""
         wanted = p.full_of if full else p.has_in
         if self._has(wanted, vessel, substance):
             return
@@ -272,13 +272,13 @@ class Ways(SceneReader):
         self._first_of((partial(done, way) for way in ways), f"{substance} cannot be brought into {vessel}")
 
     def _cover(self, name: str, substance: str) -> None:
-        """Cover a thing with a substance."""
+        """Cover an object with a substance."""
         self._put_with("APPLY", self._supply(substance, name), name)
         if not self._has(p.has_cover, name, substance):
             raise NoWayError(f"{name} is not covered with {substance}")
 
     def _uncover(self, name: str, substance: str) -> None:
-        """Remove a substance from a thing: wipe, wash, rinse or dry it. Dirty tools are tried last."""
+        """Remove a substance from an object: wipe, wash, rinse or dry it. Dirty tools are tried last."""
         tools = [
             (tool, manner)
             for manner in (p.removes_dry, p.removes_running, p.removes_soaked)
@@ -298,7 +298,7 @@ class Ways(SceneReader):
         self._first_of(ways, f"nothing here removes {substance}")
 
     def _clean_and_wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
-        """Wipe with a tool that is cleaned first, unless it is being cleaned already."""
+        """Clean a tool and wipe with it, unless it is being cleaned already."""
         if tool in self._cleaned:
             raise NoWayError(f"{tool} is being cleaned")
         self._cleaned |= {tool, name}
@@ -310,11 +310,11 @@ class Ways(SceneReader):
         self._wipe(name, substance, tool, manner)
 
     def _was_dirty(self, tool: str) -> bool:
-        """Whether something covers a tool at the start, as it does laundry."""
+        """Return whether a substance covers a tool at the start."""
         return bool(self._initial.relation(p.has_cover.name).row(self._initial.scene.index[tool]))
 
     def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
-        """Bring some solvent of a substance."""
+        """Bring a solvent of a substance."""
         self._with_any(bring, self._find_targets(p.dissolved_by, substance), f"no solvent for {substance}")
 
     def _wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
@@ -342,14 +342,14 @@ class Ways(SceneReader):
         self._do("RINSE", name, sink)
 
     def _run_closed(self, operator: str, name: str, machine: str) -> None:
-        """Have a washer or dryer, which is to be closed, work on a thing."""
+        """Put an object into a washer or dryer, close the machine, and run it."""
         self._put_into(name, machine)
         self._shut(machine)
         self._switch_on(machine)
         self._do(operator, machine)
 
     def _soak(self, name: str, substance: str) -> None:
-        """Soak a thing with a substance."""
+        """Soak an object with a substance."""
 
         def under(source: str) -> None:
             self._get(name)
@@ -371,7 +371,7 @@ class Ways(SceneReader):
     # Heat and cold.
 
     def _expose(self, operator: str, name: str, source: str) -> None:
-        """Have a working source of heat or cold work on a thing."""
+        """Expose an object to a working source of heat or cold."""
         if not self._is("exposed_to", name, source):
             if self._has(p.works_inside, source):
                 self._put_into(name, source)
@@ -384,7 +384,7 @@ class Ways(SceneReader):
         self._do(operator, name, source)
 
     def _heat(self, name: str, sources: Sequence[str]) -> None:
-        """Have one of some sources of heat work on a thing, sooner one that cannot be moved."""
+        """Heat an object with one of some sources; sources that cannot be moved come first."""
         able = [source for source in sources if not self._has(p.lighter, source)]
         able.sort(key=lambda source: not self._has(p.fixed, source))
         self._with_any(partial(self._expose, "HEAT", name), able, f"no source of heat for {name}")
@@ -396,5 +396,5 @@ class Ways(SceneReader):
         self._do("WAIT")
 
     def _produce(self, name: str, inside: str | None = None) -> None:
-        """Make what is not there yet: `products`."""
+        """Make an object or substance that does not exist yet; `products` implements this."""
         raise NotImplementedError

@@ -1,13 +1,13 @@
 """Write the study of the paper's statements and claims: `python tools/study [RECORDS...]`.
 
 Without RECORDS the public answers are scored, in about ten minutes, and the page is docs/study.md. Rates come
-from `published_eai-1.0.5.json`: run tools/published_scores.py first. With records of `eai score --protocol
-eai-1.0.5` (folders or files) statements and claims are checked with these.
+from `published_eai-1.0.5.json`: run tools/published_scores.py first. RECORDS are folders or files of `eai
+score --protocol eai-1.0.5`; then statements and claims are checked with these records.
 
     python tools/study                           writes docs/study.md
-    python tools/study --answers FOLDER          the same with the public answers of a folder
-    python tools/study --no-planner              the same without the claims on single operators
-    python tools/study --check                   writes nothing; exit status 1 if the page would be another
+    python tools/study --answers FOLDER          uses the public answers in a folder
+    python tools/study --no-planner              leaves out the claims on single operators
+    python tools/study --check                   writes nothing; exit status 1 if the page would change
     python tools/study --only Sensitivity        prints the rows with a word, in two minutes; writes nothing
     python tools/study scores --out study.md     from other records
 """
@@ -67,7 +67,7 @@ def main() -> None:
 
 
 def from_records(paths: Sequence[Path]) -> Evidence:
-    """Evidence from records, all of one protocol."""
+    """Return evidence from records of one protocol."""
     evidence = Evidence(Source())
     protocols = set()
     for run in read_runs(paths):
@@ -83,7 +83,10 @@ def from_answers(
     domains: Sequence[str] = PAPER_BENCHMARKS,
     abilities: Sequence[Ability] = PAPER_ABILITIES,
 ) -> Evidence:
-    """Evidence from the published answers, scored as the paper's package does; no planner is needed yet."""
+    """Return evidence from the published answers, scored under the paper's protocol.
+
+    No planner runs yet.
+    """
     source = Source(planner=PlannerChoice.NONE)
     evidence = Evidence(source, read_published_scores("eai-1.0.5").suites)
     for domain in domains:

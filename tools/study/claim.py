@@ -1,4 +1,4 @@
-"""What the paper says, and what records say to it."""
+"""Claims of the paper, and findings on them from records."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Status(str, Enum):
 
 
 class Row(NamedTuple):
-    """A figure as printed, empty if the paper has none, and as it comes out."""
+    """A row of figures: the paper's, empty if it prints none, and ours."""
 
     what: str
     printed: str
@@ -30,7 +30,7 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Finding:
-    """What comes out: a status by the claim's own rule, a sentence, figures."""
+    """The finding on a claim: a status by the claim's own rule, a sentence, and figures."""
 
     status: Status
     summary: str
@@ -42,13 +42,13 @@ class Claim:
     """A claim of the paper.
 
     Attributes:
-        says: what the paper says, in our words.
-        place: where it says so.
-        needs: the suites whose records it takes; none where the paper's own figures are enough.
-        rule: when it counts as reproduced.
-        find: says what comes out; a finding is never written by hand.
-        note: what else one must know.
-        plans: whether it takes a planner, for minutes.
+        says: The paper's claim in our words.
+        place: Section or table of the paper with the claim.
+        needs: Suites whose records are needed; empty if the paper's own figures suffice.
+        rule: Condition under which the claim counts as reproduced.
+        find: Function that computes the finding; a finding is never written by hand.
+        note: Further information for the reader.
+        plans: Whether a planner is needed, which takes minutes.
     """
 
     key: str
@@ -63,20 +63,20 @@ class Claim:
 
     @property
     def anchor(self) -> str:
-        """The address of the claim's section, as GitHub makes it from a heading."""
+        """Anchor of the claim's section, as GitHub makes it from the heading."""
         kept = "".join(c for c in f"{self.key} {self.title}".lower() if c.isalnum() or c in " -_")
         return kept.replace(" ", "-")
 
 
 def by_degree(whole: bool, part: bool) -> Status:
-    """Reproduced, in part, or not supported."""
+    """Return the status: reproduced, in part, or not supported."""
     if whole:
         return Status.REPRODUCED
     return Status.IN_PART if part else Status.NOT_SUPPORTED
 
 
 def fisher(first: int, second: int, tasks: int) -> float:
-    """Fisher's exact test, two-sided, of two shares of as many tasks."""
+    """Return the p-value of Fisher's exact test, two-sided, of two shares of the same number of tasks."""
     total, hits = 2 * tasks, first + second
 
     def chance(k: int) -> float:
@@ -87,7 +87,7 @@ def fisher(first: int, second: int, tasks: int) -> float:
 
 
 def sign_test(fewer: int, more: int) -> float:
-    """The two-sided sign test without ties: how often a split as uneven, or more so, is chance."""
+    """Return the p-value of the two-sided sign test without ties: the chance of so uneven a split."""
     number = fewer + more
     tail = sum(comb(number, k) for k in range(min(fewer, more) + 1)) / 2**number
     return min(1.0, 2 * tail)

@@ -99,8 +99,8 @@ def rates(evidence: Evidence, text: str) -> Finding:
 def clearly(evidence: Evidence, text: str) -> Finding:
     """Count the models in which a difference is clear.
 
-    Rates of one suite differ clearly if p < 0.05 in a paired test, whose units are names of tasks. Rates of
-    two worlds do if the 95 % interval of their difference, by Newcombe's method, does not hold 0.
+    Two rates of one suite differ clearly if p < 0.05 in a paired test, whose units are names of tasks. Rates
+    of two worlds differ clearly if the 95 % interval of their difference, by Newcombe's method, excludes 0.
     """
     asked = read_comparison(text)
     column, _, leader = asked.left.partition(" of ")
@@ -297,7 +297,7 @@ def _is_apart(first: list[Record], second: list[Record], left: str, right: str, 
 
 
 def _degree(share: str, counts: list[tuple[int, int]]) -> Status:
-    """Return the status of a comparison that holds in so many of so many models."""
+    """Return the status of a comparison that holds in some of the models."""
     if share == "most":
         right = [hits > number / 2 for hits, number in counts]
         return by_degree(bool(right) and all(right), any(right))

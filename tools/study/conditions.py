@@ -1,4 +1,4 @@
-"""The table of partial success, from the scores that come with the package."""
+"""Table of partial success, from the scores in the package."""
 
 from __future__ import annotations
 

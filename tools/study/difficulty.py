@@ -29,7 +29,7 @@ from eai.results.table import Estimate
 SUITE = Suite(B, AS)
 PLACE = "appendix, “Correlation with Action Length and Goal Complexity”"
 SUCCESS_BY_LENGTH = {0: 0.70, 10: 0.50, 20: 0.14, 30: 0.17, 40: 0.50, 60: 0.00}
-"""The figure's values, by the least number of steps."""
+"""The figure's values, by the minimum number of steps."""
 
 
 def _success(answer: AnswerLine) -> float | None:

@@ -28,7 +28,7 @@ PRINTED_V = {
     ("spatial_relations", "walk_towards"): 0.63,
     ("spatial_relations", "walk_into"): 0.17,
 }
-"""Success with one operator of GPT-4o's among gold ones, by category of the task."""
+"""Success with one operator of GPT-4o among gold operators, by category of the task."""
 
 PRINTED_B = {
     ("object_states", "grasp"): 0.95,
@@ -41,7 +41,7 @@ MOST_FORMAT_ERRORS = 3.8
 """Maximum rate of format errors by the paper's text, in percent."""
 
 MISNAMED = {("object_orientation", "walk_into"): "walk_towards"}
-"""What a printed name must mean: walk_into is asked in two of these tasks, and 20/26 is walk_towards'."""
+"""Operators by misprinted name: only two of these tasks need walk_into, and 20/26 fits walk_towards."""
 
 CARVING = re.compile(r"slice[-_]carvingknife")
 
@@ -234,7 +234,7 @@ def prompts(evidence: Evidence) -> Finding:
 
 
 def format_errors(evidence: Evidence) -> Finding:
-    """Parsing errors of the paper's own tables of plans and subgoals, and unreadable public goals."""
+    """Count parsing errors in the paper's own tables of plans and subgoals, and unreadable public goals."""
     cells = sorted(
         (
             (figure, model, f"{NAMED[column.domain]}, {column.ability.replace('_', ' ')}")
@@ -281,7 +281,7 @@ def replanning(evidence: Evidence) -> Finding:
 
 
 def _is_printed(rate: Rate, said: float) -> bool:
-    """Whether a share equals a printed figure to two digits."""
+    """Return whether a share equals a printed figure to two digits."""
     return rate.share is not None and abs(rate.share - said) < 0.005 + 1e-9
 
 

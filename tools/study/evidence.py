@@ -1,4 +1,4 @@
-"""What claims are checked with: the records of a protocol as tidy tables, the data set, the planner."""
+"""Evidence for claims: the records of a protocol as tidy tables, the data set, the planner."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class Evidence:
     """The records of one protocol, suite by suite.
 
     Args:
-        source: where the data set is.
-        scores: scores of the answers, made before with a planner; None to compute rates from records.
+        source: Location of the data set.
+        scores: Scores of the answers, computed earlier with a planner; None to compute rates from records.
     """
 
     def __init__(self, source: Source, scores: Mapping[str, PublishedSuite] | None = None) -> None:
@@ -65,7 +65,7 @@ class Evidence:
 
     @property
     def published(self) -> Source:
-        """The data as published, of which the claims are."""
+        """The data as published, which the paper's claims are about."""
         return replace(self.source, errata=ErrataChoice.NONE)
 
     def add(self, records: Sequence[Record]) -> None:
@@ -77,7 +77,7 @@ class Evidence:
 
     @cached_property
     def models(self) -> list[str]:
-        """All models, by their names in the paper."""
+        """Names of all models in the paper."""
         found = {model for models in self.suites.values() for model in models}
         return sorted(found, key=lambda model: read_paper_models().get(model, model))
 
@@ -110,11 +110,11 @@ class Evidence:
         return {}
 
     def answers(self, suite: Suite, model: str | None = None) -> list[AnswerLine]:
-        """The answers that count."""
+        """Answers that count."""
         return [each for each in self.of(self.tables.answers, suite, model) if each.outcome != "excluded"]
 
     def of(self, lines: Iterable[L], suite: Suite, model: str | None = None) -> list[L]:
-        """The lines of a suite, and of a model if it is given."""
+        """Return the lines of a suite, and of one model if it is given."""
         return [
             each for each in lines if (each.domain, each.ability) == suite and model in (None, each.model)
         ]
@@ -149,12 +149,12 @@ def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorTrial]:
 
 
 def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:
-    """The share of lines that are so, in percent; near copies count together in its interval."""
+    """Return the share of lines with a hit, in percent. Its interval counts near copies together."""
     return Estimate.from_cases([make_case(line, Share(int(hit(line)), 1)) for line in lines])
 
 
 def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]) -> Estimate:
-    """Spearman's correlation of a feature of tasks with a value of answers."""
+    """Return Spearman's correlation of a feature of tasks with a value of answers."""
     known = [(line, number) for line in lines if (number := value(line)) is not None]
     return rank_correlation(
         [getattr(line, feature) for line, _ in known],
@@ -166,7 +166,7 @@ def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine],
 def rho_of_means(
     lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]
 ) -> Estimate:
-    """The same with the mean over models of each task."""
+    """Return Spearman's correlation of a feature of tasks with each task's mean value over models."""
     values: dict[str, list[float]] = {}
     first: dict[str, AnswerLine] = {}
     for line in lines:
@@ -179,7 +179,7 @@ def rho_of_means(
 
 
 def told(estimate: Estimate) -> str:
-    """A number, what it is made of, its interval."""
+    """Return an estimate as text: numerator and denominator, value, interval."""
     if estimate.value is None:
         return "–"
     if estimate.denominator is None:
@@ -195,5 +195,5 @@ def _bounds(estimate: Estimate, form: str) -> str:
 
 
 def below_zero(estimate: Estimate) -> bool:
-    """Whether the whole interval is."""
+    """Return whether the whole interval is below zero."""
     return estimate.high is not None and estimate.high < 0

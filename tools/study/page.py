@@ -1,4 +1,4 @@
-"""The study as a page."""
+"""Write the study as a page."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MEANING = {
 
 
 def page_of(claims: Sequence[Claim], evidence: Evidence, *, planner: bool = True) -> str:
-    """The whole page; claims that there are no records or no planner for are named at the end."""
+    """Return the whole page. Claims without records or planner are named at its end."""
     known = [claim for claim in claims if has_records(claim, evidence) and (planner or not claim.plans)]
     found = [(claim, claim.find(evidence)) for claim in known]
     judged = judged_statements(evidence, found, planner=planner) if evidence.is_whole else []
@@ -57,7 +57,7 @@ def rows_with(words: str, claims: Sequence[Claim], evidence: Evidence, *, planne
 
 
 def has_records(claim: Claim, evidence: Evidence) -> bool:
-    """Whether all suites that a claim takes are there."""
+    """Return whether all suites that a claim needs have records."""
     return claim.needs <= evidence.suites.keys()
 
 
@@ -123,7 +123,7 @@ def _details(found: Sequence[tuple[Claim, Finding]]) -> Iterator[str]:
 
 
 def section(claim: Claim, finding: Finding) -> Iterator[str]:
-    """A claim with all that was found."""
+    """Yield the section of a claim with its finding."""
     yield f"## {claim.key} {claim.title}"
     yield ""
     yield f"*The paper ({claim.place}):* {claim.says}"

@@ -16,7 +16,7 @@ EXECUTED = "execution_success"
 
 
 class Quoted(NamedTuple):
-    """A figure of the paper's summary of findings, and the cell of a table that it must be."""
+    """A figure of the paper's summary of findings, and the table cell that it must equal."""
 
     model: str
     table: str
@@ -55,7 +55,7 @@ QUOTED: Sequence[Quoted] = (
         ("o1-preview", 11.9),
     ),
 )
-"""The figures of “Summary of Empirical Findings” that a table of all models has, too."""
+"""Figures of “Summary of Empirical Findings” that are also in a table of all models."""
 
 
 O1 = ("o1-preview", "o1-mini")
@@ -70,7 +70,7 @@ ORDERS: Sequence[tuple[str, str, PaperColumn, str, int, Sequence[str]]] = (
     ("best in plans but for the o1 series", PLANS, PaperColumn(AS, SOLVED, B), "GPT-4o", 1, O1),
     *(("best in subgoals", SUBGOALS, PaperColumn(SD, SOLVED, d), "o1-preview", 1, ()) for d in (V, B)),
 )
-"""Orders of models in the summary: words, table, column, model, rank, models left out."""
+"""Orders of models in the summary: words, table, column, model, rank, excluded models."""
 
 
 def prose(evidence: Evidence) -> Finding:
@@ -175,7 +175,7 @@ def pipelines(evidence: Evidence) -> Finding:
 
 
 def _differences(table: PaperTable, column: PaperColumn) -> Iterator[float]:
-    """Pipeline less modular, of each model."""
+    """Yield the rate of the pipeline minus the modular rate for each model."""
     for name in table.rows:
         model, _, way = name.rpartition(" ")
         if way == "(modular)":
@@ -204,7 +204,7 @@ def replanning_behavior(evidence: Evidence) -> Finding:
 
 
 SLIPS_TASKS = 20
-"""What the script draws, with replacement; every printed figure is a multiple of five percent."""
+"""Number of tasks that the script draws with replacement; printed figures are multiples of 5 percent."""
 
 
 def slips(evidence: Evidence) -> Finding:
