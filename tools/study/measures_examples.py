@@ -7,7 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 
 from claim import Finding, by_degree
-from evidence import AS, SD, B, Evidence, Suite, V
+from evidence import AS, GPT_4O, PLANS, SD, B, Evidence, Suite, V
+from measures_rates import GRAMMAR
 from rates import all_of, if_so
 
 from eai.abilities.explanation import StepReport
@@ -147,16 +148,80 @@ def doubled_characters(evidence: Evidence) -> Finding:
 
 
 def washing_of_plans(evidence: Evidence) -> Finding:
-    hands = sum(
-        step.operator in ("WASH", "RINSE", "SCRUB") and step.objects.startswith("hands")
+    """Look for what the example names: the sink and the soap for hands, a soaked brush for a stain."""
+    washing = [
+        step.reason
         for step in _failed(evidence, V, "missing_step", AS)
-    )
+        if step.operator in ("WASH", "RINSE", "SCRUB") and step.objects.startswith("hands")
+    ]
+    having = {
+        (step.model, step.task)
+        for step in evidence.of(evidence.tables.steps, Suite(B, AS))
+        if "brush" in step.objects
+    }
     brushes = sum(
-        step.operator == "CLEAN" and "soaked" in step.reason
+        step.operator == "CLEAN" and "no hand holds a soaked" in step.reason
         for step in _failed(evidence, B, "missing_step", AS)
+        if (step.model, step.task) in having
     )
     return _each_occurs(
-        {"washing hands from afar": hands, "CLEAN without a soaked tool": brushes}, "missing steps of plans"
+        {
+            "washing hands far from the sink": sum("sink" in reason for reason in washing),
+            "washing hands without soap": sum("soap" in reason for reason in washing),
+            "CLEAN of a stain in a plan with a brush": brushes,
+        },
+        f"missing steps of plans (the simulator asks for the hands alone in {len(washing)} steps of washing)",
+    )
+
+
+def rinse_of_gpt_4o(evidence: Evidence) -> Finding:
+    """Call rinsing particularly hard if most grammar errors of GPT-4o's plans name it."""
+    errors = [
+        record.verdict.error.detail
+        for record in evidence.suites[Suite(V, AS)][GPT_4O]
+        if record.verdict.error is not None and record.verdict.error.kind.value in GRAMMAR
+    ]
+    hits = sum("RINSE" in detail.upper() for detail in errors)
+    return if_so(
+        hits > len(errors) / 2,
+        f"{hits} of {len(errors)} grammar errors of GPT-4o's plans in VirtualHome name RINSE "
+        f"({'; '.join(dict.fromkeys(errors)) or 'none'})",
+        in_part=hits > 0,
+    )
+
+
+def named_pair_of_goals(evidence: Evidence) -> Finding:
+    """Compare how often goals of switched-on things and of things on others are met."""
+    patterns = {V: (r"ON\(", r"ONTOP\(character"), B: (r"toggled_on\(", r"ontop\(")}
+    text, easier = [], []
+    for suite in PLANS:
+        goals = evidence.of(evidence.tables.goals, suite)
+        groups = [
+            [goal.satisfied for goal in goals if re.match(pattern, goal.text)]
+            for pattern in patterns[suite.domain]
+        ]
+        shares = [100 * sum(group) / len(group) for group in groups]
+        easier.append(shares[0] > shares[1])
+        text.append(f"{suite} {shares[0]:.1f} against {shares[1]:.1f} %")
+    chairs = sum("chair" in goal.text for goal in evidence.tables.goals if goal.domain == V)
+    return all_of(
+        (sum(easier), len(easier)),
+        text="goals met that something is switched on against those on top (in VirtualHome of the "
+        f"character; {chairs or 'none'} of them on a chair): {'; '.join(text)}",
+    )
+
+
+def gold_of_the_meal(evidence: Evidence) -> Finding:
+    """Look for the relations and for the ids of the example in the data set's goals of serving a meal."""
+    (task,) = (t for t in find_benchmark(B).tasks(evidence.published).values() if t.title == "serving_a_meal")
+    relations = [_kinds_on_top(goal.formula) for goal in task.goals]
+    named = [name for name in ("chicken_0", "plate_2", "table_1") if name in task.scene.index]
+    both = [("chicken", "plate") in relations, ("plate", "breakfast") in relations]
+    return if_so(
+        all(both) and len(named) == 3,
+        f"of the relations of chicken on plate and plate on table {sum(both)} are goals; of the three ids "
+        f"the scene has {', '.join(named) or 'none'}",
+        in_part=any(both),
     )
 
 
@@ -236,6 +301,16 @@ def _missed(evidence: Evidence, domain: str) -> list[str]:
         for goal in evidence.of(evidence.tables.goals, suite)
         if not goal.satisfied and (goal.model, goal.task) in executed
     ]
+
+
+def _kinds_on_top(formula: f.Formula) -> tuple[str, str] | None:
+    """Return the first words of the two kinds of things of a goal on top, or None of another goal."""
+    if isinstance(formula, f.ForAll | f.ForPairs):
+        return _kinds_on_top(formula.body)
+    if isinstance(formula, f.Atom) and formula.predicate == "ontop":
+        first, second = (re.split(r"[._]", argument.name)[0] for argument in formula.arguments)
+        return first, second
+    return None
 
 
 def _fridge(evidence: Evidence) -> Task:

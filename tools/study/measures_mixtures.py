@@ -51,6 +51,14 @@ def effect_of_grab(evidence: Evidence) -> Finding:
     )
 
 
+def preconditions_left_out(evidence: Evidence) -> Finding:
+    return _left_out(evidence, "precondition")
+
+
+def effects_left_out(evidence: Evidence) -> Finding:
+    return _left_out(evidence, "effect")
+
+
 def hands_by_model(evidence: Evidence) -> Finding:
     """Count models that write a condition on hands or containers into most preconditions of grab."""
     suite = Suite(V, TM)
@@ -360,3 +368,25 @@ def _solved(trials: Sequence[OperatorTrial]) -> float:
 
 def _library(evidence: Evidence, domain: str) -> OperatorLibrary:
     return next(iter(find_benchmark(domain).operators(evidence.published).values())).domain
+
+
+def _left_out(evidence: Evidence, side: str) -> Finding:
+    """Call a side of operators hard if most models leave out more than half of its annotated clauses."""
+    counts, text = [], []
+    for domain in (V, B):
+        shares = []
+        for model in evidence.suites[Suite(domain, TM)]:
+            verdicts = Counter(
+                line.verdict
+                for line in evidence.of(evidence.tables.clauses, Suite(domain, TM), model)
+                if line.side == side
+            )
+            shares.append(verdicts["missing"] / (verdicts["missing"] + verdicts["matched"]))
+        counts.append((sum(share > 0.5 for share in shares), len(shares)))
+        text.append(
+            f"{NAMED[domain]} {counts[-1][0]} of {len(shares)} models, "
+            f"{100 * min(shares):.0f} to {100 * max(shares):.0f} %"
+        )
+    return most_of(
+        *counts, text=f"more than half of the annotated clauses of {side}s are left out: {'; '.join(text)}"
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from statistics import fmean
 
 from claim import Finding, by_degree
@@ -54,6 +55,27 @@ FAMILIES = {
     "Mistral Large": ("Mixtral 8x22B MoE",),
 }
 """The models that the paper names as better, and the others of their families."""
+
+SIZES = (
+    ("Llama 3 70B", "Llama 3 8B"),
+    ("Cohere Command R+", "Cohere Command R"),
+    ("Claude-3 Opus", "Claude-3 Sonnet"),
+    ("Claude-3 Sonnet", "Claude-3 Haiku"),
+    ("Gemini 1.5 Pro", "Gemini 1.5 Flash"),
+    ("o1-preview", "o1-mini"),
+)
+"""Pairs of a larger and a smaller model of one maker; the size of Mistral Large is not published."""
+
+BY_SIZE = ("Mixtral 8x22B MoE", "Cohere Command R+", "Llama 3 70B", "Cohere Command R", "Llama 3 8B")
+"""The models of published size, from the largest to the smallest."""
+
+AGES = (
+    ("Claude-3.5 Sonnet", "Claude-3 Sonnet"),
+    ("Gemini 1.5 Pro", "Gemini 1.0 Pro"),
+    ("GPT-4-turbo", "GPT-3.5-turbo"),
+    ("GPT-4o", "GPT-4-turbo"),
+)
+"""Pairs of a newer and an older edition of a model."""
 
 
 def number_of_models(evidence: Evidence) -> Finding:
@@ -373,15 +395,17 @@ def half_of_behavior(evidence: Evidence) -> Finding:
 
 
 def grammar_in_families(evidence: Evidence) -> Finding:
-    hits = number = 0
-    for world in "VB":
-        totals = _sums(evidence, world, "AS", GRAMMAR)
-        for better, others in FAMILIES.items():
-            hits += sum(totals[better] < totals[other] for other in others)
-            number += len(others)
-    return all_of(
-        (hits, number), text=f"grammar errors of plans: fewer in {hits} of {number} comparisons in families"
+    return _fewer_grammar_errors(
+        evidence, [(better, other) for better, others in FAMILIES.items() for other in others]
     )
+
+
+def grammar_by_size(evidence: Evidence) -> Finding:
+    return _fewer_grammar_errors(evidence, SIZES)
+
+
+def grammar_by_age(evidence: Evidence) -> Finding:
+    return _fewer_grammar_errors(evidence, AGES, is_tendency=True)
 
 
 def runtime_by_world(evidence: Evidence) -> Finding:
@@ -441,21 +465,21 @@ def o1_state_over_relation(evidence: Evidence) -> Finding:
 
 
 def size_order(evidence: Evidence) -> Finding:
-    pairs = (
-        ("Llama 3 70B", "Llama 3 8B"),
-        ("o1-preview", "o1-mini"),
-        ("Claude-3 Opus", "Claude-3 Haiku"),
-        ("Gemini 1.5 Pro", "Gemini 1.5 Flash"),
-        ("Mixtral 8x22B MoE", "Mistral Large"),
+    pairs = tuple(dict.fromkeys((*SIZES, *combinations(BY_SIZE, 2))))
+    against = []
+    for world, domain in (("V", V), ("B", B)):
+        for metric in ("task_success", "execution_success"):
+            rates = rates_of(evidence, world, "AS", metric)
+            against += [
+                f"{small} above {large} in {metric.replace('_', ' ')}, {NAMED[domain]}"
+                for large, small in pairs
+                if rates[small] > rates[large]
+            ]
+    return if_so(
+        bool(against),
+        f"the smaller model leads in {len(against)} of {4 * len(pairs)} comparisons of plans: "
+        f"{'; '.join(against) or 'none'}",
     )
-    rates = {world: rates_of(evidence, world, "AS", "task_success") for world in "VB"}
-    against = [
-        f"{small} above {large} ({world})"
-        for world in "VB"
-        for large, small in pairs
-        if rates[world][small] > rates[world][large]
-    ]
-    return if_so(bool(against), f"plans: {'; '.join(against) or 'no such pair'}")
 
 
 def wrong_order_by_openness(evidence: Evidence) -> Finding:
@@ -605,6 +629,21 @@ def _lower_category(evidence: Evidence, higher: Sequence[str], lower: str, metri
 def _sums(evidence: Evidence, world: str, ability: str, metrics: Sequence[str]) -> Mapping[str, float]:
     columns = [rates_of(evidence, world, ability, metric) for metric in metrics]
     return {name: sum(column[name] for column in columns) for name in columns[0]}
+
+
+def _fewer_grammar_errors(
+    evidence: Evidence, pairs: Sequence[tuple[str, str]], *, is_tendency: bool = False
+) -> Finding:
+    """Count the pairs in whose plans the first model makes fewer grammar errors; a tendency takes most."""
+    counts, text = [], []
+    for world, domain in (("V", V), ("B", B)):
+        totals = _sums(evidence, world, "AS", GRAMMAR)
+        others = [f"{first} and {other}" for first, other in pairs if totals[first] >= totals[other]]
+        counts.append((len(pairs) - len(others), len(pairs)))
+        exceptions = f" (not {', '.join(others)})" if others else ""
+        text.append(f"{NAMED[domain]} {_told(counts[-1])}{exceptions}")
+    judge = most_of if is_tendency else all_of
+    return judge(*counts, text=f"pairs with fewer grammar errors of plans: {'; '.join(text)}")
 
 
 def _below(rates: Mapping[str, float], limit: float) -> tuple[int, int]:

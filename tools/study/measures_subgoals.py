@@ -10,7 +10,7 @@ from statistics import median
 from claim import Finding, by_degree
 from errors import CLOSED, SEATED
 from evidence import AS, GI, NAMED, PLANS, SD, B, Evidence, Suite, V, rho_of_means, told
-from measures_rates import OPEN_MODELS, RUNTIME
+from measures_rates import OPEN_MODELS, RUNTIME, SIZES
 from rates import all_of, if_so, most_of, rank_of, rates_of
 
 from eai.abilities.protocol import Ability
@@ -29,14 +29,6 @@ TOOLS = (
 """The checks of BEHAVIOR that ask for a tool, a running sink or a knife."""
 
 OTHERS_IN_RUNTIME = ("GPT-4-turbo", "Gemini 1.5 Pro", "Claude-3 Opus")
-SIZES = (
-    ("Llama 3 70B", "Llama 3 8B"),
-    ("o1-preview", "o1-mini"),
-    ("Claude-3 Opus", "Claude-3 Haiku"),
-    ("Gemini 1.5 Pro", "Gemini 1.5 Flash"),
-)
-"""Pairs of a larger and a smaller model of one maker."""
-
 COMMON = 0.1
 """Minimum share of errors that counts as common."""
 

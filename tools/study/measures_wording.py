@@ -12,6 +12,8 @@ from rates import all_of, if_so, most_of
 
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.benchmarks.registry import find_benchmark
+from eai.logic import formula as f
+from eai.logic.traversal import walk
 from eai.results.paper_tables import read_paper_table
 from eai.tasks.task import GoalKind
 
@@ -149,6 +151,27 @@ def binary_goals(evidence: Evidence) -> Finding:
         other == 0,
         f"{other} of VirtualHome's {names.total()} goals on relations are of holding or facing: {text}",
         in_part=other < names.total() / 2,
+    )
+
+
+def arguments_of_goals(evidence: Evidence) -> Finding:
+    """Count the objects that the facts of each goal name, on states and on relations."""
+    counts: dict[GoalKind, Counter[int]] = {GoalKind.STATE: Counter(), GoalKind.RELATION: Counter()}
+    for domain in (V, B):
+        for task in find_benchmark(domain).tasks(evidence.published).values():
+            for goal in task.goals:
+                if goal.kind in counts:
+                    facts = [part for part in walk(goal.formula) if isinstance(part, f.Atom)]
+                    counts[goal.kind].update({len(fact.arguments) for fact in facts})
+    text = "; ".join(
+        f"{kind.value} "
+        + ", ".join(f"{number:,} about {objects}" for objects, number in sorted(counts[kind].items()))
+        for kind in counts
+    )
+    wanted = {GoalKind.STATE: 1, GoalKind.RELATION: 2}
+    return all_of(
+        *((counts[kind][number], counts[kind].total()) for kind, number in wanted.items()),
+        text=f"goals of both worlds by the number of objects: {text}",
     )
 
 
