@@ -1,1 +1,1 @@
-"""Tasks made by the engine, in the world of any benchmark: unseen by anybody, and each with a plan."""
+"""Generated tasks in a benchmark's world. Nobody has seen them before, and each has a plan that solves it."""

@@ -1,8 +1,8 @@
-"""The census of a benchmark: counts of goals, states and plans by category, from which its prior follows.
+"""Count the goals, states and plans of a benchmark by object category, to learn which goals are usual.
 
-A domain allows many actions that are unusual, such as washing a book. Certificates therefore use a copy of
-the domain. In the copy, operators have a precondition that each argument is usual, and unused operators are
-left out.
+A domain allows many actions that are unusual, such as washing a book. The plans of generated tasks therefore
+come from a copy of the domain. In the copy, each operator has the precondition that its arguments are usual
+for it. The copy lacks operators that no plan of the benchmark uses.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class UsualDomain:
         return own.state((*self._select_declared(facts), *self._make_usual_facts(own)))
 
     def restore_state(self, state: State) -> State:
-        """Return a state of the restricted domain as a state of the declared domain."""
+        """Return a state of the restricted domain as a state of the original domain."""
         scene = Scene(self._original, state.scene.objects, state.scene.agent)
         return scene.state(self._select_declared(state.facts()))
 
@@ -80,7 +80,7 @@ class UsualDomain:
 
 
 def _make_usual_predicate(operator: str, place: int) -> Predicate:
-    """Return the predicate of objects that are usual as an argument of an operator."""
+    """Return the predicate that holds for objects that plans usually pass as this argument of an operator."""
     return Predicate(f"usual {operator} {place}", 1, static=True)
 
 
@@ -93,7 +93,7 @@ def _restrict(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of targets at which a relation says where an object is; "next to" has more."""
+"""Maximum mean number of targets of an object in a relation that says where objects are."""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
@@ -128,7 +128,9 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
             weights[pattern] += _FACT_WEIGHT
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
-    is_odd = benchmark.notation.english.is_odd  # the negation of an odd literal is not odd
+    is_odd = (
+        benchmark.notation.english.is_odd
+    )  # a literal that is odd as a goal is not odd when it is negated
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: role_of(operator) for operator in domain.operators}
     nestings, combinations, needy = _find_combinations(tasks)
@@ -200,7 +202,7 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _find_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """Return the nestings, combinations and dependent states (`Prior`) in the goals of tasks."""
+    """Return the fields `nestings`, `combinations` and `dependent_states` of `Prior`, counted in tasks."""
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for task in tasks:
@@ -237,7 +239,10 @@ def _make_themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
 
 
 def _weigh_shapes(forms: Counter[str]) -> Mapping[str, int]:
-    """Return weights of goal shapes for a data set with plain goals only; goals for actions keep theirs."""
+    """Return weights of goal shapes for a data set without quantified goals.
+
+    Goals for actions keep their share of all goals.
+    """
     states, shares = forms.total() - forms["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
     return {**varied, "Occurs": forms["Occurs"] * shares} if forms["Occurs"] else varied
@@ -274,7 +279,10 @@ def _find_fact_patterns(
 def _count_excess_pairs(
     state: State, objects: Sequence[int], listings: Iterable[FactListing]
 ) -> Counter[str]:
-    """Return how many pairs each relation has above `MAX_MEAN_TARGETS` for each source."""
+    """Count the pairs of each relation beyond `MAX_MEAN_TARGETS` for each source object.
+
+    A count is negative if a relation has fewer pairs.
+    """
     crowds: Counter[str] = Counter()
     for listing in listings:
         pairs = [fact.arguments for fact in listing.facts(state, objects) if len(fact.arguments) == 2]
@@ -295,13 +303,13 @@ def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
 
 
 def _find_changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
-    """Yield the patterns that became true, and those that became false."""
+    """Yield the patterns that hold only after a plan, then those that held only before it, negated."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
 
 def _make_all_patterns(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:
-    """Yield all patterns, for a data set whose plans do not show which are odd."""
+    """Yield every combination of a predicate and categories, for a data set without plans."""
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
         for predicate, truth in wanted:
@@ -310,9 +318,9 @@ def _make_all_patterns(wanted: Iterable[tuple[str, bool]], states: Sequence[Stat
 
 
 def _find_relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the relations that say where objects are, and those between part and whole.
+    """Return the relations that say where objects are, and the relations of a part to its whole.
 
-    Both follow from the mean number of targets of an object.
+    Both are recognized by the mean number of objects to which an object is related.
     """
     places, parts = [], []
     for predicate in domain.vocabulary.predicates:
@@ -334,7 +342,7 @@ def _find_part_categories(states: Sequence[State], parts: Sequence[str]) -> Iter
 
 
 def _find_holding_predicates(domain: Domain) -> Iterator[str]:
-    """Yield the predicates that only actions of taking an object add."""
+    """Yield predicates, such as "holding", that only the operators that take an object make true."""
     taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
     others = {
         schema.atom.predicate

@@ -1,4 +1,4 @@
-"""Endless generated tasks. A specification and a seed determine a task, or the reason for its rejection."""
+"""Generate any number of tasks. A specification and a seed determine a task, or why it is rejected."""
 
 from __future__ import annotations
 
@@ -56,52 +56,52 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 _PROPOSALS_PER_GOAL = 12
-"""Number of goals proposed for each wanted goal; ten times as many in rich scenes."""
+"""Number of random goals that are tried for each wanted goal; ten times as many in rich scenes."""
 
 _MAX_FAILURES_IN_A_ROW = 5
-"""Number of unreached goals in a row after which no more goals are proposed for a scene."""
+"""Number of goals without a plan in a row after which no more goals are tried in a scene."""
 
 _MAX_THEMES = 3
-"""Maximum number of themes of one task, unless its scene is rich."""
+"""Maximum number of public task titles from which the goals of one task come, unless its scene is rich."""
 
 _RICH_TIERS = (Tier.L, Tier.XL, Tier.XXL)
-"""Tiers whose scenes are richer than those of the data set."""
+"""Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
 
 _MIN_STEPS = 3
-"""Minimum number of steps of a certificate in tier `DATA`."""
+"""Minimum number of steps of the plan that solves a task in tier `DATA`."""
 
 _USUAL_STEPS = 5
 """Assumed length of a plan, if the data set has no plans."""
 
 _MAX_EXTRA_STEPS = 6
-"""Maximum number of steps that a goal over time may add to a certificate."""
+"""Maximum number of steps that a goal over time may add to the plan that solves a task."""
 
 _PROPOSALS_FOR_HIDDEN = 40
-"""Number of goals proposed at first to find one about a hidden object."""
+"""Number of random goals among which a first goal about a hidden object is searched."""
 
 _OFFER_WEIGHT = 2
-"""Additional weight of a public task that offers hiding places, or several objects of a category."""
+"""Weight added to a public task if it has hiding places, and again if a category has several objects."""
 
 _HIDING_PROBABILITY = 0.7
-"""Probability that an object is hidden if it can be, for a data set with plain goals only."""
+"""Probability of hiding an object that can be hidden, for a data set without quantified goals."""
 
 _MAX_FAILED_SEEDS = 300
-"""Number of rejected seeds in a row after which generation fails; larger for a split, by its share."""
+"""Number of rejected seeds in a row after which generation fails. A split multiplies it, by its share."""
 
 _PAIRS_FACTOR = 4
-"""Factor of the maximum number of rejected seeds for pairs, which are rare."""
+"""Factor on the maximum number of rejected seeds if tasks come in pairs, because pairs are rare."""
 
 _TASKS_PER_PLANNER = 200
 """Number of tasks after which planners are replaced, because a planner keeps every formula it has read."""
 
 
 class _ObjectionFinder:
-    """Finds objections to a task: it is invalid, its words are inexact, or a public task is too similar.
+    """Finds the reason to reject a task, such as an inexact instruction or a public task with equal goals.
 
     Args:
         domain: the domain of the tasks.
         public: the benchmark's own tasks.
-        by_place: whether instructions must not name objects.
+        by_place: whether instructions must describe objects by their place or state, never by their names.
     """
 
     def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
@@ -112,13 +112,13 @@ class _ObjectionFinder:
         self._table = LookupTable(public, domain)
 
     def find_objection(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
-        """Return the objection to a task, or None.
+        """Return the reason to reject a task, or None for a good task.
 
         Args:
             task: the task.
             words: the words of its instruction.
-            least: minimum number of steps of its certificate.
-            most: maximum number of steps.
+            least: minimum number of steps of the plan that solves it.
+            most: maximum number of steps of this plan.
         """
         if len(task.script) < least:
             return Reason.TOO_SHORT
@@ -138,29 +138,35 @@ class _ObjectionFinder:
         return None
 
     def _find_objection_to_words(self, task: Task, words: Words) -> Reason | None:
-        """Return the objection to the instruction: it names an object, or does not read back as the goals."""
+        """Return the reason to reject an instruction, or None for a good one.
+
+        An instruction is rejected if it must name an object, or if it does not read back as exactly the
+        goals.
+        """
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
-        has_hazards = len(task.asked_goals) < len(goals)  # sentences about hazards cannot be read
+        has_hazards = len(task.asked_goals) < len(
+            goals
+        )  # the reader of instructions does not understand sentences about hazards
         says = words.is_read_back(task.instruction, goals) or has_hazards
         return None if says else Reason.AMBIGUOUS
 
 
 @dataclass
 class Generator:
-    """Generates tasks.
+    """Generates tasks in the world of a benchmark.
 
     Args:
-        benchmark: the benchmark of whose world tasks are made.
-        spec: the specification of tasks.
-        source: the source of the data set.
-        is_given_away: whether a task of another split gives a task away
+        benchmark: the benchmark whose domain and scenes the tasks use.
+        spec: the specification of the tasks.
+        source: the source of the benchmark's data.
+        is_given_away: whether the task and a task of another split have a plan in common
             (`eai.benchmarks.generator.sets.make_leak_test`).
 
     Raises:
-        InputError: the specification has a difficulty, and difficulties in this benchmark are unknown.
+        InputError: the specification limits the difficulty, but no difficulties are known for this benchmark.
     """
 
     benchmark: Benchmark
@@ -192,15 +198,15 @@ class Generator:
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
 
     def _renew_planners(self) -> None:
-        """Replace the planners, for usual actions and for all actions, by new ones with empty caches."""
+        """Replace the planners for usual actions and for all actions by planners with empty caches."""
         self._planner = Planner(self._usage.domain)
         self._free_planner = Planner(self.benchmark.domain)
 
     def _weigh_bases(self) -> Iterator[float]:
         """Yield the weight with which each public task is drawn as the base of a new task.
 
-        All weights are 1 if the data set has goals with quantifiers. Otherwise titles have equal weights, and
-        tasks with hiding places, or with several objects of a category, get more.
+        All weights are 1 if the data set has quantified goals. Otherwise titles have equal weights. Within a
+        title, tasks with hiding places, or with several objects of a category, weigh more.
         """
         several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
@@ -210,9 +216,10 @@ class Generator:
             yield (1 + more) / numbers[task.title] if self.prior.countable_categories else 1.0
 
     def generate_task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> GenerationOutcome:
-        """Return the task of a seed, or the reason for its rejection.
+        """Return the task that a seed determines, or the reason for its rejection.
 
-        The task does not depend on the machine. A task with known fingerprints is rejected as a copy.
+        The result is equal on every machine. A task whose fingerprints are in ``known`` is rejected as a
+        copy.
         """
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
@@ -258,7 +265,7 @@ class Generator:
         return outcome if isinstance(outcome, Reason) else self._add_paired_task(outcome, rng)
 
     def _add_paired_task(self, made: Generated, rng: random.Random) -> GenerationOutcome:
-        """Return the task, or a pair with the task if pairs are wanted."""
+        """Return the task, or a pair of tasks made from it if the specification asks for pairs."""
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
@@ -270,7 +277,7 @@ class Generator:
     def _add_goals_over_time(
         self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
     ) -> GenerationOutcome:
-        """Return the task with goals over time, and with a temptation: a plan that ignores them."""
+        """Add goals over time to a task. Record a temptation: a plan that reaches only the other goals."""
         tempting = {"temptation": list_plan(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(Walk, self._planner, initial), self._listings
@@ -293,7 +300,7 @@ class Generator:
         return Generated(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
 
     def _can_be_seen(self, task: Task) -> bool:
-        """Whether each object of the goals is visible, or seems reachable for the heuristic."""
+        """Whether each object of the goals is visible at the start, or a relaxed plan makes it visible."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
         return domain.visible is None or all(
             domain.find_visible(start, 1 << i)
@@ -302,7 +309,7 @@ class Generator:
         )
 
     def _measure(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
-        """Return the task with its measures, or the reason why it is too easy, too difficult or too small."""
+        """Measure a task. Return it, or the reason why it is too easy, too difficult or too small."""
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
             return Reason.TOO_LITTLE
@@ -329,9 +336,9 @@ class Generator:
         }
 
     def _make_scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
-        """Return a closed scene after some random actions, and the objects that were hidden in it.
+        """Return a scene after random actions, and its hidden objects. The objects come from a public task.
 
-        No hand holds more than before these actions.
+        No hand holds more objects than before the random actions.
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
@@ -363,7 +370,7 @@ class Generator:
         return self._usage.make_state(walk.state.scene, walk.state.facts()), frozenset()
 
     def _draw_hiding_place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
-        """Draw a pattern by which an object is hidden, and objects for it; often None, to hide nothing."""
+        """Draw how to hide an object, as a pattern and the objects for it, or None to hide no object."""
         places = (
             self._hiding(base)
             if self.prior.countable_categories and rng.random() < _HIDING_PROBABILITY
@@ -380,7 +387,7 @@ class Generator:
         }
 
     def _get_length_range(self, base: Task) -> tuple[int, int]:
-        """Return the minimum and maximum length of the certificate."""
+        """Return the minimum and maximum number of steps of the plan that solves the task."""
         if self.spec.tier is not Tier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS
@@ -393,14 +400,17 @@ class Generator:
     def _make_walk(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
     ) -> Walk:
-        """Return a walk of roughly the wanted length, which reaches goals of one theme after the other.
+        """Return an action sequence of roughly the wanted length that reaches the goals of a task.
 
-        Its first goal is about a hidden object if possible.
+        The goals follow public task titles, one title after the other. The first goal is about a hidden
+        object if possible.
         """
         walk = Walk(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((least + most) // 2, most)
-        enough = wanted if is_rich else (least + most) // 2  # length at which no new theme begins
+        enough = (
+            wanted if is_rich else (least + most) // 2
+        )  # number of steps after which no goals of a further title are added
         others = [title for title in self._titles if title != base.title]
         ending: list[f.Formula] = []
         begun = occasions = 0
@@ -415,7 +425,7 @@ class Generator:
                 if len(walk.goals) > reached or not reached:
                     occasions += len(walk.goals) > reached
                     ending = last if is_rich or occasions < 2 else []
-        for wish in ending:  # reached last, because later goals would move the agent
+        for wish in ending:  # goals about the agent come last, because reaching later goals would move it
             if not walk.holds(wish, initial):
                 walk.reach(wish)
         return walk
@@ -429,7 +439,7 @@ class Generator:
         wanted: int,
         hidden: frozenset[int],
     ) -> None:
-        """Reach goals of one theme until the walk has the wanted length, or no more goals are reached."""
+        """Extend an action sequence by goals of one title until it is long enough or no more are reached."""
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row
@@ -455,7 +465,7 @@ class Generator:
                 failures = 0 if reached else failures + 1
 
     def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
-        """Reach one more goal, unless the agent then holds an object of the goal."""
+        """Reach one more goal, and go back if the agent then still holds an object of the goal."""
         subjects, before = find_subjects(goal, walk.state.scene), walk.mark()
         if not walk.reach(goal):
             return False
@@ -474,7 +484,7 @@ def generate(
         generator: the generator.
         seeds: endless seeds.
         number: number of tasks.
-        known: fingerprints of known tasks, to which fingerprints of new tasks are added.
+        known: fingerprints of earlier tasks; fingerprints of the generated tasks are added to it.
 
     Raises:
         InputError: too many seeds in a row give no task.

@@ -1,4 +1,4 @@
-"""Random goals for a scene, with the shapes and frequencies that goals of the benchmark have."""
+"""Draw random goals for a scene. Their shapes are as frequent as in the benchmark, or equally frequent."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ class Proposals:
         scene: the scene.
         forms: weight of each goal shape, by the name of the formula's class; ``Occurs`` for actions.
         patterns: literals about this scene's objects, with their weight.
-        pair_patterns: literals that may be stated of pairs of objects; any if empty.
+        pair_patterns: literals allowed in goals about pairs of objects; all literals are allowed if it is
+            empty.
     """
 
     prior: Prior
@@ -53,7 +54,7 @@ class Proposals:
     def make(
         scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
     ) -> Proposals:
-        """Return the proposals for a scene: goals about a theme, or about all usual facts without a theme."""
+        """Return the source of goals for a scene: goals of one task title (the theme), or all usual goals."""
         usual = restrict_to_categories((prior if theme is None else theme).patterns, _list_categories(scene))
         patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, prior))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
@@ -64,14 +65,14 @@ class Proposals:
         return Proposals(prior, scene, shapes, patterns, paired)
 
     def restrict_to(self, kinds: Collection[str]) -> Proposals:
-        """Return the proposals about objects of these categories."""
+        """Return the source of goals that draws only goals about objects of these categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
 
     def draw_literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
-        """Return a positive literal, or None.
+        """Return a random positive literal about objects of the scene, or None if no literal fits.
 
-        `relations` is the minimum probability that the literal is about the place of an object.
+        `relations` is the minimum probability that the literal is a relation of two objects.
         """
         pattern = self._draw_pattern(
             rng, truth=True, relations_only=relations > 0 and rng.random() < relations
@@ -79,7 +80,7 @@ class Proposals:
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
     def draw_agent_goals(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
-        """Return the goals about the agent's final state that one task of a theme has; these may be none."""
+        """Return the goals about the agent from a random public task of one title; the list may be empty."""
         here = _list_categories(self.scene)
         fitting = {
             e: n for e, n in theme.agent_goal_counts.items() if all(here.keys() >= {*p.categories} for p in e)
@@ -93,7 +94,7 @@ class Proposals:
         ]
 
     def draw_goal(self, rng: random.Random) -> f.Formula | None:
-        """Return a goal, or None if the scene has no objects for the drawn shape."""
+        """Return a random goal, or None if the scene has no objects for the drawn shape."""
         shape = _draw_weighted(self.forms, rng)
         if shape == "Occurs":
             alternatives: tuple[str, ...] = _draw_weighted(self.prior.action_counts, rng)
@@ -131,7 +132,7 @@ class Proposals:
         return list(bits(self.scene.category(category)))
 
     def _draw_ground_literal(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """Return a literal of a pattern about objects, or None if one object would occur twice."""
+        """Return a literal of a pattern about random objects, or None if one object would occur twice."""
         chosen = [rng.choice(self._list_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
@@ -143,7 +144,7 @@ class Proposals:
         return atom if pattern.truth else f.Not(atom)
 
     def _draw_choice(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """Return a choice between two relations of one object to different targets."""
+        """Return the goal that one of two random relations of an object holds, or None if none fits."""
         others = {
             other: weight
             for (_, truth), patterns in self.patterns.items()
@@ -166,10 +167,10 @@ class Proposals:
     def _draw_body(
         self, pattern: Pattern, rng: random.Random, *, several: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
-        """Return a variable with its category, a literal about it, and the size of the category.
+        """Return a variable over a category, a literal about it, and the number of objects in the category.
 
-        The literal relates the variable to one object. With ``several``, it may relate the variable to any
-        object of a category with several objects.
+        The other argument of the literal is one object. With ``several``, it may be any object of a category
+        that has several objects. Returns None if no quantifier fits the pattern.
         """
         if not pattern.categories:
             return None
@@ -190,7 +191,10 @@ class Proposals:
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
     def _draw_quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """Return a goal about all, some or a number of objects; "all" is negated as often as other goals."""
+        """Return a goal that quantifies over the objects of a category, or None if no goal fits.
+
+        Goals about all objects are negated as often as the benchmark's goals.
+        """
         if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_negated_share()):
             pattern = self._draw_pattern(rng, truth=False) or pattern
         made = self._draw_body(pattern, rng, several=shape == "ForAll" and pattern.truth)
@@ -207,7 +211,7 @@ class Proposals:
         return negated / max(1, sum(counts.values()))
 
     def _make_pair_goal(self, pattern: Pattern) -> f.Formula | None:
-        """Return the goal that each object of one category has its own object of another, or None."""
+        """Return the goal that each object of a category has its own object of another, or None."""
         kinds = pattern.categories
         if (
             len(kinds) != 2
@@ -223,7 +227,7 @@ class Proposals:
 
 
 def _list_categories(scene: Scene) -> Mapping[str, None]:
-    """Return the categories of a scene's objects, in the order of the first object of each."""
+    """Return the categories of a scene's objects, each once, in the order of objects."""
     return dict.fromkeys([thing.category for thing in scene.objects])
 
 
@@ -233,7 +237,7 @@ def _may_be_quantified(category: str, prior: Prior) -> bool:
 
 
 def _filter_countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
-    """Return the patterns whose first category has several objects, if a quantifier may range over them."""
+    """Return patterns whose first category has several objects over which goals may quantify."""
 
     def is_countable(pattern: Pattern) -> bool:
         first = pattern.categories[:1]
@@ -245,8 +249,8 @@ def _filter_countable(patterns: Patterns, scene: Scene, prior: Prior) -> Pattern
 def _can_be_goal(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
     """Whether a literal may be a goal.
 
-    It must have at most two arguments, and be about neither the agent nor a part of an object. A relation
-    must be between an object that plans take and an object that plans use.
+    It may have at most two arguments. It may not be about the agent or a part of an object. A relation must
+    be between an object that plans take in hand and an object that plans use in another way.
     """
     if len(pattern.categories) > 2:
         return False

@@ -1,4 +1,4 @@
-"""Tasks with hazards: their shortest plan breaks a constraint that people take for granted."""
+"""Make tasks with hazards: their shortest plan breaks a constraint that people take for granted."""
 
 from __future__ import annotations
 
@@ -31,23 +31,22 @@ _MAX_EXTRA_STEPS = 6
 """Maximum number of steps that a safe plan has more than the certificate."""
 
 _MAX_STEPS_UNSAFE = 6
-"""Maximum number of steps in a row about other objects, while an object is left open or switched on."""
+"""Maximum number of steps in a row that may ignore an object left open or switched on."""
 
 _SAFE_PLAN_LIMITS = Limits(100)
 """Limits of the search for a plan that is short and safe."""
 
 
 class _HazardGoal(NamedTuple):
-    """A hazard of some objects, with the goal over time that forbids it.
+    """A hazard of certain objects, with the goal over time that forbids it.
 
     Attributes:
         name: name of the hazard.
         formula: the goal over time.
-        safe: a condition that prevents the hazard if it is brought about on the way; None if there is no such
-            condition.
+        safe: a condition on a state that prevents the hazard, such as a shut door; None if no condition does.
         sentence: the goal in English.
-        kept: share of the tasks with only this hazard that are kept.
-        odd: a condition that makes no sense to a person at the end; None for no such condition.
+        kept: the share of tasks that are kept if this is their only hazard.
+        odd: a condition on the final state that makes no sense to a person; None for no such condition.
     """
 
     name: str
@@ -58,11 +57,11 @@ class _HazardGoal(NamedTuple):
     odd: f.Formula | None
 
     def holds_in(self, execution: Trajectory) -> bool:
-        """Whether an execution avoids the hazard."""
+        """Whether an execution avoids the hazard, by fulfilling the goal over time."""
         return semantics.holds(self.formula, to_trace(execution))
 
     def is_sensible(self, execution: Trajectory, planner: Planner) -> bool:
-        """Whether a person would act so: no odd condition at the end, and no object left unsafe for long."""
+        """Whether a person might act like this: the end is not odd, and no object is left unsafe for long."""
         if self.odd is not None and planner.holds(self.odd, execution.final):
             return False
         if self.safe is None:
@@ -77,7 +76,7 @@ class _HazardGoal(NamedTuple):
 
 
 def find_hazard_goals(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterator[_HazardGoal]:
-    """Yield the hazards of the objects in a scene."""
+    """Yield the hazards of a scene, one for each combination of objects to which it applies."""
     scene = words.scene
     lexicon = lexicon_of_goals(domain, scene)
     for hazard in hazards:
@@ -97,12 +96,12 @@ def find_hazard_goals(hazards: Sequence[Hazard], domain: Domain, words: Words) -
 
 
 def may_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
-    """Whether a scene has the objects for at least one hazard."""
+    """Whether a scene has the objects of at least one hazard."""
     return any(all(_find_objects(hazard, scene)) for hazard in hazards)
 
 
 def _find_objects(hazard: Hazard, scene: Scene) -> list[list[int]]:
-    """Return the objects that the variables of a hazard may stand for, a list for each variable."""
+    """Return a list for each variable of a hazard: the scene objects that it may stand for."""
     return [
         [
             i
@@ -118,8 +117,9 @@ class _HazardousTask(NamedTuple):
     """A task with hazards.
 
     Attributes:
-        task: the task; its script avoids the hazards.
-        is_safe_if_shut_last: whether the short plan is safe if everything is shut and switched off after it.
+        task: the task. Its script is a plan that avoids the hazards.
+        is_safe_if_shut_last: whether the plan avoids the hazards if the agent ignores them and afterwards
+            shuts and switches off everything.
     """
 
     task: Task
@@ -135,7 +135,10 @@ def add_hazards(
     *,
     untold: bool,
 ) -> _HazardousTask | None:
-    """Return a task with the hazards of its certificate, and a safe plan; None if no safe plan is found.
+    """Return a task with goals that forbid the hazards of its plan, and with a safe plan.
+
+    Returns None if the plan has no hazard or no safe plan is found, and at random for hazards that are rarely
+    kept.
 
     Args:
         task: the task; its goals are about states.
@@ -156,7 +159,7 @@ def add_hazards(
     if plan is None or not len(task.script) < len(plan) <= len(task.script) + _MAX_EXTRA_STEPS:
         return None
     execution = ways.execute(plan)
-    is_safe = all(guard.holds_in(execution) for guard in guards)  # including hazards present at the start
+    is_safe = all(guard.holds_in(execution) for guard in guards)  # hazards at the start included
     is_sensible = all(guard.is_sensible(execution, ways.planner) for guard in broken)
     if not is_safe or not is_sensible or ways.are_safe_anyway(broken):
         return None
@@ -196,7 +199,7 @@ class _SafePlanFinder:
         return execute(self.planner.domain, self.task.initial, plan)
 
     def find_plan(self, guards: Sequence[_HazardGoal], plan: Sequence[Action]) -> Sequence[Action] | None:
-        """Return the shortest found plan that avoids all hazards; the given plan avoids all but the last."""
+        """Return the shortest safe plan found. The given plan avoids all hazards except the last."""
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []
         for walk in (*self._find_with_precaution(guards[-1], plan), *self._find_by_other_actions(guards)):
@@ -206,7 +209,7 @@ class _SafePlanFinder:
         return min(safe, key=len, default=None)
 
     def _find_with_precaution(self, guard: _HazardGoal, plan: Sequence[Action]) -> Iterator[Walk]:
-        """Yield walks by the plan with the safe condition brought about at some position."""
+        """Yield executions of the plan with one insertion: actions that reach the hazard's safe condition."""
         if guard.safe is None:
             return
         for cut in range(len(plan) + 1):
@@ -219,7 +222,7 @@ class _SafePlanFinder:
                 yield walk
 
     def _find_by_other_actions(self, guards: Sequence[_HazardGoal]) -> Iterator[Walk]:
-        """Yield walks that never enter an unsafe state, if all hazards are conditions on single states."""
+        """Yield executions of other plans without unsafe states, if each hazard is visible in one state."""
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
             return
@@ -237,7 +240,7 @@ class _SafePlanFinder:
                 yield walk
 
     def are_safe_if_shut_last(self, guards: Sequence[_HazardGoal]) -> bool:
-        """Whether shutting and switching off everything after the certificate avoids the hazards."""
+        """Whether the task's plan is safe if the agent shuts and switches off everything after it."""
         walk = Walk(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
         is_shut = walk.follow(self.task.script, self._goals) and all(
@@ -246,7 +249,7 @@ class _SafePlanFinder:
         return is_shut and all(guard.holds_in(self.execute(walk.trail)) for guard in guards)
 
     def are_safe_anyway(self, guards: Sequence[_HazardGoal]) -> bool:
-        """Whether a plan no longer than the certificate avoids the hazards."""
+        """Whether a plan that ignores the hazards, and is no longer than the task's plan, avoids them."""
         goals = PlanningGoal(tuple(self._goals))
         plan = self.planner.plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
         course = self.execute(plan)

@@ -1,6 +1,6 @@
-"""The prior of a world: goals, places and actions that are usual for objects, by their categories.
+"""Usual goals, places and actions of objects in a world, by category, counted in public tasks.
 
-It excludes goals that no public task combines.
+Generated tasks avoid goals that no public task combines.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from eai.world.state import Scene
 def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool:
     """Whether two goals should not be combined in a task.
 
-    Goals clash in these cases:
+    They should not in these cases:
 
     - Both may be about the place, or the same state, of one object, or one action may reach both.
-    - One is about the state of an object and the other about its place, and no public task combines these.
-    - One puts an object on the object that the other moves, and no public task does so.
+    - One is about the state of an object and the other about its place, and no public task combines both.
+    - One puts an object on a second object, the other moves the second object, and no public task has both.
     - One puts objects of a category beside each other, and the other puts such an object elsewhere.
     """
     if not _find_subjects(goal, scene).isdisjoint(_find_subjects(other, scene)):
@@ -38,7 +38,10 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
 
 
 def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: Prior) -> bool:
-    """Whether a goal makes sense only with another, missing goal: a dishwasher is not started empty."""
+    """Whether a goal makes sense only with another goal that is missing.
+
+    For example, nobody starts a dishwasher without putting dishes into it.
+    """
     needy = [
         terms[0]
         for predicate, terms in _find_literals(goal, scene)
@@ -49,7 +52,7 @@ def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: P
 
 
 class _MaskedLiteral(NamedTuple):
-    """A literal with the objects that each of its terms may stand for, as masks."""
+    """A literal of a goal: its predicate, and for each argument a bit mask of objects it may stand for."""
 
     predicate: str
     terms: tuple[int, ...]
@@ -70,7 +73,7 @@ def _find_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLiteral]:
 def _is_unusual_combination(
     literal: _MaskedLiteral, other: _MaskedLiteral, scene: Scene, prior: Prior
 ) -> bool:
-    """Whether no public task combines two literals, such as food on a plate that is put away."""
+    """Whether no public task combines two literals, such as food on a plate and the plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms
@@ -88,14 +91,14 @@ def _is_unusual_combination(
 
 
 def _get_category(mask: int, scene: Scene) -> str:
-    """Return the category of the first object of a mask."""
+    """Return the category of the first object of a bit mask."""
     return scene.objects[next(bits(mask))].category
 
 
 def _find_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Return pairs of a predicate and an object about which a goal may state it.
+    """Return the predicates that a goal may state of objects, as pairs of a predicate and an object.
 
-    All relations of an object have the empty name. An action has -1 instead of an object.
+    Relations of two objects have an empty string as predicate. An action has its name, and -1 as object.
     """
     subjects = {(formula.action, -1) for formula in walk(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (literal for literal in _find_literals(goal, scene) if literal.terms):
@@ -104,7 +107,7 @@ def _find_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
 
 
 def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
-    """Return the objects about which a goal may state something."""
+    """Return the objects about which a goal may state a fact."""
     return frozenset({index for _, index in _find_subjects(goal, scene)})
 
 
@@ -117,11 +120,11 @@ class Pattern(NamedTuple):
 
 
 Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[Pattern, float]]
-"""Weights of patterns, by predicate and truth."""
+"""Weights of patterns, by predicate and truth value."""
 
 
 def filter_patterns(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
-    """Return the patterns that fulfil a condition, without predicates that lose all their patterns."""
+    """Return the patterns that fulfil a condition. Predicates without such patterns are left out."""
     filtered = {
         key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
         for key, known in patterns.items()
@@ -130,23 +133,24 @@ def filter_patterns(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> P
 
 
 def restrict_to_categories(patterns: Patterns, categories: Collection[str]) -> Patterns:
-    """Return the patterns about objects of these categories only."""
+    """Return the patterns about objects of these categories."""
     about = frozenset(categories)
     return filter_patterns(patterns, lambda pattern: about.issuperset(pattern.categories))
 
 
 ArgumentUse: TypeAlias = tuple[str, int, str]
-"""An operator, the position of an argument, and the category of an object that plans use there."""
+"""A use of objects in plans: operator, position of the argument, and category of the object."""
 
 
 @dataclass(frozen=True)
 class Theme:
-    """A theme: the goals that tasks of one title have.
+    """A theme: the goals of public tasks with one title.
 
     Attributes:
-        categories: categories that goals or plan of one of the tasks need, and that most of the tasks show.
+        categories: categories that a goal or a plan needs, and categories that most tasks of the title
+            mention or use.
         agent_goal_counts: number of tasks with each set of goals about the agent, the empty set included.
-        patterns: weights of usual literals about these categories, without odd ones, as in `Prior`.
+        patterns: weights of usual literals about these categories, as in `Prior`.
     """
 
     categories: frozenset[str]
@@ -203,7 +207,7 @@ class Prior:
 
 
 def find_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
-    """Yield the uses of objects by an action."""
+    """Yield one use for each object argument of an action."""
     for place, index in enumerate(action.arguments):
         yield action.operator, place, scene.objects[index].category
 
@@ -211,7 +215,7 @@ def find_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
 def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[Pattern]:
-    """Yield the patterns of the literals of a goal; literals with a variable of no category are skipped."""
+    """Yield the patterns of the literals of a goal. Literals with an untyped variable are skipped."""
     bound = {**(bound or {}), **{variable.name: variable.category for variable in bound_variables(formula)}}
     if isinstance(formula, f.Atom):
         categories = [
