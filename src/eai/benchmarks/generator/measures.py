@@ -1,9 +1,11 @@
-"""Measures of a task: counts of its goals, its scene and its certificate, and its expected difficulty.
+"""Measure a task: counts of its goals, objects and plan steps, and its expected difficulty.
 
-A ridge regression on plan and goals predicts the difficulty that public tasks of a household had in action
-sequencing for nine of the paper's models (`eai.extensions.adaptive.difficulties`, in logits from the models'
-mean ability). ``tools/task_difficulty.py`` fits it. A single estimate is uncertain: its error is the root
-mean squared error on titles that were left out of the fit.
+A ridge regression predicts the difficulty of a task from its plan and goals. It was fitted to public tasks of
+a
+household: their difficulty in action sequencing for nine of the paper's models
+(`eai.extensions.adaptive.difficulties`), in logits from the models' mean ability.
+``tools/task_difficulty.py``
+fits it. A single estimate is uncertain: its error is the root mean squared error on titles outside the fit.
 """
 
 from __future__ import annotations
@@ -44,14 +46,14 @@ def features_of(task: Task) -> Sequence[float]:
 
 @dataclass(frozen=True, slots=True)
 class _DifficultyModel:
-    """The coefficients of difficulty in one household.
+    """The regression that estimates the difficulty of tasks in one household.
 
     Attributes:
         intercept: difficulty of a task whose features are all zero.
         weights: difficulty added by one unit of each feature.
-        error: root mean squared error of an estimate for a task of a title outside the fit.
-        r_squared: share of the variance of public difficulties that such estimates explain.
-        rank_correlation: Spearman correlation of such estimates with difficulties.
+        error: root mean squared error of an estimate for a task whose title was not used in the fit.
+        r_squared: share of the variance of public difficulties that the estimates explain.
+        rank_correlation: Spearman correlation of the estimates with public difficulties.
     """
 
     intercept: float
@@ -70,9 +72,9 @@ class _DifficultyModel:
 
 
 def difficulty_model(domain: str) -> _DifficultyModel | None:
-    """Return the difficulty model of a household, or None for another benchmark.
+    """Return the difficulty model of a household, or None if the benchmark has none.
 
-    Difficulties are known only for benchmarks whose tasks models have answered.
+    Only benchmarks with published answers of several models have one.
     """
     return _read_models().get(domain)
 
@@ -87,27 +89,26 @@ class Measure(str, Enum):
     """A count of something in a task."""
 
     STEPS = "steps"
-    """Steps of the certificate."""
+    """Number of steps of the plan that solves the task."""
     GOALS = "goals"
     OPERATORS = "operators"
-    """Different operators in the certificate."""
+    """Number of different operators in the plan that solves the task."""
     DISTRACTORS = "distractors"
-    """Objects that neither goals nor certificate need."""
+    """Number of objects that neither the goals nor the plan need."""
     CONTAINERS = "containers"
-    """Containers that hide their contents while they are shut, and that the certificate opens."""
+    """Number of shut containers that hide their contents and that the plan opens."""
     HIDDEN = "hidden"
-    """Objects of goals and certificate that are invisible until the certificate opens a container."""
+    """Number of needed objects that are invisible until the plan opens a container."""
     TOOL_STEPS = "tool_steps"
-    """Steps that need a tool that they do not name (`eai.benchmarks.features`)."""
+    """Number of steps that need a tool without naming it (`eai.benchmarks.features`)."""
 
 
 class _Lid(NamedTuple):
-    """A state of one object, such as being open, that decides whether other objects are visible.
+    """A state of a container, such as being open, that decides whether its contents are visible.
 
     Attributes:
         predicate: the predicate of the state.
-        reveals: whether other objects are visible while the predicate holds; False if they are visible while
-            it does not.
+        reveals: True if the contents are visible while the predicate holds, False if it hides them.
     """
 
     predicate: str
@@ -131,7 +132,7 @@ def measure_task(task: Task, domain: Domain) -> Mapping[Measure, int]:
 
 
 def _find_opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
-    """Return the containers that the certificate opens, and the needed objects that become visible by it."""
+    """Return the containers that the plan opens, and the needed objects that become visible when it does."""
     containers: set[int] = set()
     hidden: set[int] = set()
     opening_lids = set(find_lids(domain))
@@ -154,16 +155,16 @@ def _find_opened_between(lid: _Lid, before: State, after: State) -> Iterator[int
 
 
 def find_lids(domain: Domain) -> Iterator[_Lid]:
-    """Yield the states of other objects on which visibility depends, as the domain declares it."""
+    """Yield the states of other objects, such as open doors, that decide whether an object is visible."""
     if domain.visible is not None:
         yield from _find_lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
 
 
 def make_presence_condition(domain: Domain) -> f.Formula:
-    """Return the condition under which ``x`` exists in the scene.
+    """Return the formula that holds if object ``x`` exists in the scene.
 
-    It consists of the conditions for visibility that depend neither on other objects nor on the agent. An
-    object that violates it, such as half of a whole apple, cannot be found but must be made.
+    The formula has the conditions for visibility that depend neither on containers nor on the agent. A half
+    of a whole apple, for example, does not exist before the apple is cut.
     """
     visible = domain.visible or f.TRUE
     parts = f.operands(visible, f.And)
@@ -171,14 +172,14 @@ def make_presence_condition(domain: Domain) -> f.Formula:
 
 
 def _is_intrinsic(vocabulary: Vocabulary, part: f.Formula) -> bool:
-    """Whether a condition on ``x`` depends neither on a lid nor on the agent."""
+    """Whether a condition on ``x`` depends neither on the state of a container nor on the agent."""
     variable = frozenset({"x"})
     has_lid = any(True for _ in _find_lids(vocabulary, part, variable, (), reveals=True))
     return not has_lid and all(AGENT not in atom.arguments for atom in _find_atoms(vocabulary, part))
 
 
 def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
-    """Yield the atoms of a formula, and of the definitions that it uses."""
+    """Yield the atoms of a formula, and of the definitions of its derived predicates."""
     pending, defined = [formula], set[str]()
     while pending:
         for part in walk(pending.pop()):
@@ -193,7 +194,10 @@ def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
 def _find_lids(
     vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
 ) -> Iterator[_Lid]:
-    """Yield the lids in a formula; `own` are the variables that stand for the visible object itself."""
+    """Yield the states that hide or reveal an object, from the formula of visibility.
+
+    `own` are the variables that stand for this object itself.
+    """
     match formula:
         case f.Not(operand):
             yield from _find_lids(vocabulary, operand, own, within, reveals=not reveals)
@@ -213,9 +217,9 @@ def _find_lids(
 
 
 def find_needed_objects(task: Task) -> set[int]:
-    """Return the objects in the goals, in the certificate, and the agent.
+    """Return the agent, the objects in the goals, and the objects in the plan.
 
-    Objects in goals are those that a goal names or over which a quantifier ranges.
+    Objects in goals are objects that a goal names or over which its quantifiers range.
     """
     used = {index for action in task.script for index in action.arguments}
     goal_objects = {index for goal in task.goals for index in find_goal_objects(goal.formula, task.scene)}
@@ -223,7 +227,7 @@ def find_needed_objects(task: Task) -> set[int]:
 
 
 def find_goal_objects(goal: f.Formula, scene: Scene) -> Iterator[int]:
-    """Yield the objects that a goal names or over which a quantifier ranges."""
+    """Yield the objects that a goal names or over which its quantifiers range."""
     yield from (scene.index[name] for name in object_names(goal))
     for part in walk(goal):
         for variable in bound_variables(part):

@@ -1,4 +1,4 @@
-"""Files with problems in BDDL or PDDL, read as tasks of a benchmark."""
+"""Read problem files in BDDL or PDDL as tasks of a benchmark."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BDDL, PDDL = ".bddl", ".pddl"
 """Suffixes of problem files."""
 
 _GAP = r"(?:\s|;[^\n]*)"
-"""A space or a comment between two words."""
+"""Pattern of a space or a comment between two words."""
 
 
 def find_problem_files(paths: Iterable[Path]) -> list[Path]:
@@ -111,7 +111,7 @@ def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Ben
 
 
 def _check_meaning(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
-    """Return the formula of a line after checking that its goal is valid; a problem may lack the agent."""
+    """Return the formula in a line. Raises if the goal is invalid; a problem may lack the agent."""
     with prefix_errors(f"{file.path}: line {line}"):
         check_goal(formula, initial.scene)
     return formula

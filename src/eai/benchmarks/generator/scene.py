@@ -1,6 +1,6 @@
-"""Closed scenes: a small selection of the objects of a task's scene.
+"""Make closed scenes: some objects of a task's scene with everything in or on which they are.
 
-An object may be put out of sight before a task begins, so that an agent has to open a container.
+An object may be put into a shut container before a task begins, so that an agent has to open it.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
-"""Limits of the search for a plan that puts an object somewhere."""
+"""Limits of the search for a plan that hides an object."""
 
 
 def find_hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
-    """Return a function that finds the patterns by which a task's objects can be hidden: a cup in a cupboard.
+    """Return a function that yields how objects of a task can be hidden, such as a cup in a cupboard.
 
-    The public tasks must usually put such an object there, and their plans must open the container. The title
-    of the task must have another goal about such an object.
+    A task allows this only if public tasks usually put such an object there and their plans open the
+    container. Tasks of its title must also have another goal about such an object.
     """
     decisive = find_stored_predicates(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_lids(domain)}
@@ -69,7 +69,7 @@ def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
 
 
 def hide(planner: Planner, state: State, relation: str, hidden_object: str, container: str) -> State | None:
-    """Return a state with an object in a shut container, or None if no plan leads to it."""
+    """Return a state in which a plan has put an object into a shut container, or None without such a plan."""
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
@@ -87,13 +87,13 @@ def hide(planner: Planner, state: State, relation: str, hidden_object: str, cont
 K = TypeVar("K")
 
 MIN_OBJECTS = 16
-"""Minimum number of objects in a scene, if the task's own scene has as many."""
+"""Minimum number of objects in a generated scene, or all objects of the public scene if it has fewer."""
 
 
 def make_closed_scene(
     task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
 ) -> State:
-    """Return a state with some of a task's objects: relevant objects, and objects that plans and goals use.
+    """Return a state with some of a task's objects. Relevant objects and objects of usual goals come first.
 
     An object comes with the objects in or on which it is, and a part comes with its whole. If a relation has
     many targets for each object, only its facts about the agent are kept. If two objects are stated to be in
@@ -106,7 +106,7 @@ def make_closed_scene(
         most: maximum number of objects.
         rich: whether to leave room for objects of other tasks (`add_guests`), and to prefer objects of usual
             goals.
-        with_: objects that are in the scene in any case.
+        with_: objects that the scene must contain.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
@@ -137,10 +137,10 @@ def make_closed_scene(
 
 
 def add_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
-    """Return the scene with more portable objects from other tasks, up to `most` objects.
+    """Return the scene with additional portable objects from other tasks (guests), up to `most` objects.
 
-    Each guest keeps its states. It is placed like an object of the scene with the same placement as the guest
-    had, for example on a table in a kitchen.
+    A guest keeps its states. It is put where the scene already has an object with an equal placement, for
+    example on a table in a kitchen.
     """
     objects, facts = list(closed.scene.objects), list(closed.facts())
     here = {thing.category for thing in objects}
@@ -186,9 +186,9 @@ def add_similar_objects(
 
 
 def add_double(state: State, prior: Prior, thing: int, host: int) -> State:
-    """Return the state with a copy of an object, placed where another object, the host, is.
+    """Return the state with a copy of an object, put where a second object (the host) is.
 
-    The copy has the states and static relations of the object, such as its size.
+    The copy has the states and static relations of the original, such as its size.
     """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
     more = _add_object_like(objects, objects[thing], _find_states(thing, state), host, state, prior)
@@ -203,7 +203,7 @@ def add_double(state: State, prior: Prior, thing: int, host: int) -> State:
 
 
 def is_empty(index: int, state: State, prior: Prior) -> bool:
-    """Whether no object is in or on an object; an object beside it does not count."""
+    """Whether nothing is in or on an object. Objects beside it do not count."""
     relations = map(state.relation, prior.place_relations)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
@@ -216,7 +216,7 @@ def _add_object_like(
     state: State,
     prior: Prior,
 ) -> list[Fact]:
-    """Add a similar object to the list; return facts: its states, and the places of the host."""
+    """Append a similar object to the list. Return its facts: the given states, and the places of the host."""
     another = len(objects)
     objects.append(WorldObject(_make_free_name(like.name, objects), like.category))
     places = [
@@ -227,14 +227,17 @@ def _add_object_like(
 
 
 _MAX_SIMILAR_OBJECTS = 5
-"""Maximum number of objects that are added because others of their category are in the scene."""
+"""Maximum number of objects that are added to have several objects of a category."""
 
 _DRAWS_PER_GUEST = 30
-"""Number of draws for each guest; most draws do not fit."""
+"""Number of random draws for each object from another task; most drawn objects do not fit the scene."""
 
 
 def find_placement(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
-    """Return the relations of an object and the category of each target; empty if it is part of a whole."""
+    """Return the relations that place an object, each with the category of its target.
+
+    The result is empty for a part of an object, and for an object that has parts.
+    """
     if any(
         state.relation(name).row(index) | state.relation(name).column(index) for name in prior.part_relations
     ):
@@ -266,7 +269,7 @@ def shuffle(indices: Sequence[K], rng: random.Random) -> list[K]:
 
 
 def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects in random order, one of each category before a second one of any."""
+    """Yield objects in random order: one object of each category before a second object of any category."""
     ranked: dict[str, int] = {}
     order = []
     for index in shuffle(indices, rng):
@@ -277,7 +280,7 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
 
 
 def _draw_by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects that occur together in usual goals, in random order."""
+    """Yield objects in random order, so that objects of one usual goal follow each other."""
     for pattern in shuffle([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
         members = [list(bits(scene.category(category))) for category in pattern.categories]
         if all(members):
@@ -285,7 +288,7 @@ def _draw_by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator
 
 
 def _find_attached(index: int, state: State, prior: Prior) -> set[int]:
-    """Return an object with all objects in or on which it is, and with their parts and wholes."""
+    """Return an object, the objects in or on which it is, and all their parts and wholes."""
     attached, pending = set(), [index]
     while pending:
         current = pending.pop()
@@ -304,7 +307,7 @@ def restrict_state(state: State, kept: Sequence[int], is_kept: Callable[[Fact], 
 
     Args:
         state: the state.
-        kept: the objects, in order; the agent is one of them.
+        kept: the kept objects, in order; they must include the agent.
         is_kept: whether to keep a fact about these objects; all facts are kept if None.
     """
     scene, number = state.scene, {index: i for i, index in enumerate(kept)}

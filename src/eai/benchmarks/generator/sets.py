@@ -1,4 +1,4 @@
-"""Sets of generated tasks: seeds, splits that share no goals, fingerprints, files and the manifest."""
+"""Make sets of generated tasks: seeds, splits without common goals, fingerprints, files and manifests."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from eai.world.domain import Domain
 from eai.world.state import Scene, State
 
 MANIFEST = "generated.json"
-"""Name of the manifest of a folder of generated tasks."""
+"""Name of the file that describes the sets in a folder of generated tasks."""
 
 SHARES = {Split.TRAIN: 0.6, Split.VALIDATION: 0.2, Split.TEST: 0.2}
-"""Share of each split, in the order in which splits are made."""
+"""Share of all tasks that each split gets, in the order in which splits are made."""
 
 _ORDER = tuple(SHARES)
 
@@ -44,8 +44,8 @@ def make_seeds(split: str, seed: int, secret: str | None = None) -> Iterator[str
     Args:
         split: name of the set.
         seed: the user's number.
-        secret: a text that nobody else knows, so that nobody else can make the set. It cannot be computed
-            from the seeds. None if anybody may make the set.
+        secret: a secret text without which nobody can make the set. It cannot be computed from the seeds.
+            None if anybody may make the set.
     """
     for number in count():
         if secret is None:
@@ -56,14 +56,14 @@ def make_seeds(split: str, seed: int, secret: str | None = None) -> Iterator[str
 
 
 def fingerprint_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
-    """Return the fingerprint of goals; it is equal for goals that differ in objects of one category only."""
+    """Return a digest of goals. Goals that differ only in objects of one category have equal digests."""
     categories = {thing.name: thing.category for thing in scene.objects}
     texts = [print_ltl(rename_variables(rename_objects(goal, categories))) for goal in goals]
     return _digest(sorted(texts))
 
 
 def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
-    """Return the fingerprint of the initial facts that can change and are about objects of the goals."""
+    """Return a digest of the changeable initial facts about objects of the goals."""
     scene, vocabulary = initial.scene, initial.scene.vocabulary
     named = {index for goal in goals for index in find_goal_objects(goal, scene)}
     static = {predicate.name for predicate in vocabulary.predicates if predicate.static}
@@ -76,12 +76,12 @@ def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
 
 
 def fingerprint(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
-    """Return the fingerprints of goals and of their scene; tasks are copies if both are equal."""
+    """Return digests of goals and of the scene around them; two tasks are copies if both are equal."""
     return fingerprint_goals(goals, initial.scene), _fingerprint_scene(initial, goals)
 
 
 def fingerprint_task(task: Task) -> tuple[str, str]:
-    """Return both fingerprints of a task: of its goals, and of its scene."""
+    """Return two digests of a task: of its goals, and of its initial facts about objects of the goals."""
     return fingerprint([goal.formula for goal in task.goals], task.initial)
 
 
@@ -90,7 +90,7 @@ def _digest(texts: Iterable[str]) -> str:
 
 
 def split_of(key: str) -> Split:
-    """Return the split of a text, by its hash."""
+    """Return the split that the hash of a text selects."""
     return _split_at(_hash(key))
 
 
@@ -99,7 +99,7 @@ def _hash(key: str) -> float:
 
 
 def _split_at(position: float) -> Split:
-    """Return the split that has a number between 0 and 1 in its share."""
+    """Return the split whose interval contains a position between 0 and 1."""
     for split, share in SHARES.items():
         position -= share
         if position < 0:
@@ -108,7 +108,7 @@ def _split_at(position: float) -> Split:
 
 
 def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
-    """Return the split of a task with these goals; it does not depend on the names of objects."""
+    """Return the split of a task with these goals. Names of objects do not change it."""
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
         splits = {split_of(f"pair {_make_split_pair(pattern, scene)}") for pattern in literals}
@@ -118,7 +118,7 @@ def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) 
 
 
 def _make_split_pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
-    """Return the predicate and the first category that is not the agent's."""
+    """Return the predicate of a literal, and its first category other than the agent's."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
@@ -126,8 +126,8 @@ def _make_split_pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
 def select_bases(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence[Task]:
     """Return the public tasks from which the tasks of a split are made.
 
-    There are few titles and scenes. They are sorted by their hashes and shared out, so that splits get their
-    shares.
+    If splits hold out titles or scenes, these are sorted by their hashes and dealt out by the shares of
+    splits. Drawing each at random would miss the shares, because there are few.
     """
     if split is Split.ALL or held_out not in ("titles", "scenes"):
         return tasks
@@ -140,9 +140,9 @@ def select_bases(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequ
 def make_leak_test(
     domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()
 ) -> Callable[[Task], bool]:
-    """Return a test of whether a task gives away, or is given away by, a task of another split.
+    """Return a function: whether a task reveals a plan for a task of another split, or is solved by one.
 
-    A task gives another one away if the other's goals are reached by its plan.
+    A task reveals a plan if its own plan, with renamed objects, reaches the goals of another task.
 
     Args:
         domain: the domain of the tasks.
@@ -154,11 +154,11 @@ def make_leak_test(
 
 
 def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
-    """Return the overlap of tasks with known tasks, such as those of a training set.
+    """Count the tasks that overlap with known tasks, such as a training set.
 
     - ``tasks``: number of tasks.
-    - ``same``: tasks that are equal to a known one: equal goals about objects with equal initial facts.
-    - ``same_goals``: tasks with the goals of a known one, with objects replaced by their categories.
+    - ``same``: tasks equal to a known task: equal goals about objects with equal initial facts.
+    - ``same_goals``: tasks with the goals of a known task, if each object is replaced by its category.
     - ``solved_by_lookup``: tasks that the plan of the known task with the most similar goals solves.
     """
     known_fingerprints = set(map(fingerprint_task, known))
@@ -179,9 +179,9 @@ def is_earlier_split(one: str, other: str) -> bool:
 
 
 def measure_shape(tasks: Sequence[Task]) -> dict[str, Any]:
-    """Return minimum, quartiles and maximum of plan steps, goals and objects, and the counts of goal forms.
+    """Return minimum, quartiles and maximum of plan steps, goals and objects, and a count of each goal form.
 
-    Tasks without a plan have no steps. The most frequent form comes first.
+    Tasks without a plan are left out of the steps. The most frequent form comes first.
     """
     forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
     return {
@@ -199,7 +199,7 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
 
 
 def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
-    """Return the tasks of a world in all files of a folder but one, by name of the file.
+    """Return the tasks in all files of a folder except one file, by file name.
 
     Raises:
         InputError: a line of a file is not a task.
@@ -220,9 +220,9 @@ def make_manifest_entry(
     made: Sequence[Generated],
     rejected: Iterable[Reason],
 ) -> dict[str, Json]:
-    """Return the manifest's entry for a set: the data for making the set again, without its secret.
+    """Return the manifest's entry for a set: all data to make the set again, except its secret.
 
-    The entry also holds counts of rejected seeds, and the shape of the tasks.
+    The entry also holds counts of rejected seeds, and statistics of the tasks.
     """
     reasons = Counter(rejected)
     hazardous = [
@@ -272,7 +272,7 @@ def find_set_file(folder: Path, split: str) -> Path | None:
 
 
 def find_false_claims(folder: Path, split: str, secret: str | None) -> Iterator[str]:
-    """Yield objections to the claim that a set was made with a secret whose digest its manifest published.
+    """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
     This checks the content of the file, the secret, and that the seeds follow from the secret. Only making
     the set again shows that each seed gives its task. If the secret is None, only the content is checked.
@@ -299,7 +299,7 @@ def find_false_claims(folder: Path, split: str, secret: str | None) -> Iterator[
 
 
 def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
-    """Return the sets in a manifest, or their overlap.
+    """Return one table of a manifest: its sets, or the overlap of its sets.
 
     Raises:
         InputError: the file cannot be read, or is not a manifest.
@@ -315,7 +315,7 @@ def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
 def write_manifest(
     folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], dict[str, int]]
 ) -> None:
-    """Write a set and its overlap with other sets, by pairs (set, other set), into the manifest of a folder.
+    """Add a set to the manifest of a folder, with its overlap by pairs (set, other set).
 
     Raises:
         InputError: the existing file is not a manifest, or the manifest cannot be written.

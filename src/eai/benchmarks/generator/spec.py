@@ -1,4 +1,4 @@
-"""The specification of generated tasks, and the outcome of a seed: a task, or a reason for its rejection.
+"""The specification of generated tasks, and the result of a seed: a task, or a reason for its rejection.
 
 A specification and a seed determine every byte of a task.
 """
@@ -45,10 +45,10 @@ class Reason(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """A generated task and the known facts about it.
+    """A generated task with its measures and, in a pair, the second task.
 
     Attributes:
-        task: the task; its script is the certificate, a plan that solves it.
+        task: the task; its script is a plan that solves it (the certificate).
         about: measures, fingerprints and the seed of the task, for its task file.
         paired: the second task of a pair; None for a single task.
     """
@@ -62,18 +62,18 @@ GenerationOutcome: TypeAlias = "Generated | Reason"
 
 
 VERSION, HAZARDS_VERSION = 6, 7
-"""Version of the generator, and its version for tasks with hazards. Tasks of two versions differ."""
+"""Version of the generator, and its version for tasks with hazards. Other versions make other tasks."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
 """Text in every generated task, by which generated tasks can be found in a corpus."""
 
 
 SHUT_LAST = "safe_if_shut_last"
-"""Key in `about` of a task with hazards: whether shutting everything at the end makes the short plan safe."""
+"""Key in `about` of a task with hazards: whether its short plan is safe with everything shut at the end."""
 
 
 class Tier(str, Enum):
-    """A range of certificate lengths; `DATA` draws the length from the data set's own plans."""
+    """A range of plan lengths. `DATA` takes the range from the length of a public task's plan."""
 
     DATA = "data"
     S = "S"
@@ -84,16 +84,16 @@ class Tier(str, Enum):
 
 
 LENGTHS = {Tier.S: (3, 6), Tier.M: (7, 12), Tier.L: (13, 24), Tier.XL: (25, 48), Tier.XXL: (49, 96)}
-"""Minimum and maximum number of steps of a certificate, by tier."""
+"""Minimum and maximum number of steps of the plan that solves a task, by tier."""
 
 
 def tier_of(steps: int) -> Tier:
-    """Return the tier of a certificate with this number of steps."""
+    """Return the tier of a task whose plan has this number of steps."""
     return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), Tier.XXL)
 
 
 Forms: TypeAlias = Literal["data", "all"]
-"""Shapes of goals: ``data`` for those of the data set with their frequencies, ``all`` for all, equally often.
+"""Shapes of goals: ``data`` for shapes as frequent as in the data set, ``all`` for all shapes equally often.
 """
 
 
@@ -104,27 +104,27 @@ class TaskKind(str, Enum):
     ORDER = "order"
     """Adds a goal over time: an order of two facts, or two facts that must never hold together."""
     HAZARDS = "hazards"
-    """The shortest plan is unsafe: it breaks a constraint that a person takes for granted."""
+    """Makes tasks whose shortest plan is unsafe: it breaks a constraint that a person takes for granted."""
     UNTOLD = "untold-hazards"
-    """Tasks with hazards whose instruction does not mention the constraint."""
+    """Makes tasks with hazards whose instruction does not mention the constraint."""
     PAIRS = "pairs"
-    """Two versions of a task. One of them has no plan, because a fact is missing."""
+    """Makes pairs of tasks. One task of a pair has no plan, because a fact is missing."""
     AMBIGUOUS = "ambiguous"
-    """Two versions of a task. The instruction of one of them fits two objects."""
+    """Makes pairs of tasks. The instruction of one task fits two objects."""
 
     @property
     def is_over_time(self) -> bool:
-        """Whether tasks have a goal over time in addition to their goals about the final state."""
+        """Whether tasks of this kind have a goal over time in addition to goals about the final state."""
         return self is TaskKind.ORDER or self.is_hazardous
 
     @property
     def is_hazardous(self) -> bool:
-        """Whether the shortest plan of a task is unsafe."""
+        """Whether the shortest plan of a task of this kind is unsafe."""
         return self in (TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 
 class Split(str, Enum):
-    """A set of tasks: all tasks, or a split. The three splits share no goals."""
+    """Name of a set of generated tasks: all tasks, or one of three splits without common goals."""
 
     ALL = "tasks"
     TRAIN = "train"
@@ -133,7 +133,7 @@ class Split(str, Enum):
 
 
 HeldOut: TypeAlias = Literal["goals", "pairs", "titles", "scenes"]
-"""The property that splits do not share.
+"""The property that splits of generated tasks do not share.
 
 - ``goals``: all goals of a task together, with objects replaced by their categories.
 - ``pairs``: a predicate with a category. Each task of a later split has a goal with a pair that no earlier
@@ -190,9 +190,10 @@ class Spec:
 
     @property
     def sha256(self) -> str:
-        """Digest of all fields on which tasks depend, equal to the digest of older versions.
+        """Digest of all fields that change tasks. Older versions of the package give an equal digest.
 
-        Tasks with untold hazards have the digest of tasks with hazards: only their instructions differ.
+        Tasks whose instructions hide hazards share the digest of tasks with hazards: only the instructions
+            differ.
         """
         fields = asdict(self)
         kind = fields.pop("kind")
