@@ -28,8 +28,8 @@ from eai.extensions.reference import virtualhome_quirks
 from eai.extensions.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
     VirtualHomeActionSequencing,
-    _GoalTest,
-    written_with_ids,
+    _VirtualHomeGoalTest,
+    has_mostly_ids,
 )
 from eai.extensions.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
@@ -73,7 +73,9 @@ class Rules:
 def rules_of(protocol: Protocol) -> Rules:
     """Return rules in which all parts follow one protocol."""
     simulator = (
-        virtualhome.domain_in_paper_order() if protocol is STRICT else virtualhome_quirks.as_in_reference()
+        virtualhome.domain_in_paper_order()
+        if protocol is STRICT
+        else virtualhome_quirks.make_reference_domain()
     )
     return Rules(*(protocol,) * 8, simulator)
 
@@ -112,7 +114,10 @@ class Judge:
     @cached_property
     def goals(self) -> Mapping[Protocol, GoalTest]:
         """Return the test of the goals, with action goals in data set order."""
-        return {STRICT: GoalTest(self.task), REFERENCE: _GoalTest(self.task, as_in_data_set=True)}
+        return {
+            STRICT: GoalTest(self.task),
+            REFERENCE: _VirtualHomeGoalTest(self.task, in_data_set_order=True),
+        }
 
     def score(self, text: str, rules: Rules) -> PlanVerdict:
         """Return the verdict on an answer under some rules."""
@@ -193,7 +198,7 @@ class Answers:
 
 def answers_of(file: ResponseFile, tasks: TaskSet[VirtualHomeTask]) -> Answers:
     """Return the answers of a file, each with the judge of its task."""
-    with_ids = written_with_ids([response.text for response in file.responses])
+    with_ids = has_mostly_ids([response.text for response in file.responses])
     return Answers(file.model, [(Judge(tasks[r.task_id], with_ids), r.text) for r in file.responses])
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, collect_initial_relations, yield_initial_states
-from eai.extensions.reference.behavior_quirks import truncated_options
+from eai.extensions.reference.behavior_quirks import list_truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 
@@ -56,7 +56,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
             "terms": [part.predicate for part in walk(goal.formula) if hasattr(part, "predicate")],
             "options": [
                 [listed(literal, instances) for literal in option]
-                for option in truncated_options(goal.formula, task.scene.names_of_category)
+                for option in list_truncated_options(goal.formula, task.scene.names_of_category)
             ],
         }
         for goal in task.goals

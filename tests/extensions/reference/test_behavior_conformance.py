@@ -7,7 +7,7 @@ from benchmarks.behavior.test_conformance import (
     test_the_domain_conforms_to_its_declarations,
 )
 from eai.benchmarks.behavior.domain import domain_in_paper_order
-from eai.extensions.reference.behavior_quirks import as_in_reference, as_in_reference_subgoals
+from eai.extensions.reference.behavior_quirks import make_reference_domain, make_subgoal_domain
 from eai.world.domain import Domain
 
 SHARED = (
@@ -17,7 +17,7 @@ SHARED = (
 """Tests of the paper's rules, which are run again with the fixtures below."""
 
 
-@pytest.fixture(params=[as_in_reference, as_in_reference_subgoals], ids=["plans", "subgoals"])
+@pytest.fixture(params=[make_reference_domain, make_subgoal_domain], ids=["plans", "subgoals"])
 def domain(request: pytest.FixtureRequest) -> Domain:
     declared: Domain = request.param()
     return declared
@@ -34,4 +34,4 @@ def tolerated() -> frozenset[str]:
 
 def test_there_is_one_action_more_than_the_papers() -> None:
     names = {operator.name for operator in domain_in_paper_order().operators}
-    assert {operator.name for operator in as_in_reference().operators} == {*names, "BURN"}
+    assert {operator.name for operator in make_reference_domain().operators} == {*names, "BURN"}

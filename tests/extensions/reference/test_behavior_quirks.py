@@ -9,7 +9,7 @@ from benchmarks.behavior.kitchen import make_task, parse_actions
 from eai.base.errors import InputError
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
-from eai.extensions.reference.behavior_quirks import behavior_goal_test, truncated_options
+from eai.extensions.reference.behavior_quirks import list_truncated_options, make_behavior_goal_test
 from eai.logic.choice import count_options, options
 from eai.logic.formula import And, Atom, Formula, Not, Variable
 from eai.tasks.goal_test import GoalTest
@@ -33,7 +33,9 @@ def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:
     """Whether a goal holds after these steps under `strict` and under `eai-1.0.5`."""
     task = make_task(goal)
     state = after(task, *steps)
-    strict, reference = (test.find_reached(state, ()) for test in (GoalTest(task), behavior_goal_test(task)))
+    strict, reference = (
+        test.find_reached(state, ()) for test in (GoalTest(task), make_behavior_goal_test(task))
+    )
     return strict[0], reference[0]
 
 
@@ -80,7 +82,7 @@ def test_when_a_goal_holds(goal: str, steps: tuple[str, ...], expected: tuple[bo
 def test_a_goal_of_both_kinds_counts_half_as_each() -> None:
     goal = "(and (and (open fridge.n.01_1) (inside peach.n.01_1 fridge.n.01_1)) (dusty plate.n.01_1))"
     task = make_task(goal)
-    for goals in (GoalTest(task), behavior_goal_test(task)):
+    for goals in (GoalTest(task), make_behavior_goal_test(task)):
         assert goals.tally_by_kind((True, False)) == (Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
         assert goals.tally_by_kind((False, True)) == (Share(1, 1.5), Share(0, 0.5), Share(0, 0))
 
@@ -102,7 +104,7 @@ def test_options_are_those_that_the_reference_keeps(behavior_tasks: BehaviorTask
         found = [
             [[_as_list(literal, names) for literal in option] for option in options]
             for options in (
-                truncated_options(goal.formula, task.scene.names_of_category) for goal in task.goals
+                list_truncated_options(goal.formula, task.scene.names_of_category) for goal in task.goals
             )
         ]
         assert found == kept[task_id]
@@ -124,13 +126,13 @@ def test_strict_accepts_options_that_the_reference_drops(behavior_tasks: Behavio
     ]
     state = after(task, *steps)
     assert GoalTest(task).find_reached(state, ()) == (True,)
-    assert behavior_goal_test(task).find_reached(state, ()) == (False,)
+    assert make_behavior_goal_test(task).find_reached(state, ()) == (False,)
 
 
 def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
     expected = oracle("behavior", "", "goal_options_truncated")
     for task, (goals, objects, _) in records(oracle).items():
-        found = [[list(map(as_list, o)) for o in truncated_options(goal, objects)] for goal in goals]
+        found = [[list(map(as_list, o)) for o in list_truncated_options(goal, objects)] for goal in goals]
         assert found == expected[task], task
 
 
@@ -144,22 +146,22 @@ def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
     ],
 )
 def test_more_things_than_there_are_give_no_truncated_option(text: str) -> None:
-    assert truncated_options(read_condition(text), universe(a=2, b=5).objects) == []
+    assert list_truncated_options(read_condition(text), universe(a=2, b=5).objects) == []
 
 
 def test_truncation_loses_options_of_large_pairings() -> None:
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
-    assert len(truncated_options(formula, universe(a=4, b=4).objects)) == 10
-    assert len(truncated_options(formula, universe(a=3, b=3).objects)) == 6
+    assert len(list_truncated_options(formula, universe(a=4, b=4).objects)) == 10
+    assert len(list_truncated_options(formula, universe(a=3, b=3).objects)) == 6
 
 
 def test_truncation_loses_the_last_options_of_small_products() -> None:
     formula = read_condition("(forall (?x - a) (exists (?y - b) (in ?x ?y)))")
     objects = universe(a=2, b=2).objects
-    missing = set(options(formula, objects)) - set(truncated_options(formula, objects))
+    missing = set(options(formula, objects)) - set(list_truncated_options(formula, objects))
     assert missing == set()
     assert (
-        len(truncated_options(formula, universe(a=5, b=2).objects))
+        len(list_truncated_options(formula, universe(a=5, b=2).objects))
         < count_options(formula, universe(a=5, b=2).objects)
         == 32
     )
@@ -167,7 +169,7 @@ def test_truncation_loses_the_last_options_of_small_products() -> None:
 
 def test_negated_goals_choose_one_condition_of_every_option() -> None:
     formula = read_condition("(imply (or (p a) (and (q a) (r a))) (not (s a)))")
-    found = [list(map(as_list, option)) for option in truncated_options(formula, universe().objects)]
+    found = [list(map(as_list, option)) for option in list_truncated_options(formula, universe().objects)]
     assert found == [
         [["not", ["p", "a"]], ["not", ["q", "a"]]],
         [["not", ["p", "a"]], ["not", ["r", "a"]]],
@@ -178,4 +180,4 @@ def test_negated_goals_choose_one_condition_of_every_option() -> None:
 def test_unbound_variables_are_an_error() -> None:
     unbound = And((Atom("p", (Variable("x"),)),))
     with pytest.raises(InputError, match="variable x is not bound"):
-        truncated_options(unbound, universe().objects)
+        list_truncated_options(unbound, universe().objects)

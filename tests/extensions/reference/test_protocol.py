@@ -16,7 +16,7 @@ from eai.abilities.verdict import PlanVerdict, SummaryCounts
 from eai.base.errors import InputError
 from eai.benchmarks.protocols import preset_attempts
 from eai.benchmarks.suite import open_suite
-from eai.extensions.reference.protocol import EAI_1_0_5, TASK
+from eai.extensions.reference.protocol import EAI_1_0_5, TASK_WITH_REMOVED_GOAL
 from eai.results.paper_tables import PaperColumn, read_paper_models, read_paper_table
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey, count_goals_as_paper
@@ -79,7 +79,9 @@ def test_what_else_ends_an_attempt_is_as_with_us() -> None:
 
 ALL_THREE = GoalTallies(Share(0, 0), Share(3, 3), Share(0, 0))
 REACHED = PlanVerdict(executable=True, success=True, goals=ALL_THREE, goals_satisfied=(True,) * 3)
-PLAN = Record(Protocol("eai-1.0.5"), "behavior", Ability.ACTION_SEQUENCING, "m", TASK, "", "", REACHED)
+PLAN = Record(
+    Protocol("eai-1.0.5"), "behavior", Ability.ACTION_SEQUENCING, "m", TASK_WITH_REMOVED_GOAL, "", "", REACHED
+)
 TASK_SUCCESS = PaperColumn(Ability.ACTION_SEQUENCING.value, "task_success", "behavior")
 
 OTHERWISE = {"claude-3-5-sonnet-20240620": 1.0, "gpt-3.5-turbo-0125": -1.0}

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.test_export import draw_tasks
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.extensions.reference.virtualhome_quirks import as_in_reference
+from eai.extensions.reference.virtualhome_quirks import make_reference_domain
 from eai.pddl.export import export
 from eai.world.domain import Domain
 from world.test_conformance import test_virtualhome_conforms
@@ -16,12 +16,12 @@ SHARED = (test_virtualhome_conforms, test_the_engine_equals_plain_sets_in_virtua
 
 @pytest.fixture
 def domain() -> Domain:
-    return as_in_reference()
+    return make_reference_domain()
 
 
 def test_what_is_not_exported_exactly_is_named(virtualhome_tasks: VirtualHomeTasks) -> None:
     (task,) = draw_tasks(virtualhome_tasks, 1)
     reason = "its formula leaves open which of several objects is the first"
-    assert export(as_in_reference(), task.initial, ()).unsupported == tuple(
+    assert export(make_reference_domain(), task.initial, ()).unsupported == tuple(
         f"{name}: {reason}" for name in ("room_of", "lies_on", "lies_in", "lies_next_to")
     )

@@ -26,7 +26,7 @@ from benchmarks.virtualhome.test_operators import (
     test_putting_back_restores_the_remembered_place,
     test_walking_replaces_all_neighbours_by_the_target_and_its_contents,
 )
-from eai.extensions.reference.virtualhome_quirks import as_in_reference
+from eai.extensions.reference.virtualhome_quirks import make_reference_domain
 from eai.world.action import Fault
 from eai.world.domain import Domain
 from eai.world.execution import attempt
@@ -43,7 +43,7 @@ SHARED = (
 )
 """Tests of the paper's operators, which are run again with the fixture `domain` below."""
 
-REFERENCE = as_in_reference()
+REFERENCE = make_reference_domain()
 
 
 @pytest.fixture

@@ -28,8 +28,8 @@ from eai.extensions.reference.virtualhome_plans import (
     GOLD_TEST,
     NOT_ACCEPTED,
     VirtualHomeActionSequencing,
-    _Notation,
-    written_with_ids,
+    _VirtualHomePlanNotation,
+    has_mostly_ids,
 )
 from eai.tasks.task import NO_GOALS, Task
 from eai.world.action import Action
@@ -94,7 +94,7 @@ def test_a_name_alone_means_the_last_object_of_its_class_in_a_hash_table() -> No
     ],
 )
 def test_most_answers_of_a_file_decide_how_all_are_read(answers: Sequence[str], *, with_ids: bool) -> None:
-    assert written_with_ids(answers) is with_ids
+    assert has_mostly_ids(answers) is with_ids
 
 
 @pytest.mark.parametrize(
@@ -273,5 +273,5 @@ def test_two_action_goals_count_in_their_order_under_strict() -> None:
 
 @given(PLANS)
 def test_plans_that_are_written_under_strict_are_read(plan: list[Action]) -> None:
-    for notation in (_Notation(), _Notation(with_ids=True)):
+    for notation in (_VirtualHomePlanNotation(), _VirtualHomePlanNotation(with_ids=True)):
         assert_reads_written_plan(notation, plan)

@@ -11,7 +11,7 @@ from eai.abilities.verdict import Unreadable
 from eai.extensions.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
     VirtualHomeActionSequencing,
-    _GoalTest,
+    _VirtualHomeGoalTest,
     read_plan,
 )
 from eai.tasks.goal_test import GoalTest
@@ -120,7 +120,7 @@ def test_equal_to_the_script_is_what_has_its_text(plan: str, outcome: str) -> No
 
 OPEN_FRIDGE = "state OPEN fridge.10"
 TWO_RELATIONS = ("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 table.12")
-BOTH = pytest.mark.parametrize("kind", [GoalTest, _GoalTest], ids=["strict", "reference"])
+BOTH = pytest.mark.parametrize("kind", [GoalTest, _VirtualHomeGoalTest], ids=["strict", "reference"])
 
 
 def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> GoalTallies:
@@ -151,7 +151,7 @@ def test_goals_are_counted_by_kind(
     assert counted == GoalTallies(*(Share(*tally) for tally in expected))
 
 
-@pytest.mark.parametrize(("kind", "counted"), [(GoalTest, 2), (_GoalTest, 1)])
+@pytest.mark.parametrize(("kind", "counted"), [(GoalTest, 2), (_VirtualHomeGoalTest, 1)])
 def test_quirk_the_first_relation_that_holds_ends_the_count(kind: type[GoalTest], counted: int) -> None:
     assert tallies(kind, make_task(goals=TWO_RELATIONS), []).relation == Share(counted, 2)
 
@@ -194,7 +194,7 @@ def test_action_goals_count_in_order(
 )
 def test_quirks_of_action_goals(goals: list[str], actions: list[str], strict: int, reference: int) -> None:
     assert actions_met(GoalTest, goals, actions).numerator == strict
-    assert actions_met(_GoalTest, goals, actions).numerator == reference
+    assert actions_met(_VirtualHomeGoalTest, goals, actions).numerator == reference
 
 
 @pytest.mark.parametrize(
@@ -205,10 +205,10 @@ def test_action_goals_can_be_taken_in_the_order_of_the_data_set(
     goals: tuple[str, ...], *, reorders: bool
 ) -> None:
     task = make_task(goals=goals)
-    assert _GoalTest(task).reorders is reorders
-    in_order = _GoalTest(task, as_in_data_set=True)
+    assert _VirtualHomeGoalTest(task).reorders is reorders
+    in_order = _VirtualHomeGoalTest(task, in_data_set_order=True)
     assert not in_order.reorders
-    assert in_order.reached(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(goals)
+    assert in_order.find_reached(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(goals)
 
 
 @BOTH
@@ -235,4 +235,4 @@ def test_an_answer_that_never_ran_satisfies_none_of_all_goals(kind: type[GoalTes
 )
 def test_the_gold_test_is_on_states_and_relations(goals: tuple[str, ...], *, passes: bool) -> None:
     task = make_task(goals=goals)
-    assert _GoalTest(task).passes_gold_test(task.initial) is passes
+    assert _VirtualHomeGoalTest(task).passes_gold_test(task.initial) is passes

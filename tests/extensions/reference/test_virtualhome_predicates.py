@@ -23,7 +23,7 @@ SHARED = (
 )
 """Tests of the paper's predicates, which are run again with the fixture `domain` below."""
 
-REFERENCE = virtualhome_quirks.as_in_reference()
+REFERENCE = virtualhome_quirks.make_reference_domain()
 
 
 @pytest.fixture
@@ -42,16 +42,16 @@ def test_of_several_places_the_first_in_a_hash_table_counts() -> None:
 
 
 def test_both_vocabularies_store_the_same() -> None:
-    assert virtualhome_quirks.IN_SLOT_ORDER.predicates == VOCABULARY.predicates
-    assert virtualhome_quirks.IN_SLOT_ORDER.unary_slots == VOCABULARY.unary_slots
-    assert virtualhome_quirks.IN_SLOT_ORDER.binary_slots == VOCABULARY.binary_slots
-    assert REFERENCE.vocabulary is virtualhome_quirks.IN_SLOT_ORDER
+    assert virtualhome_quirks.SET_ORDER_VOCABULARY.predicates == VOCABULARY.predicates
+    assert virtualhome_quirks.SET_ORDER_VOCABULARY.unary_slots == VOCABULARY.unary_slots
+    assert virtualhome_quirks.SET_ORDER_VOCABULARY.binary_slots == VOCABULARY.binary_slots
+    assert REFERENCE.vocabulary is virtualhome_quirks.SET_ORDER_VOCABULARY
 
 
 def test_relevant_objects_are_in_the_order_of_a_hash_table(virtualhome_tasks: VirtualHomeTasks) -> None:
     reordered = 0
     for task in virtualhome_tasks.values():
-        in_reference = virtualhome_quirks.relevant_objects(task)
+        in_reference = virtualhome_quirks.list_relevant_objects(task)
         assert sorted(in_reference) == list(task.relevant)
         reordered += in_reference != task.relevant
     assert reordered > 100

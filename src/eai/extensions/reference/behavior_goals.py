@@ -29,22 +29,22 @@ Value: TypeAlias = object
 """An element of an answer's list: a JSON value with tuples instead of lists."""
 
 
-_WELL_FORMED = (2, 3)
+_ALLOWED_PART_COUNTS = (2, 3)
 """Allowed numbers of parts of a condition: a predicate, and one or two objects."""
 
 
-def see(condition: Value) -> tuple[Value, ...]:
+def split_condition(condition: Value) -> tuple[Value, ...]:
     """Return the parts of a condition without ``not``, the predicate first; none if it is no condition.
 
     As in the reference, a string counts as a list of letters.
     """
-    parts = _parts(condition)
+    parts = _to_tuple(condition)
     if parts[:1] == ("not",):
-        return _parts(parts[1]) if len(parts) > 1 else ()
+        return _to_tuple(parts[1]) if len(parts) > 1 else ()
     return parts
 
 
-def _kind(predicate: Value) -> GoalKind | None:
+def _find_kind(predicate: Value) -> GoalKind | None:
     """Return whether a predicate is a state or a relation, or None if it does not exist."""
     if predicate in STATES:
         return GoalKind.STATE
@@ -69,11 +69,11 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     for section in sections.values():
         if not isinstance(section, list | str):
             return _NO_LIST
-        conditions += map(_frozen, section)
-    return tuple(conditions) if all(map(see, conditions)) else _NO_CONDITION
+        conditions += map(_freeze, section)
+    return tuple(conditions) if all(map(split_condition, conditions)) else _NO_CONDITION
 
 
-class ByFirstOption(Scorer):
+class BehaviorGoalInterpretation(Scorer):
     """Scores goals as the reference does: it compares the conditions of an answer with those of a task.
 
     Its quirks:
@@ -103,12 +103,12 @@ class ByFirstOption(Scorer):
         return Assessment(verdict, lambda: self._explain(wrong_goal_notes(verdict), conditions))
 
     def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
-        seen = [*map(see, conditions)]
-        formed = [parts for parts in seen if len(parts) in _WELL_FORMED]
+        seen = [*map(split_condition, conditions)]
+        formed = [parts for parts in seen if len(parts) in _ALLOWED_PART_COUNTS]
         unknown = [[name for name in names if name not in self._objects] for _, *names in formed]
-        groups = self._groups(conditions)
-        kinds = [[_kind(see(each)[0]) for each in group] for group in groups]
-        matched, wrong, missing = [tuple(map(_text, group)) for group in groups]
+        groups = self._group_conditions(conditions)
+        kinds = [[_find_kind(split_condition(condition)[0]) for condition in group] for group in groups]
+        matched, wrong, missing = [tuple(map(_format_condition, group)) for group in groups]
         return GoalVerdict(
             counts={
                 **{kind.value: Confusion(*[group.count(kind) for group in kinds]) for kind in GoalKind},
@@ -117,16 +117,16 @@ class ByFirstOption(Scorer):
             predicted=len(conditions),
             ill_formed=len(seen) - len(formed),
             hallucinated=tuple(str(names[0]) for names in unknown if names),
-            unknown_predicates=tuple(str(parts[0]) for parts in seen if _kind(parts[0]) is None),
+            unknown_predicates=tuple(str(parts[0]) for parts in seen if _find_kind(parts[0]) is None),
             matched=matched,
             wrong=wrong,
             missing=missing,
         )
 
-    def _groups(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
+    def _group_conditions(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
         """Return the matched, the wrong and the missing conditions."""
         stated = frozenset(predicted)
-        wanted = [condition for option in self._chosen(stated) for condition in option]
+        wanted = [condition for option in self._choose_options(stated) for condition in option]
         needed = frozenset[Value](wanted)
         return (
             [condition for condition in wanted if condition in stated],
@@ -134,7 +134,7 @@ class ByFirstOption(Scorer):
             [condition for condition in wanted if condition not in stated],
         )
 
-    def _chosen(self, stated: frozenset[Value]) -> list[tuple[Value, ...]]:
+    def _choose_options(self, stated: frozenset[Value]) -> list[tuple[Value, ...]]:
         """Return for each goal the first option with most stated conditions."""
         return [
             max(options, key=lambda option: sum([condition in stated for condition in option]))
@@ -147,32 +147,36 @@ class ByFirstOption(Scorer):
             notes=notes,
             goals=tuple(
                 GoalReport("condition", text, stated.issuperset(option), predicates=find_names(text))
-                for option in self._chosen(stated)
-                for text in (" and ".join(map(_text, option)),)
+                for option in self._choose_options(stated)
+                for text in (" and ".join(map(_format_condition, option)),)
             ),
-            atoms={_text(each): _statement(each) for group in self._groups(predicted) for each in group},
+            atoms={
+                _format_condition(condition): _to_statement(condition)
+                for group in self._group_conditions(predicted)
+                for condition in group
+            },
         )
 
 
-def _parts(value: Value) -> tuple[Value, ...]:
+def _to_tuple(value: Value) -> tuple[Value, ...]:
     return tuple(value) if isinstance(value, tuple | str) else ()
 
 
-def _frozen(value: object) -> Value:
-    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+def _freeze(value: object) -> Value:
+    return tuple(map(_freeze, value)) if isinstance(value, list) else value
 
 
-def _text(condition: Value) -> str:
+def _format_condition(condition: Value) -> str:
     match condition:
         case ("not", inner):
-            return f"not {_text(inner)}"
+            return f"not {_format_condition(inner)}"
         case (predicate, *arguments):
             return f"{predicate}({', '.join(map(str, arguments))})"
         case _:
             return str(condition)
 
 
-def _statement(condition: Value) -> Statement:
+def _to_statement(condition: Value) -> Statement:
     """Return a condition as a statement. A condition of another form becomes a name without arguments."""
     match condition:
         case ("not", (predicate, *arguments)):
@@ -180,4 +184,4 @@ def _statement(condition: Value) -> Statement:
         case (predicate, *arguments):
             return Statement(str(predicate), tuple(map(str, arguments)))
         case _:
-            return Statement(_text(condition), None)
+            return Statement(_format_condition(condition), None)

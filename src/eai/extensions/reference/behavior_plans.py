@@ -21,17 +21,17 @@ from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmarks.behavior.domain import domain_in_paper_order
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
-from eai.extensions.reference.behavior_quirks import behavior_goal_test
-from eai.extensions.reference.plans import beside_strict
+from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
+from eai.extensions.reference.plans import compare_with_strict
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
 _NO_ACTIONS = Unreadable("no actions were found")
-_MAX_LENGTH = 1_000_000
+_MAX_LIST_CHARACTERS = 1_000_000
 _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 
 
-class _Notation(JsonPlans):
+class _BehaviorPlanNotation(JsonPlans):
     """The notation of BEHAVIOR plans, read as the reference reads it."""
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
@@ -47,26 +47,26 @@ class BehaviorActionSequencing(ActionSequencing):
     """
 
     def __init__(self, task: BehaviorTask) -> None:
-        domain = behavior_quirks.as_in_reference()
-        super().__init__(task, domain, _Notation(), behavior_goal_test(task))
+        domain = behavior_quirks.make_reference_domain()
+        super().__init__(task, domain, _BehaviorPlanNotation(), make_behavior_goal_test(task))
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
-        return beside_strict(super().assess(text), text, self.notation, self._as_strict)
+        return compare_with_strict(super().assess(text), text, self.notation, self._make_strict_scorer)
 
-    def _as_strict(self) -> ActionSequencing:
+    def _make_strict_scorer(self) -> ActionSequencing:
         return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
 
-    def _final(self, execution: Execution) -> State:
+    def _find_final_state(self, execution: Execution) -> State:
         """Return the final state of a plan. An action on which the reference crashes is half done in it."""
         trajectory = execution.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
-            return behavior_quirks.half_done(final, trajectory.steps[-1].action)
+            return behavior_quirks.apply_aborted_action(final, trajectory.steps[-1].action)
         return final
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
-        return self.goals.find_reached(self._final(execution), ())
+        return self.goals.find_reached(self._find_final_state(execution), ())
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
         return self.goals.find_reached(execute(()).trajectory.final, ())
@@ -79,31 +79,31 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     """Return the steps that the reference finds in an answer, in order."""
     start, end = text.find("["), text.find("]")
     segment = text[start : end + 1]
-    if start < 0 or len(segment) > _MAX_LENGTH:
+    if start < 0 or len(segment) > _MAX_LIST_CHARACTERS:
         return _NO_ACTIONS
-    steps = _as_json(segment) or _as_python(segment)
+    steps = _read_json_steps(segment) or _read_python_steps(segment)
     return WrittenPlan(tuple(steps)) if steps else _NO_ACTIONS
 
 
-def _as_json(segment: str) -> list[WrittenStep] | None:
+def _read_json_steps(segment: str) -> list[WrittenStep] | None:
     """Return the steps of a list that JSON and Python read alike, whose values are plain strings; else None.
 
     Most answers are such lists. Reading them as JSON makes scoring twice as fast.
     """
     if "\\" in segment:
         return None
-    elements = _parsed(segment)
+    elements = _parse_json(segment)
     if elements is None and "#" in segment:
-        elements = _parsed(_TEXT_OR_COMMENT.sub(r"\1", segment))
+        elements = _parse_json(_TEXT_OR_COMMENT.sub(r"\1", segment))
     if elements is None:
         return None
     if {*map(type, elements)} - {dict}:
         return None
-    values = {type(value) for each in elements for value in each.values()}
-    return None if values - {str} else _steps(elements)
+    values = {type(value) for element in elements for value in element.values()}
+    return None if values - {str} else _to_steps(elements)
 
 
-def _parsed(segment: str) -> list[dict[str, str]] | None:
+def _parse_json(segment: str) -> list[dict[str, str]] | None:
     """Return the value of a JSON text without checking its type, or None if it is not JSON."""
     try:
         elements: list[dict[str, str]] = json.loads(segment)
@@ -112,30 +112,35 @@ def _parsed(segment: str) -> list[dict[str, str]] | None:
     return elements
 
 
-def _as_python(segment: str) -> list[WrittenStep] | None:
+def _read_python_steps(segment: str) -> list[WrittenStep] | None:
     """Return the steps of a Python expression, or None if it is not a list."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            elements = _value(ast.parse(segment.strip(), mode="eval").body)
+            elements = _evaluate(ast.parse(segment.strip(), mode="eval").body)
     except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
         return None
     if not isinstance(elements, list):
         return None
-    found = [each for each in elements if isinstance(each, dict)]
-    return _steps([{key: str(each[key]) for key in ("action", "object") if key in each} for each in found])
+    dictionaries = [element for element in elements if isinstance(element, dict)]
+    return _to_steps(
+        [
+            {key: str(element[key]) for key in ("action", "object") if key in element}
+            for element in dictionaries
+        ]
+    )
 
 
-def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
+def _to_steps(dictionaries: list[dict[str, str]]) -> list[WrittenStep]:
     """Return the dictionaries that have an action and an object as steps."""
     return [
-        WrittenStep(each["action"], strip_names(each["object"].strip().split(",")))
-        for each in found
-        if "action" in each and "object" in each
+        WrittenStep(step["action"], strip_names(step["object"].strip().split(",")))
+        for step in dictionaries
+        if "action" in step and "object" in step
     ]
 
 
-def _value(node: ast.expr) -> object:
+def _evaluate(node: ast.expr) -> object:
     """Return the value of an expression of literals, lists, dictionaries and calls of ``dict`` with keywords.
 
     An f-string counts as a literal if it has no replacement field.
@@ -145,32 +150,32 @@ def _value(node: ast.expr) -> object:
     """
     match node:
         case ast.List(elements):
-            return [_value(element) for element in elements]
+            return [_evaluate(element) for element in elements]
         case ast.Dict(keys, values):
-            return _dictionary(keys, values)
+            return _evaluate_dictionary(keys, values)
         case ast.Call(ast.Name("dict"), [], keywords):
             keys = [None if keyword.arg is None else ast.Constant(keyword.arg) for keyword in keywords]
-            return _dictionary(keys, [keyword.value for keyword in keywords])
+            return _evaluate_dictionary(keys, [keyword.value for keyword in keywords])
         case ast.JoinedStr(parts):
-            return "".join([str(_literal(part)) for part in parts])
+            return "".join([str(_evaluate_literal(part)) for part in parts])
         case _:
-            return _literal(node)
+            return _evaluate_literal(node)
 
 
-def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> dict[object, object]:
+def _evaluate_dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> dict[object, object]:
     """Build a dictionary. An entry without a key (``**other``) adds the entries of another dictionary."""
-    found: dict[object, object] = {}
+    dictionary: dict[object, object] = {}
     for key, node in zip(keys, values, strict=True):
-        value = _value(node)
+        value = _evaluate(node)
         if key is not None:
-            found[_literal(key)] = value
+            dictionary[_evaluate_literal(key)] = value
         elif isinstance(value, dict):
-            found.update(value)
+            dictionary.update(value)
         else:
             raise TypeError("expected a dictionary after **")
-    return found
+    return dictionary
 
 
-def _literal(node: ast.expr) -> object:
+def _evaluate_literal(node: ast.expr) -> object:
     """Return the value of a literal. Constants skip `ast.literal_eval`, which leaves reference cycles."""
     return node.value if isinstance(node, ast.Constant) else ast.literal_eval(node)

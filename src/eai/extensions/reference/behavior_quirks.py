@@ -61,29 +61,29 @@ See ``checkers.py``, ``handle_compound_errors``.
 
 
 @cache
-def as_in_reference() -> Domain:
+def make_reference_domain() -> Domain:
     """Return the domain with the reference's order of checks and all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 @cache
-def as_in_reference_subgoals() -> Domain:
+def make_subgoal_domain() -> Domain:
     """Return the reference's domain for subgoal decomposition, which ranks kinds of error differently."""
-    return replace(as_in_reference(), precedence=SUBGOAL_PRECEDENCE)
+    return replace(make_reference_domain(), precedence=SUBGOAL_PRECEDENCE)
 
 
-def half_done(state: State, action: Action) -> State:
+def apply_aborted_action(state: State, action: Action) -> State:
     """Return the state that the reference leaves when it aborts in an action (quirk `transfer_aborts`)."""
-    halves = _half_done()
+    halves = _make_aborting_domain()
     return halves.apply(state, action) if action.operator in halves.compiled else state
 
 
 @cache
-def _half_done() -> Domain:
-    return replace(domain_in_reference_order(), operators=tuple(half_done_transfers()))
+def _make_aborting_domain() -> Domain:
+    return replace(domain_in_reference_order(), operators=tuple(make_aborted_transfers()))
 
 
-def _of_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
+def _change_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
     """Turn a change of an operator into a change of a domain."""
 
     @wraps(change)
@@ -93,7 +93,7 @@ def _of_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], 
     return apply
 
 
-@_of_operators
+@_change_operators
 def other_hand_is_additional(operator: Operator) -> Operator:
     """Grasping an object that the other hand holds is an additional step, not a missing step.
 
@@ -101,10 +101,10 @@ def other_hand_is_additional(operator: Operator) -> Operator:
     """
     strict = [o.require_not_in_other_hand(hand) for hand in o.HANDS]
 
-    def check(each: Check) -> Check:
-        return replace(each, fault=FaultKind.ADDITIONAL_STEP) if each in strict else each
+    def change_fault(check: Check) -> Check:
+        return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check in strict else check
 
-    return replace(operator, checks=tuple(map(check, operator.checks)))
+    return replace(operator, checks=tuple(map(change_fault, operator.checks)))
 
 
 def navigation_aborts(domain: Domain) -> Domain:
@@ -118,7 +118,7 @@ def navigation_aborts(domain: Domain) -> Domain:
     )
 
 
-@_of_operators
+@_change_operators
 def released_in_mid_air(operator: Operator) -> Operator:
     """A released object stays in the air, on no support (``evolving_graph.py``, ``release``)."""
     if not operator.name.endswith("RELEASE"):
@@ -126,7 +126,7 @@ def released_in_mid_air(operator: Operator) -> Operator:
     return replace(operator, effects=tuple(e for e in operator.effects if isinstance(e, Delete)))
 
 
-@_of_operators
+@_change_operators
 def inside_a_floor_aborts(operator: Operator) -> Operator:
     """Placing an object inside a floor is an error without a kind (``place_inside``)."""
     if o.NO_INSIDE not in operator.checks:
@@ -136,7 +136,7 @@ def inside_a_floor_aborts(operator: Operator) -> Operator:
     return replace(operator, checks=(*kept, aborts) if "PLACE" in operator.name else kept)
 
 
-@_of_operators
+@_change_operators
 def transfer_aborts(operator: Operator) -> Operator:
     """Transferring contents is an error without a kind. From an empty container it does nothing.
 
@@ -150,7 +150,7 @@ def transfer_aborts(operator: Operator) -> Operator:
     return replace(operator, checks=(*operator.checks, aborts), effects=())
 
 
-def half_done_transfers() -> Iterator[Operator]:
+def make_aborted_transfers() -> Iterator[Operator]:
     """Yield transfers of contents as the reference aborts them, after it has moved the first content."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
@@ -159,19 +159,19 @@ def half_done_transfers() -> Iterator[Operator]:
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), (), (moved, lost))
 
 
-@_of_operators
+@_change_operators
 def parts_before_slicing(operator: Operator) -> Operator:
     """The robot can handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.require_cut_off(X), o.require_cut_off(Y))
 
-    def kept(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+    def keep_wanted(checks: tuple[Check, ...]) -> tuple[Check, ...]:
         return tuple(check for check in checks if check not in unwanted)
 
-    tries = tuple(replace(each, checks=kept(each.checks)) for each in operator.tries)
-    return replace(operator, checks=kept(operator.checks), tries=tries)
+    tries = tuple(replace(attempt, checks=keep_wanted(attempt.checks)) for attempt in operator.tries)
+    return replace(operator, checks=keep_wanted(operator.checks), tries=tries)
 
 
-@_of_operators
+@_change_operators
 def placing_never_in_wrong_order(operator: Operator) -> Operator:
     """Placing, transferring, and cleaning a clean object are never errors of the wrong order.
 
@@ -184,13 +184,13 @@ def placing_never_in_wrong_order(operator: Operator) -> Operator:
     )
 
 
-@_of_operators
+@_change_operators
 def one_label_per_pair(operator: Operator) -> Operator:
     """A pair of objects has only the latest of onfloor, under and nextto (``build_graph``)."""
-    return replace(operator, effects=_all_overwriting(operator.effects))
+    return replace(operator, effects=_overwrite_all_labels(operator.effects))
 
 
-def _overwriting(effect: Effect) -> tuple[Effect, ...]:
+def _overwrite_labels(effect: Effect) -> tuple[Effect, ...]:
     """Return the effect, extended so that a new label deletes all other labels of its ordered pair."""
     match effect:
         case Add(atom):
@@ -201,18 +201,18 @@ def _overwriting(effect: Effect) -> tuple[Effect, ...]:
         case Delete():
             return (effect,)
         case When(condition, effects, otherwise):
-            return (When(condition, _all_overwriting(effects), _all_overwriting(otherwise)),)
+            return (When(condition, _overwrite_all_labels(effects), _overwrite_all_labels(otherwise)),)
         case ForEach() | Let():
-            return (replace(effect, effects=_all_overwriting(effect.effects)),)
+            return (replace(effect, effects=_overwrite_all_labels(effect.effects)),)
         case _:
             assert_never(effect)
 
 
-def _all_overwriting(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    return tuple(x for effect in effects for x in _overwriting(effect))
+def _overwrite_all_labels(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    return tuple(x for effect in effects for x in _overwrite_labels(effect))
 
 
-@_of_operators
+@_change_operators
 def freezes_anywhere(operator: Operator) -> Operator:
     """Freezing needs no fridge (``evolving_graph.py``, ``freeze_unfreeze``)."""
     return replace(operator, checks=operator.checks[:-1]) if operator.name == "FREEZE" else operator
@@ -235,10 +235,10 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
 MAX_VECTORS = 20
 MAX_PERMUTATIONS = 10
 
-_Binding: TypeAlias = Mapping[str, str]
+_NamesOfVariables: TypeAlias = Mapping[str, str]
 
 
-def truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
+def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
     """Return the options of a closed BDDL condition that the reference tries, in its order.
 
     Raises:
@@ -251,36 +251,38 @@ class _Truncation:
     def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 
-    def options(self, formula: f.Formula, binding: _Binding) -> list[Option]:
+    def options(self, formula: f.Formula, binding: _NamesOfVariables) -> list[Option]:
         match formula:
             case f.Atom(predicate, arguments):
                 return [(f.Atom(predicate, tuple(value_of(term, binding) for term in arguments)),)]
             case f.And(operands):
-                return _joined(product(*[self.options(operand, binding) for operand in operands]))
+                return _join_options(product(*[self.options(operand, binding) for operand in operands]))
             case f.Or(operands):
                 return [option for operand in operands for option in self.options(operand, binding)]
             case f.Not(operand):
-                return _negated(self.options(operand, binding))
+                return _negate_options(self.options(operand, binding))
             case f.Implies(premise, conclusion):
-                return _negated(self.options(premise, binding)) + self.options(conclusion, binding)
+                return _negate_options(self.options(premise, binding)) + self.options(conclusion, binding)
             case f.ForAll(variable, body):
-                return _joined(_first_vectors(self._instances(variable, body, binding)))
+                return _join_options(_take_first_vectors(self._instances(variable, body, binding)))
             case f.Exists(variable, body):
                 return list(chain.from_iterable(self._instances(variable, body, binding)))
             case f.Exactly(count, variable, body):
-                vectors = _first_vectors(self._instances(variable, body, binding))
+                vectors = _take_first_vectors(self._instances(variable, body, binding))
                 chosen = (combinations(vector, count) for vector in vectors if count <= len(vector))
-                return _joined(chain.from_iterable(chosen))
+                return _join_options(chain.from_iterable(chosen))
             case f.ForPairs():
                 return self._pairs(formula, binding)
             case _:
                 raise InputError(f"BDDL has no {type(formula).__name__}")
 
-    def _instances(self, variable: f.Variable, body: f.Formula, binding: _Binding) -> list[list[Option]]:
+    def _instances(
+        self, variable: f.Variable, body: f.Formula, binding: _NamesOfVariables
+    ) -> list[list[Option]]:
         values = self._objects(variable.category)
         return [self.options(body, {**binding, variable.name: value}) for value in values]
 
-    def _pairs(self, formula: f.ForPairs, binding: _Binding) -> list[Option]:
+    def _pairs(self, formula: f.ForPairs, binding: _NamesOfVariables) -> list[Option]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
         cells = [
@@ -294,32 +296,35 @@ class _Truncation:
             return []
         fixed = tuple(range(count))
         if formula.count is not None or height < width:
-            orders = [(fixed, order) for order in _first_orders(width, count)]
+            orders = [(fixed, order) for order in _list_first_orders(width, count)]
         else:
-            orders = [(order, fixed) for order in _first_orders(large, count)]
+            orders = [(order, fixed) for order in _list_first_orders(large, count)]
         return [
             option
             for down, across in orders
-            for option in _joined(_first_vectors([cells[i][j] for i, j in zip(down, across, strict=True)]))
+            for option in _join_options(
+                _take_first_vectors([cells[i][j] for i, j in zip(down, across, strict=True)])
+            )
         ]
 
 
-def _joined(vectors: Iterable[Sequence[Option]]) -> list[Option]:
+def _join_options(vectors: Iterable[Sequence[Option]]) -> list[Option]:
     return [tuple(chain.from_iterable(vector)) for vector in vectors]
 
 
-def _negated(found: Sequence[Option]) -> list[Option]:
+def _negate_options(options: Sequence[Option]) -> list[Option]:
     """Return all combinations that contain the negation of one condition of each option."""
     return [
-        tuple(choice) for choice in product(*[[f.Not(condition) for condition in option] for option in found])
+        tuple(choice)
+        for choice in product(*[[f.Not(condition) for condition in option] for option in options])
     ]
 
 
-def _first_orders(size: int, length: int) -> Iterator[tuple[int, ...]]:
+def _list_first_orders(size: int, length: int) -> Iterator[tuple[int, ...]]:
     return islice(permutations(range(size), length), MAX_PERMUTATIONS)
 
 
-def _first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Option, ...]]:
+def _take_first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Option, ...]]:
     """Yield the product of the sequences for the first `MAX_VECTORS` index vectors.
 
     Vectors are ordered by their sum, then lexicographically. The vector of all last indexes comes at the end
@@ -328,7 +333,7 @@ def _first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Opti
     highest = [len(sequence) - 1 for sequence in sequences]
     if any(last < 0 for last in highest):
         return
-    by_sum = chain.from_iterable(_vectors(total, len(sequences)) for total in range(sum(highest)))
+    by_sum = chain.from_iterable(_list_vectors(total, len(sequences)) for total in range(sum(highest)))
     tried = list(islice(by_sum, MAX_VECTORS))
     if len(tried) < MAX_VECTORS:
         tried.append(tuple(highest))
@@ -337,27 +342,30 @@ def _first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Opti
             yield tuple(sequence[index] for sequence, index in zip(sequences, vector, strict=True))
 
 
-def _vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
+def _list_vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
     """Yield all vectors of natural numbers with a sum, in lexicographic order."""
     if length == 1:
         yield (total,)
         return
     for head in range(total + 1):
-        for tail in _vectors(total - head, length - 1):
+        for tail in _list_vectors(total - head, length - 1):
             yield (head, *tail)
 
 
-def behavior_goal_test(task: Task) -> GoalTest:
+def make_behavior_goal_test(task: Task) -> GoalTest:
     """Return the reference's test of the goals of a task, by their truncated options."""
-    return GoalTest(task, [_as_truncated(goal.formula, task.scene) for goal in task.goals])
+    return GoalTest(task, [_truncate_options(goal.formula, task.scene) for goal in task.goals])
 
 
-def _as_truncated(formula: f.Formula, scene: Scene) -> f.Formula:
+def _truncate_options(formula: f.Formula, scene: Scene) -> f.Formula:
     """Return the condition that the reference tests for a goal: one of the truncated options holds."""
-    return map_leaves(f.Or(tuple(map(f.And, truncated_options(formula, scene.names_of_category)))), _directly)
+    return map_leaves(
+        f.Or(tuple(map(f.And, list_truncated_options(formula, scene.names_of_category)))),
+        _use_direct_container,
+    )
 
 
-def _directly(leaf: f.Leaf) -> f.Formula:
+def _use_direct_container(leaf: f.Leaf) -> f.Formula:
     """Return the leaf, with ``inside`` replaced by ``directly_inside``."""
     if isinstance(leaf, f.Atom) and leaf.predicate == "inside":
         return replace(leaf, predicate=p.directly_inside.name)

@@ -41,7 +41,7 @@ from eai.benchmarks.behavior.notation import (
 )
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
-from eai.extensions.reference.behavior_quirks import behavior_goal_test
+from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
 from eai.extensions.reference.subgoals import ReferenceSubgoals
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature, describe_arity
@@ -83,24 +83,24 @@ _Hands: TypeAlias = Mapping[str, int | None]
 """Index of the object in each hand, ``LEFT`` and ``RIGHT``; None for an empty hand."""
 
 
-def held(state: State) -> _Hands:
+def read_hands(state: State) -> _Hands:
     """Return the object in each hand in a state."""
     masks = {"LEFT": state.mask(p.in_left_hand.name), "RIGHT": state.mask(p.in_right_hand.name)}
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
-def _plan(literal: GroundAtom, state: State) -> SubgoalPlans:
+def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlans:
     """Return the plan that makes a literal true; none if no action can."""
     predicate, arguments, truth = literal
-    plan = (_achieve if truth else _undo)(predicate, arguments, held(state), state.scene)
+    plan = (_achieve if truth else _undo)(predicate, arguments, read_hands(state), state.scene)
     return SubgoalPlans(() if plan is None else (plan,))
 
 
 def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> SubgoalPlans:
-    """Return the plan for two literals that one action makes true, in the order of `_together`."""
+    """Return the plan for two literals that one action makes true, in the order of `_pair_literals`."""
     (thing, support), (one, other) = on.arguments, by.arguments
     neighbour = one if thing == other else other
-    actions, hand = _take(thing, held(state), state.scene)
+    actions, hand = _take(thing, read_hands(state), state.scene)
     return SubgoalPlans(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
 
 
@@ -113,9 +113,9 @@ def _achieve(
         return (*actions, Action(f"{hand}_{_PLACING[predicate]}", (place,)))
     if predicate in _HOLDING:
         hand = _HOLDING[predicate]
-        return (*_emptied(hand, hands), Action(f"{hand}_GRASP", arguments))
+        return (*_empty_hand(hand, hands), Action(f"{hand}_GRASP", arguments))
     if predicate in _ACHIEVING:
-        return (*_one_free(hands), Action(_ACHIEVING[predicate], arguments))
+        return (*_free_a_hand(hands), Action(_ACHIEVING[predicate], arguments))
     return None
 
 
@@ -125,28 +125,28 @@ def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scen
         return (*actions, Action("RIGHT_RELEASE", arguments[:1]))
     if predicate in _HOLDING:
         hand = _HOLDING[predicate]
-        return _emptied(hand, hands) if _hand_with(arguments[0], hands, scene) == hand else ()
+        return _empty_hand(hand, hands) if _find_hand_with(arguments[0], hands, scene) == hand else ()
     if predicate in _UNDOING:
-        return (*_one_free(hands), Action(_UNDOING[predicate], arguments))
+        return (*_free_a_hand(hands), Action(_UNDOING[predicate], arguments))
     return None
 
 
 def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
     """Return the actions that take an object, and the hand: the left hand if only it is free."""
-    hand = _hand_with(thing, hands, scene)
+    hand = _find_hand_with(thing, hands, scene)
     if hand is not None:
         return (), hand
     hand = "LEFT" if hands["LEFT"] is None and hands["RIGHT"] is not None else "RIGHT"
-    return (*_emptied(hand, hands), Action(f"{hand}_GRASP", (thing,))), hand
+    return (*_empty_hand(hand, hands), Action(f"{hand}_GRASP", (thing,))), hand
 
 
-def _hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
+def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
     name = scene.objects[thing].name
     full = [(hand, content) for hand, content in hands.items() if content is not None]
     return next((hand for hand, content in full if name in scene.objects[content].name), None)
 
 
-def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
+def _pair_literals(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
     """Return the support literal, then the ``nextto`` literal, if one action makes both true; else None."""
     for on, by in ((first, second), (second, first)):
         if on.predicate in _SUPPORTING and by.predicate == "nextto" and on.truth and by.truth:
@@ -154,21 +154,21 @@ def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, Ground
     return None
 
 
-def _emptied(hand: str, hands: _Hands) -> ActionSequence:
+def _empty_hand(hand: str, hands: _Hands) -> ActionSequence:
     content = hands[hand]
     return () if content is None else (Action(f"{hand}_RELEASE", (content,)),)
 
 
-def _one_free(hands: _Hands) -> ActionSequence:
+def _free_a_hand(hands: _Hands) -> ActionSequence:
     """Return the actions that free a hand: none if a hand is already free."""
-    return () if hands["LEFT"] is None or hands["RIGHT"] is None else _emptied("RIGHT", hands)
+    return () if hands["LEFT"] is None or hands["RIGHT"] is None else _empty_hand("RIGHT", hands)
 
 
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
-class _Notation(BehaviorSubgoals):
-    """The reference's notation. The signature has no arities: `wrong_use` checks them in its own order."""
+class _BehaviorSubgoalNotation(BehaviorSubgoals):
+    """The reference's notation. The signature has no arities: `find_wrong_use` checks them."""
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the published names. Parts of objects have no published name."""
@@ -187,35 +187,35 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
     def __init__(self, task: BehaviorTask, *, limits: ExplorationLimits | None = None) -> None:
         task = replace(task, initial=task.initial_as_published)
-        domain = behavior_quirks.as_in_reference_subgoals()
-        goals = behavior_goal_test(task)
-        super().__init__(task, domain, _Notation(), goals=goals, limits=limits)
+        domain = behavior_quirks.make_subgoal_domain()
+        goals = make_behavior_goal_test(task)
+        super().__init__(task, domain, _BehaviorSubgoalNotation(), goals=goals, limits=limits)
         self.excluded = None
 
     def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """Compile an answer into a program for the search, or reject it."""
         return super().compile(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
-    def _piece(self, subgoal: str, lots: Random) -> str | None:
+    def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
         if "agent" in subgoal or any(word in subgoal for word in _QUANTIFIERS):
             return None
-        return lots.choice(subgoal.split(" or ")) or None
+        return rng.choice(subgoal.split(" or ")) or None
 
-    def _misuse(self, formula: Formula) -> RejectedAnswer | None:
-        return wrong_use(formula, self.lexicon.objects)
+    def _find_misuse(self, formula: Formula) -> RejectedAnswer | None:
+        return find_wrong_use(formula, self.lexicon.objects)
 
-    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
+    def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal, or of two literals that one action makes true."""
-        atoms = [self.lexicon.to_literal(literal) for literal in found]
+        atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []
         number = 0
         while number < len(atoms):
             first, second = (*atoms, None)[number : number + 2]
-            pair = None if first is None or second is None else _together(first, second)
+            pair = None if first is None or second is None else _pair_literals(first, second)
             if pair is not None:
                 steps.append((number, partial(_place_together, *pair)))
             elif first is not None:
-                steps.append((number, partial(_plan, first)))
+                steps.append((number, partial(_plan_literal, first)))
             number += 1 if pair is None else 2
         return steps
 
@@ -223,7 +223,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return self.goals.find_reached(self.task.initial, ())
 
 
-def wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
+def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
     """Return the rejection of a formula that fails the reference's semantic check, or None.
 
     The reference checks numbers of objects before their names, and states before actions. It raises an
@@ -243,13 +243,13 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | No
             return reject_unparseable(f"{name} is in no table of numbers of objects")
         if len(part.arguments) != arity:
             detail = f"{describe_arity(name, arity, 'object')}, not {len(part.arguments)}"
-            return _misused(FaultKind.ARGUMENT_NUMBER, detail)
+            return _reject_misuse(FaultKind.ARGUMENT_NUMBER, detail)
     for name, _, part in primitives:
         for term in part.arguments:
             if term.name not in objects:
-                return _misused(FaultKind.HALLUCINATION, f"{name}: there is no {term.name}")
+                return _reject_misuse(FaultKind.HALLUCINATION, f"{name}: there is no {term.name}")
     return None
 
 
-def _misused(kind: FaultKind, detail: str) -> RejectedAnswer:
+def _reject_misuse(kind: FaultKind, detail: str) -> RejectedAnswer:
     return RejectedAnswer(SubgoalCategory.HALLUCINATION, ErrorReport(kind, None, detail))

@@ -78,29 +78,29 @@ def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
 
     The result is empty, not None, for an answer without any operator.
     """
-    content = _payload(answer)
+    content = _extract_text(answer)
     if content is None:
         return None
     if ";" in content:
         content = _COMMENT.sub("", content)
     content = " ".join(content.split())
-    found: dict[str, OperatorText] = {}
+    operators: dict[str, OperatorText] = {}
     position = 0
     while head := _HEAD.search(content, position):
-        places = [content.find(key, head.end()) for key in (":parameters", ":precondition", ":effect")]
-        if -1 in places:
+        positions = [content.find(key, head.end()) for key in (":parameters", ":precondition", ":effect")]
+        if -1 in positions:
             break
-        parameters, precondition, effect = (_block(content, place) for place in places)
+        parameters, precondition, effect = (_extract_list(content, place) for place in positions)
         if parameters is None:
             return None
         name = head.group(1)
-        found[name] = OperatorText(name, parameters, precondition or _UNBALANCED, effect or _UNBALANCED)
+        operators[name] = OperatorText(name, parameters, precondition or _UNBALANCED, effect or _UNBALANCED)
         closing = _UNBALANCED_CLOSE if effect is None else effect.index(")") - 1
-        position = places[2] + closing + 1
-    return tuple(found.values())
+        position = positions[2] + closing + 1
+    return tuple(operators.values())
 
 
-def _payload(answer: str) -> str | None:
+def _extract_text(answer: str) -> str | None:
     """Return the text to search for operators, or None if the answer is JSON without a text."""
     if answer.startswith(_FENCE):
         answer = answer[len(_FENCE) :].strip("`")
@@ -114,13 +114,13 @@ def _payload(answer: str) -> str | None:
     return value if isinstance(value, str) else None
 
 
-def _block(content: str, place: int) -> str | None:
+def _extract_list(content: str, position_of_key: int) -> str | None:
     """Return the first balanced list after a position, or None if it does not close.
 
     Without an opening parenthesis, the reference starts at the beginning of the whole text. The character
     after the opening parenthesis counts as a parenthesis only if it closes the list at once.
     """
-    start = content.find("(", place) + 1
+    start = content.find("(", position_of_key) + 1
     if content.startswith(")", start):
         return "()"
     depth, position = 1, start + 1
@@ -158,8 +158,10 @@ class ReferenceRules(MatchingRules):
         """Count all required operators as missing. Gold operators do not replace a whole missing answer."""
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [
-            _compared(replace(each, precondition="()", effect="()"), each, OperatorStatus.MISSING)
-            for each in gold
+            _compare_operators(
+                replace(operator, precondition="()", effect="()"), operator, OperatorStatus.MISSING
+            )
+            for operator in gold
         ]
         return Judgement(tuple(missing), self.empty_result)
 
@@ -176,14 +178,20 @@ class ReferenceRules(MatchingRules):
         if written is None:
             return {}
         gold = task.domain.operators
-        tried = {each.name: _mixed(each, gold[each.name], replaced) for each in written if each.name in gold}
+        tried = {
+            operator.name: _replace_part(operator, gold[operator.name], replaced)
+            for operator in written
+            if operator.name in gold
+        }
         return {name: self._plan(task, (tried[name],)) if name in tried else None for name in task.operators}
 
     def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
-        return self.reports.get_or_compute(operator, operator.size, lambda: _compared(operator, gold))
+        return self.reports.get_or_compute(
+            operator, operator.size, lambda: _compare_operators(operator, gold)
+        )
 
     def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
         if self.planner is None:
@@ -192,9 +200,9 @@ class ReferenceRules(MatchingRules):
         gold = (operator for name, operator in task.domain.operators.items() if name not in names)
         operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
         key, size = (task.problem_text, operators), sum(operator.size for operator in written)
-        return self.solve(key, size, lambda: self._planning(task, operators))
+        return self.solve(key, size, lambda: self._make_planning_task(task, operators))
 
-    def _planning(
+    def _make_planning_task(
         self, task: TransitionTask, operators: tuple[OperatorText, ...]
     ) -> PlanningTask | PlannerResult:
         actions = []
@@ -209,14 +217,14 @@ class ReferenceRules(MatchingRules):
         return normalise(task.domain.header, actions, task.problem)
 
 
-def _compared(
+def _compare_operators(
     written: OperatorText, gold: OperatorText, status: OperatorStatus = OperatorStatus.COMPARED
 ) -> OperatorReport:
     precondition = compare_as_reference(written.precondition, gold.precondition)
     return OperatorReport(gold.name, status, precondition, compare_as_reference(written.effect, gold.effect))
 
 
-def _mixed(written: OperatorText, gold: OperatorText, replaced: ReplacedPart) -> OperatorText:
+def _replace_part(written: OperatorText, gold: OperatorText, replaced: ReplacedPart) -> OperatorText:
     match replaced:
         case "precondition":
             return replace(gold, precondition=written.precondition)
@@ -234,14 +242,14 @@ _TOKEN = re.compile(r"[()]|[^()\s][^()]*")
 
 
 @dataclass(frozen=True, slots=True)
-class _Node:
+class _Connective:
     """A connective with its arguments. The first argument of a quantifier is the text of its variable."""
 
     head: str
     arguments: tuple[_Tree, ...]
 
 
-_Tree: TypeAlias = "str | _Node"
+_Tree: TypeAlias = "str | _Connective"
 
 
 class _UnreadableError(Exception):
@@ -269,7 +277,11 @@ def compare_as_reference(predicted: str, gold: str) -> SideMatch:
         result = _compare(*_align(_parse(predicted), _parse(gold)))
     except _UnreadableError:
         return SideMatch()
-    return SideMatch(_names(result.matched), _names(result.additional), _names(result.missing))
+    return SideMatch(
+        _list_predicate_names(result.matched),
+        _list_predicate_names(result.additional),
+        _list_predicate_names(result.missing),
+    )
 
 
 def _parse(text: str) -> _Tree:
@@ -299,7 +311,7 @@ def _combine(parts: list[_Tree]) -> _Tree:
     if isinstance(head, str) and (head in _LISTS or head in _ARITY):
         if head in _ARITY and len(arguments) != _ARITY[head]:
             raise _UnreadableError
-        return _Node(head, tuple(arguments))
+        return _Connective(head, tuple(arguments))
     words = [part for part in parts if isinstance(part, str)]
     if len(words) != len(parts):
         raise _UnreadableError
@@ -311,20 +323,20 @@ def _align(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
     if isinstance(predicted, str) or isinstance(gold, str):
         return predicted, gold
     if predicted.head == gold.head and predicted.head in _QUANTIFIERS:
-        return predicted, _rename(gold, _bound_name(gold), _bound_name(predicted))
+        return predicted, _rename(gold, _find_bound_name(gold), _find_bound_name(predicted))
     if predicted.head not in _LISTS or gold.head not in _LISTS:
         return predicted, gold
     size = max(len(predicted.arguments), len(gold.arguments))
-    pairs = [_align(*pair) for pair in zip(_padded(predicted, size), _padded(gold, size), strict=True)]
+    pairs = [_align(*pair) for pair in zip(_pad(predicted, size), _pad(gold, size), strict=True)]
     ours, theirs = tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs)
-    return _Node(predicted.head, ours), _Node(gold.head, theirs)
+    return _Connective(predicted.head, ours), _Connective(gold.head, theirs)
 
 
-def _padded(node: _Node, size: int) -> tuple[_Tree, ...]:
+def _pad(node: _Connective, size: int) -> tuple[_Tree, ...]:
     return node.arguments + (_PADDING,) * (size - len(node.arguments))
 
 
-def _bound_name(quantifier: _Node) -> str:
+def _find_bound_name(quantifier: _Connective) -> str:
     variable = quantifier.arguments[0]
     if not isinstance(variable, str):
         raise _UnreadableError
@@ -334,7 +346,7 @@ def _bound_name(quantifier: _Node) -> str:
 def _rename(tree: _Tree, old: str, new: str) -> _Tree:
     if isinstance(tree, str):
         return tree.replace(old, new)
-    return _Node(tree.head, tuple(_rename(argument, old, new) for argument in tree.arguments))
+    return _Connective(tree.head, tuple(_rename(argument, old, new) for argument in tree.arguments))
 
 
 def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
@@ -345,13 +357,13 @@ def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
     elif predicted.head in _LISTS:
         return _compare_lists(predicted, gold)
     else:
-        score = _unit_score(predicted, gold)
+        score = _score_connective(predicted, gold)
     if score > 0:
         return _Comparison(score, matched=(predicted,))
     return _Comparison(score, additional=(predicted,), missing=(gold,))
 
 
-def _unit_score(predicted: _Node, gold: _Node) -> float:
+def _score_connective(predicted: _Connective, gold: _Connective) -> float:
     """Return the score of two nodes with one head other than and/or. They match or fail as a whole."""
     match predicted.head:
         case "not":
@@ -364,7 +376,7 @@ def _unit_score(predicted: _Node, gold: _Node) -> float:
             return _compare(predicted.arguments[1], gold.arguments[1]).score if same_variable else 0.0
 
 
-def _compare_lists(predicted: _Node, gold: _Node) -> _Comparison:
+def _compare_lists(predicted: _Connective, gold: _Connective) -> _Comparison:
     grid = [[_compare(ours, theirs) for theirs in gold.arguments] for ours in predicted.arguments]
     edges = [[column for column, cell in enumerate(row) if int(cell.score) == 1] for row in grid]
     partner = maximum_matching(edges)
@@ -385,13 +397,13 @@ def _compare_lists(predicted: _Node, gold: _Node) -> _Comparison:
     )
 
 
-def _names(trees: Iterable[_Tree]) -> tuple[str, ...]:
-    return tuple(sorted({name for tree in trees for name in _predicates(tree)} - {_PADDING}))
+def _list_predicate_names(trees: Iterable[_Tree]) -> tuple[str, ...]:
+    return tuple(sorted({name for tree in trees for name in _find_predicates(tree)} - {_PADDING}))
 
 
-def _predicates(tree: _Tree) -> Iterator[str]:
+def _find_predicates(tree: _Tree) -> Iterator[str]:
     if isinstance(tree, str):
         yield tree.split(" ")[0]
         return
     for argument in tree.arguments[1:] if tree.head in _QUANTIFIERS else tree.arguments:
-        yield from _predicates(argument)
+        yield from _find_predicates(argument)

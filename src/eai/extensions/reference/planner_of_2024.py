@@ -52,28 +52,28 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
     leaked: list[f.Variable] = []
-    precondition = _opened(negation_normal(action.precondition), parameters, leaked)
+    precondition = _remove_leaking_quantifiers(negation_normal(action.precondition), parameters, leaked)
     scope = parameters.union([variable.name for variable in leaked])
     binder = _Binder()
     bound = m.PddlAction(
         name=action.name,
         parameters=(*action.parameters, *leaked),
-        precondition=binder.condition(precondition, scope),
-        effect=binder.effect(action.effect, scope),
+        precondition=binder.bind_condition(precondition, scope),
+        effect=binder.bind_effect(action.effect, scope),
     )
     if binder.refused:
         return PddlFinding(Violation.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}")
     return bound
 
 
-def _opened(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.Formula:
+def _remove_leaking_quantifiers(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.Formula:
     """Remove each ``exists`` whose name is not in scope, and append its variable to ``leaked``."""
     match formula:
-        case f.Exists(variable, body) if variable.name not in scope.union([each.name for each in leaked]):
+        case f.Exists(variable, body) if variable.name not in scope.union([bound.name for bound in leaked]):
             leaked.append(variable)
-            return _opened(body, scope, leaked)
+            return _remove_leaking_quantifiers(body, scope, leaked)
         case f.And() | f.Exists():
-            return map_parts(formula, lambda part: _opened(part, scope, leaked))
+            return map_parts(formula, lambda part: _remove_leaking_quantifiers(part, scope, leaked))
         case _:
             return formula
 
@@ -84,37 +84,39 @@ class _Binder:
 
     refused: list[str] = field(default_factory=list)
 
-    def condition(self, formula: f.Formula, scope: Names, *, universal: bool = False) -> f.Formula:
-        loose = _loose_terms(terms_of(formula), scope)
+    def bind_condition(self, formula: f.Formula, scope: Names, *, universal: bool = False) -> f.Formula:
+        loose = _list_unbound_names(terms_of(formula), scope)
         if loose:
             self.refused += loose if universal else ()
             return f.FALSE
         scope = scope.union([variable.name for variable in bound_variables(formula)])
         inside = universal or isinstance(formula, f.ForAll)
-        return map_parts(formula, lambda part: self.condition(part, scope, universal=inside))
+        return map_parts(formula, lambda part: self.bind_condition(part, scope, universal=inside))
 
-    def effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
+    def bind_effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
             case m.Add(atom):
-                return m.Add(UNBOUND_ADDED) if _loose_terms(atom.arguments, scope) else effect
+                return m.Add(UNBOUND_ADDED) if _list_unbound_names(atom.arguments, scope) else effect
             case m.Delete(atom):
-                return m.NO_EFFECT if _loose_terms(atom.arguments, scope) else effect
+                return m.NO_EFFECT if _list_unbound_names(atom.arguments, scope) else effect
             case m.Both(parts):
-                return m.Both(tuple(self.effect(part, scope) for part in parts))
+                return m.Both(tuple(self.bind_effect(part, scope) for part in parts))
             case m.Each(variable, part):
-                return m.Each(variable, self.effect(part, scope | {variable.name}))
+                return m.Each(variable, self.bind_effect(part, scope | {variable.name}))
             case m.WhenEffect():
-                return self._when(effect, scope)
+                return self._bind_when(effect, scope)
 
-    def _when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
+    def _bind_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
-        condition = _opened(negation_normal(effect.condition), scope, leaked)
+        condition = _remove_leaking_quantifiers(negation_normal(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
-        bound: m.PddlEffect = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
+        bound: m.PddlEffect = m.WhenEffect(
+            self.bind_condition(condition, inner), self.bind_effect(effect.part, inner)
+        )
         return quantify(m.Each, leaked, bound)
 
 
-def _loose_terms(terms: tuple[f.Term, ...], scope: Names) -> list[str]:
+def _list_unbound_names(terms: tuple[f.Term, ...], scope: Names) -> list[str]:
     return [term.name for term in terms if isinstance(term, f.Variable) and term.name not in scope]
 
 
@@ -128,7 +130,7 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
     several types. The result depends only on the arguments, so it can be cached.
     """
     try:
-        return _read(source, header)
+        return _read_checked(source, header)
     except PddlError as error:
         return PddlFinding(error.offence, error.expected, f"operator {source.name}")
 
@@ -143,13 +145,17 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     """
     objects = (*header.constants, *problem.objects)
     names = _UnknownNames(frozenset(item.name for item in objects))
-    renamed = tuple(map(names.action, _with_distinct_names(actions)))
-    initial = tuple(map(names.atom, problem.initial))
-    goal = map_leaves(problem.goal, names.leaf)
+    renamed = tuple(map(names.rewrite_action, _make_names_distinct(actions)))
+    initial = tuple(map(names.rewrite_atom, problem.initial))
+    goal = map_leaves(problem.goal, names.rewrite_leaf)
     domain = replace(
         header,
         constants=objects,
-        predicates=(*header.predicates, m.PddlPredicate(UNBOUND_ADDED.predicate, ()), *names.made.values()),
+        predicates=(
+            *header.predicates,
+            m.PddlPredicate(UNBOUND_ADDED.predicate, ()),
+            *names.new_predicates.values(),
+        ),
         actions=renamed,
     )
     unbound_added = any(UNBOUND_ADDED in m.effect_atoms(action.effect) for action in renamed)
@@ -160,18 +166,18 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     )
 
 
-def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
-    place = f"operator {source.name}"
+def _read_checked(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
+    location = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
-        return PddlFinding(Violation.MALFORMED, "ASCII text", place)
+        return PddlFinding(Violation.MALFORMED, "ASCII text", location)
     groups = [read_group(text) for text in texts]
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
-        return PddlFinding(Violation.UNBALANCED, "nothing behind a list", place)
-    precondition = _without_types(PddlReader(texts[1]).condition(_marked(groups[1])), header)
-    effect = PddlReader(texts[2]).whole_effect(_marked(groups[2]))
-    effect = m.map_effect(effect, lambda condition: _without_types(condition, header), lambda atom: atom)
-    parameters = _parameters(texts[0], groups[0])
+        return PddlFinding(Violation.UNBALANCED, "nothing behind a list", location)
+    precondition = _falsify_types(PddlReader(texts[1]).condition(_mark_bound_names(groups[1])), header)
+    effect = PddlReader(texts[2]).whole_effect(_mark_bound_names(groups[2]))
+    effect = m.map_effect(effect, lambda condition: _falsify_types(condition, header), lambda atom: atom)
+    parameters = _read_parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
     findings = check_action(action, Declarations.of_domain(header))
     for finding in findings:
@@ -183,30 +189,30 @@ def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFind
     return bind_loose_variables(action) if is_loose else action
 
 
-def _parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
+def _read_parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
     """Return the parameters, each name once; None if a parameter has several types."""
     try:
-        found = PddlReader(text).variables(group)
+        variables = PddlReader(text).variables(group)
     except PddlError as error:
         if error.offence is Violation.UNSUPPORTED:
             return None
         raise
-    return tuple({parameter.name: parameter for parameter in found}.values())
+    return tuple({parameter.name: parameter for parameter in variables}.values())
 
 
-def _marked(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
+def _mark_bound_names(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
     """Put question marks before the names that a quantifier binds without a question mark."""
     if isinstance(expression, Symbol):
         text = expression.text
         return Symbol(f"?{text}--bare", expression.offset) if text in bare else expression
     match expression.items:
         case (Symbol("forall" | "exists"), Group(names), _):
-            bare |= {name for name in _bound_words(names) if not name.startswith("?")}
-    items = tuple([_marked(item, bare) for item in expression.items])
+            bare |= {name for name in _list_bound_words(names) if not name.startswith("?")}
+    items = tuple([_mark_bound_names(item, bare) for item in expression.items])
     return Group(items, expression.offset, expression.end)
 
 
-def _bound_words(names: tuple[SExpr, ...]) -> list[str]:
+def _list_bound_words(names: tuple[SExpr, ...]) -> list[str]:
     """Return the words of a typed list, without the types."""
     words = [item.text if isinstance(item, Symbol) else "" for item in names]
     return [
@@ -216,7 +222,7 @@ def _bound_words(names: tuple[SExpr, ...]) -> list[str]:
     ]
 
 
-def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
+def _falsify_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     """Return the condition in which each type that is used as a predicate is false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
@@ -227,44 +233,46 @@ def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     return map_leaves(condition, change)
 
 
-def _with_distinct_names(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
+def _make_names_distinct(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
     """Return the operators with distinct names: a repeated name gets a number at its end."""
-    found: dict[str, m.PddlAction] = {}
+    renamed: dict[str, m.PddlAction] = {}
     for action in actions:
         name, number = action.name, 1
-        while name in found:
+        while name in renamed:
             number += 1
             name = f"{action.name}--{number}"
-        found[name] = replace(action, name=name)
-    return list(found.values())
+        renamed[name] = replace(action, name=name)
+    return list(renamed.values())
 
 
 @dataclass(slots=True)
 class _UnknownNames:
     """Moves undeclared constants from the arguments of an atom into the name of its predicate."""
 
-    known: frozenset[str]
-    made: dict[str, m.PddlPredicate] = field(default_factory=dict)
+    declared: frozenset[str]
+    new_predicates: dict[str, m.PddlPredicate] = field(default_factory=dict)
 
-    def action(self, action: m.PddlAction) -> m.PddlAction:
-        precondition = map_leaves(action.precondition, self.leaf)
-        effect = m.map_effect(action.effect, lambda part: map_leaves(part, self.leaf), self.atom)
+    def rewrite_action(self, action: m.PddlAction) -> m.PddlAction:
+        precondition = map_leaves(action.precondition, self.rewrite_leaf)
+        effect = m.map_effect(
+            action.effect, lambda part: map_leaves(part, self.rewrite_leaf), self.rewrite_atom
+        )
         return replace(action, precondition=precondition, effect=effect)
 
-    def leaf(self, leaf: f.Leaf) -> f.Formula:
+    def rewrite_leaf(self, leaf: f.Leaf) -> f.Formula:
         if isinstance(leaf, f.Atom):
-            return self.atom(leaf)
+            return self.rewrite_atom(leaf)
         return f.FALSE if any(map(self._is_unknown, terms_of(leaf))) else leaf
 
-    def atom(self, atom: f.Atom) -> f.Atom:
+    def rewrite_atom(self, atom: f.Atom) -> f.Atom:
         unknown = [(place, term) for place, term in enumerate(atom.arguments) if self._is_unknown(term)]
         if not unknown:
             return atom
         name = "--".join([atom.predicate, *(f"{place}-{term.name}" for place, term in unknown)])
         arguments = tuple(term for term in atom.arguments if not self._is_unknown(term))
         parameters = tuple(f.Variable(f"x{place}") for place in range(len(arguments)))
-        self.made[name] = m.PddlPredicate(name, parameters)
+        self.new_predicates[name] = m.PddlPredicate(name, parameters)
         return f.Atom(name, arguments)
 
     def _is_unknown(self, term: f.Term) -> bool:
-        return isinstance(term, f.Constant) and term.name not in self.known
+        return isinstance(term, f.Constant) and term.name not in self.declared

@@ -19,12 +19,15 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Unreadable, Verdict
 
-MOST = 5
+MAX_LISTED_STEPS = 5
 """Maximum number of steps that a note lists."""
 
 
-def beside_strict(
-    assessment: Assessment, text: str, notation: PlanNotation, as_strict: Callable[[], ActionSequencing]
+def compare_with_strict(
+    assessment: Assessment,
+    text: str,
+    notation: PlanNotation,
+    make_strict_scorer: Callable[[], ActionSequencing],
 ) -> Assessment:
     """Add to the explanation of an assessment how the reading of ``strict`` differs; computed on request.
 
@@ -32,28 +35,30 @@ def beside_strict(
         assessment: the assessment under ``eai-1.0.5``.
         text: the answer.
         notation: the notation with which the reference reads the answer.
-        as_strict: makes the scorer of the task under ``strict``.
+        make_strict_scorer: makes the scorer of the task under ``strict``.
     """
 
     def explain() -> Explanation:
-        explanation, strict = assessment.explain(), as_strict()
-        differences = _differences(_steps(notation, text), _steps(strict.notation, text))
+        explanation, strict = assessment.explain(), make_strict_scorer()
+        differences = _list_differences(_read_steps(notation, text), _read_steps(strict.notation, text))
         notes = [f"lossy_reading: {difference}" for difference in differences]
         if notes:
-            notes.append(f"{Protocol.STRICT}, which passes over nothing: {_outcome(strict.score(text))}")
+            notes.append(
+                f"{Protocol.STRICT}, which passes over nothing: {_describe_outcome(strict.score(text))}"
+            )
         return replace(explanation, notes=(*explanation.notes, *notes))
 
     return Assessment(assessment.verdict, explain)
 
 
-def _steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
+def _read_steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
     plan = notation.read(text)
     if isinstance(plan, Unreadable):
         return plan
     return [f"{notation.operator(step.action)}({', '.join(map(str, step.objects))})" for step in plan.steps]
 
 
-def _differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) -> Iterator[str]:
+def _list_differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) -> Iterator[str]:
     """Yield a note on the steps that the reference misses, and a note on the steps that it adds."""
     if isinstance(seen, Unreadable):
         if not isinstance(whole, Unreadable):
@@ -67,17 +72,17 @@ def _differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) ->
     dropped = [f"step {i + 1}, {whole[i]}" for _, start, end, _, _ in edits for i in range(start, end)]
     added = [seen[i] for _, _, _, start, end in edits for i in range(start, end)]
     if dropped:
-        yield f"not seen: {_listed(dropped)}"
+        yield f"not seen: {_format_steps(dropped)}"
     if added:
-        yield f"seen, but no step of the plan: {_listed(added)}"
+        yield f"seen, but no step of the plan: {_format_steps(added)}"
 
 
-def _listed(steps: Sequence[str]) -> str:
-    more = [f"{len(steps) - MOST} more"] if len(steps) > MOST else []
-    return "; ".join([*steps[:MOST], *more])
+def _format_steps(steps: Sequence[str]) -> str:
+    more = [f"{len(steps) - MAX_LISTED_STEPS} more"] if len(steps) > MAX_LISTED_STEPS else []
+    return "; ".join([*steps[:MAX_LISTED_STEPS], *more])
 
 
-def _outcome(verdict: Verdict) -> str:
+def _describe_outcome(verdict: Verdict) -> str:
     error = verdict.error
     if error is not None:
         at = "" if error.step is None else f" at step {error.step + 1}"

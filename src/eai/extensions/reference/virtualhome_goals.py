@@ -21,13 +21,13 @@ from eai.world.domain import Domain
 
 _FENCE = "```json"
 _NO_OBJECT = Unreadable("the answer is not a JSON object")
-_OF_ANOTHER_TYPE = Unreadable("a section or an entry of it is not of the expected type")
+_UNEXPECTED_TYPE = Unreadable("a section or an entry of it is not of the expected type")
 """Answers that crash the whole run of the reference."""
 
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
-class _Notation(VirtualHomeGoals):
+class _VirtualHomeGoalNotation(VirtualHomeGoals):
     """The notation of goals, read as the reference reads it.
 
     Its quirks:
@@ -50,13 +50,15 @@ class _Notation(VirtualHomeGoals):
         if not isinstance(value, dict):
             return _NO_OBJECT
         try:
-            read = [each for kind in GoalKind for each in _entries(kind, value.get(SECTIONS[kind], []))]
+            read = [
+                entry for kind in GoalKind for entry in _read_entries(kind, value.get(SECTIONS[kind], []))
+            ]
         except (TypeError, AttributeError, RecursionError):
-            return _OF_ANOTHER_TYPE
+            return _UNEXPECTED_TYPE
         return WrittenGoals.from_entries(read)
 
 
-class ByLargestId(GoalInterpretation):
+class VirtualHomeGoalInterpretation(GoalInterpretation):
     """Scores goals as the reference does: it compares the goals of an answer with those of a task.
 
     Its quirks:
@@ -69,7 +71,7 @@ class ByLargestId(GoalInterpretation):
     """
 
     def __init__(self, task: Task, domain: Domain) -> None:
-        notation = _Notation()
+        notation = _VirtualHomeGoalNotation()
         super().__init__(task, domain, notation)
         by_id = sorted(task.relevant, key=lambda i: object_id(task.initial, i))
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
@@ -88,7 +90,7 @@ class ByLargestId(GoalInterpretation):
             verdict,
             counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)),
             missing=(),
-            aborts=goals in (_NO_OBJECT, _OF_ANOTHER_TYPE),
+            aborts=goals in (_NO_OBJECT, _UNEXPECTED_TYPE),
         )
 
     def score_missing_answer(self) -> GoalVerdict:
@@ -97,11 +99,11 @@ class ByLargestId(GoalInterpretation):
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """Count the predictions whose names are known."""
-        named = self._named(goals)
-        known = [goal for goal in named if isinstance(goal, WrittenGoal)]
-        matched = [goal for goal in known if goal in self._needed]
-        wrong = [goal for goal in known if goal not in self._needed]
-        right_kinds, wrong_kinds = [*map(_kind, matched)], [*map(_kind, wrong)]
+        named = self._resolve_names(goals)
+        resolved_goals = [goal for goal in named if isinstance(goal, WrittenGoal)]
+        matched = [goal for goal in resolved_goals if goal in self._needed]
+        wrong = [goal for goal in resolved_goals if goal not in self._needed]
+        right_kinds, wrong_kinds = [*map(_kind_of_goal, matched)], [*map(_kind_of_goal, wrong)]
         counts = {}
         for kind, total in self._totals:
             right = right_kinds.count(kind)
@@ -119,25 +121,25 @@ class ByLargestId(GoalInterpretation):
 
     def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """Return the predictions whose names are known, and the goals of the task."""
-        named = [goal for goal in self._named(goals) if isinstance(goal, WrittenGoal)]
+        named = [goal for goal in self._resolve_names(goals) if isinstance(goal, WrittenGoal)]
         return (*named, *self._needed)
 
     def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield a note for each entry that lacks a field, and for each unknown name."""
         yield from ill_formed_texts(goals.ill_formed)
-        for name in dict.fromkeys(name for name in self._named(goals) if isinstance(name, str)):
+        for name in dict.fromkeys(name for name in self._resolve_names(goals) if isinstance(name, str)):
             yield f"left out as hallucination: there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """Report for each goal whether a prediction equals it."""
-        named = frozenset(self._named(goals))
-        found = []
+        named = frozenset(self._resolve_names(goals))
+        reports = []
         for goal, (_, options) in zip(self.gold.goals, self._options, strict=True):
             text, met = goal.text or "", not named.isdisjoint(options)
-            found.append(GoalReport(goal.kind, text, met, predicates=find_names(text)))
-        return tuple(found)
+            reports.append(GoalReport(goal.kind, text, met, predicates=find_names(text)))
+        return tuple(reports)
 
-    def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
+    def _resolve_names(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
         """Return each prediction with the objects that its names mean, or else its first unknown name."""
         named: list[WrittenGoal | str] = []
         for goal in goals.goals:
@@ -147,37 +149,37 @@ class ByLargestId(GoalInterpretation):
         return named
 
 
-def _kind(goal: WrittenGoal) -> GoalKind:
+def _kind_of_goal(goal: WrittenGoal) -> GoalKind:
     if goal.is_action:
         return GoalKind.ACTION
     return GoalKind.STATE if len(goal.names) == 1 else GoalKind.RELATION
 
 
-def _entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
+def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
     """Return the goals of a section, without duplicates and empty entries.
 
     Raises:
         TypeError: the reference crashes on a value that it cannot iterate, index, measure or look up.
     """
-    unique = {_hashable(value): value for value in values}
+    unique = {_make_hashable(value): value for value in values}
     names = FIELDS[kind]
-    return [_goal(names, entry) or (kind, str(entry)) for entry in unique.values() if len(entry)]
+    return [_read_goal(names, entry) or (kind, str(entry)) for entry in unique.values() if len(entry)]
 
 
-def _goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
+def _read_goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
     """Return the goal of an entry, or None if the entry lacks a field."""
     if any(name not in entry for name in names):
         return None
-    return goal_of([_text(name, entry[name]) for name in names])
+    return goal_of([_read_field(name, entry[name]) for name in names])
 
 
-def _hashable(value: Any) -> object:
+def _make_hashable(value: Any) -> object:
     if isinstance(value, dict):
-        return frozenset([(key, _hashable(part)) for key, part in value.items()])
-    return tuple([_hashable(part) for part in value]) if isinstance(value, list) else value
+        return frozenset([(key, _make_hashable(part)) for key, part in value.items()])
+    return tuple([_make_hashable(part) for part in value]) if isinstance(value, list) else value
 
 
-def _text(field: str, value: Any) -> str:
+def _read_field(field: str, value: Any) -> str:
     """Return a field as text. A value that is no string becomes a text that equals no name or state.
 
     Raises:

@@ -36,8 +36,8 @@ from eai.benchmarks.virtualhome.plan_notation import (
 )
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.extensions.reference import virtualhome_quirks
-from eai.extensions.reference.plans import beside_strict
-from eai.extensions.reference.virtualhome_quirks import relevant_objects
+from eai.extensions.reference.plans import compare_with_strict
+from eai.extensions.reference.virtualhome_quirks import list_relevant_objects
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
@@ -47,18 +47,18 @@ from eai.world.fault import FaultKind
 from eai.world.state import Scene, State
 
 
-class _GoalTest(GoalTest):
+class _VirtualHomeGoalTest(GoalTest):
     """The reference's test of the goals of a task.
 
     Args:
         task: the task.
-        as_in_data_set: whether action goals are searched in the order of the data set.
+        in_data_set_order: whether action goals are searched in the order of the data set.
     """
 
-    def __init__(self, task: Task, *, as_in_data_set: bool = False) -> None:
+    def __init__(self, task: Task, *, in_data_set_order: bool = False) -> None:
         super().__init__(task)
         numbers = range(len(self._actions))
-        self._order = numbers if as_in_data_set else sorted(numbers, key=self._actions.__getitem__)
+        self._order = numbers if in_data_set_order else sorted(numbers, key=self._actions.__getitem__)
         self._relations = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.RELATION]
         self.reorders = list(self._order) != list(numbers)
 
@@ -82,10 +82,10 @@ class _GoalTest(GoalTest):
         text = " ".join(actions)
         position = 0
         for count, number in enumerate(self._order):
-            found = next((word for word in goals[number] if text.find(word, position) >= 0), None)
-            if found is None:
+            match = next((word for word in goals[number] if text.find(word, position) >= 0), None)
+            if match is None:
                 return self._order[:count]
-            position = text.find(found, position) + len(found)
+            position = text.find(match, position) + len(match)
         return self._order
 
 
@@ -103,7 +103,7 @@ _FENCE = "```json"
 _LIST_END = "]"
 
 
-class _Notation(VirtualHomePlans):
+class _VirtualHomePlanNotation(VirtualHomePlans):
     """The notation of VirtualHome plans, read as the reference reads it.
 
     Args:
@@ -132,7 +132,7 @@ class _Notation(VirtualHomePlans):
         """
         if not isinstance(task, VirtualHomeTask):
             raise TypeError(f"task {task.id} has no record of the data set")
-        relevant = relevant_objects(task)
+        relevant = list_relevant_objects(task)
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}
         by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
@@ -147,18 +147,18 @@ class VirtualHomeActionSequencing(ActionSequencing):
     """
 
     def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
-        goals = _GoalTest(task)
-        super().__init__(task, _domain(), _Notation(with_ids=with_ids), goals)
+        goals = _VirtualHomeGoalTest(task)
+        super().__init__(task, _make_domain(), _VirtualHomePlanNotation(with_ids=with_ids), goals)
         final = task.annotated_final
         passes = final is not None and goals.passes_gold_test(final)
         self.excluded = None if passes else task.exclude(GOLD_TEST)
-        self._summed = _GoalTest(task, as_in_data_set=True) if goals.reorders else goals
+        self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
-        return beside_strict(super().assess(text), text, self.notation, self._as_strict)
+        return compare_with_strict(super().assess(text), text, self.notation, self._make_strict_scorer)
 
-    def _as_strict(self) -> ActionSequencing:
+    def _make_strict_scorer(self) -> ActionSequencing:
         return ActionSequencing(self.task, domain_in_paper_order(), VirtualHomePlans())
 
     def _rejection(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> PlanVerdict:
@@ -172,9 +172,9 @@ class VirtualHomeActionSequencing(ActionSequencing):
     def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor) -> Assessment:
         if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
             return super()._run(plan, actions, execute)
-        if_it_were = super()._run(plan, actions, self._execute)
+        assessment_if_run = super()._run(plan, actions, self._execute)
         not_run = self._verdict(self.goals.none_reached, plan, success=False)
-        return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
+        return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
         """Return the verdict on an executed plan, with its counts for a summary.
@@ -184,8 +184,8 @@ class VirtualHomeActionSequencing(ActionSequencing):
         """
         verdict = super()._judge(execution, plan)
         reached = verdict.goals_satisfied
-        if self._summed is not self.goals:
-            reached = self._summed.find_reached(execution.trajectory.final, execution.taken_actions)
+        if self._summary_goals is not self.goals:
+            reached = self._summary_goals.find_reached(execution.trajectory.final, execution.taken_actions)
         additional = execution.trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict
@@ -211,16 +211,16 @@ def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -
     )
 
 
-def _with_note(explanation: Explanation, note: str) -> Explanation:
+def _add_note(explanation: Explanation, note: str) -> Explanation:
     return replace(explanation, notes=(*explanation.notes, note))
 
 
 @cache
-def _domain() -> Domain:
-    return virtualhome_quirks.as_in_reference().replace_operators(without=NOT_ACCEPTED)
+def _make_domain() -> Domain:
+    return virtualhome_quirks.make_reference_domain().replace_operators(without=NOT_ACCEPTED)
 
 
-def written_with_ids(answers: Iterable[str]) -> bool:
+def has_mostly_ids(answers: Iterable[str]) -> bool:
     """Whether most answers of a file that name objects use ids."""
     plans = [read_plan(answer) for answer in answers]
     readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]

@@ -29,20 +29,20 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 @cache
-def as_in_reference() -> Domain:
+def make_reference_domain() -> Domain:
     """Return the domain with the reference's order of checks and all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
-def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
+def find_first_target(state: State, predicate: str, source: int, wanted: int) -> int:
     """Return the first target of a relation that is in the mask ``wanted``, as a mask; 0 for no target."""
-    found = state.relation(predicate).row(source) & wanted
-    if found & (found - 1) == 0:
-        return found
-    return next(1 << y for y in _in_order(state, predicate, source) if found >> y & 1)
+    targets = state.relation(predicate).row(source) & wanted
+    if targets & (targets - 1) == 0:
+        return targets
+    return next(1 << y for y in _list_in_set_order(state, predicate, source) if targets >> y & 1)
 
 
-def _in_order(state: State, predicate: str, source: int) -> list[int]:
+def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
     """Return the targets of a relation in the iteration order of a Python set of ids.
 
     The set got the targets that actions added first, then those of the initial scene. Initial targets are
@@ -58,7 +58,7 @@ def _in_order(state: State, predicate: str, source: int) -> list[int]:
     return [by_id[i] for i in {*added, *initial} if mask >> by_id[i] & 1]
 
 
-def _room(state: State, arguments: tuple[int, ...]) -> int:
+def _find_room(state: State, arguments: tuple[int, ...]) -> int:
     """Return the room of an object as a mask, 0 for no room (reference: ``_get_room_node``).
 
     If an object is inside several objects, its room is the first of them that is a room. Otherwise the search
@@ -70,11 +70,11 @@ def _room(state: State, arguments: tuple[int, ...]) -> int:
         return 1 << x
     containers = inside.row(x)
     if containers & (containers - 1):
-        return first_target(state, "INSIDE", x, is_room)
+        return find_first_target(state, "INSIDE", x, is_room)
     seen = 0
     while containers and not containers & seen:
         if containers & (containers - 1):
-            containers = first_target(state, "INSIDE", x, containers)
+            containers = find_first_target(state, "INSIDE", x, containers)
         if containers & is_room:
             return containers
         seen |= containers
@@ -84,31 +84,31 @@ def _room(state: State, arguments: tuple[int, ...]) -> int:
 
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
-    "room_of": _room,
-    "lies_on": p.make_origin_lookup(0, first_target),
-    "lies_in": p.make_origin_lookup(1, first_target),
-    "lies_next_to": p.make_origin_lookup(2, first_target),
+    "room_of": _find_room,
+    "lies_on": p.make_origin_lookup(0, find_first_target),
+    "lies_in": p.make_origin_lookup(1, find_first_target),
+    "lies_next_to": p.make_origin_lookup(2, find_first_target),
 }
 
 
-def _in_this_order(derived: DerivedPredicate) -> DerivedPredicate:
+def _use_set_order(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
     if lookup is None or not isinstance(derived, Lookup):
         return derived
     return replace(derived, values=lookup, open_in_meaning="which of several objects is the first")
 
 
-IN_SLOT_ORDER = Vocabulary(p.VOCABULARY.predicates, tuple(map(_in_this_order, p.VOCABULARY.derived)))
+SET_ORDER_VOCABULARY = Vocabulary(p.VOCABULARY.predicates, tuple(map(_use_set_order, p.VOCABULARY.derived)))
 """The vocabulary with the reference's lookups. It stores equal facts, so both share states."""
 
 
-def relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
+def list_relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
     """Return the relevant objects of a task, in the reference's order (``get_symbolic_goal_nl``)."""
     by_id = {p.object_id(task.initial, i): i for i in task.relevant}
     return tuple([by_id[i] for i in task.record.relevant_ids])
 
 
-SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
+SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
     p.near(X): (p.next_to(AGENT, X),),
     p.near(Y): (p.next_to(AGENT, Y),),
     p.faced(X): (p.facing(AGENT, X),),
@@ -122,15 +122,17 @@ SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
 """Failed condition -> the conditions that the reference searches in earlier states, if they differ."""
 
 
-def _of_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
+def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
     """Turn a change of a check into a change of a domain. None removes the check."""
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
         operators = []
-        for each in domain.operators:
-            checks = [change(each, check) for check in each.checks]
-            operators.append(replace(each, checks=tuple([check for check in checks if check is not None])))
+        for operator in domain.operators:
+            checks = [change(operator, check) for check in operator.checks]
+            operators.append(
+                replace(operator, checks=tuple([check for check in checks if check is not None]))
+            )
         return domain.replace_operators(*operators)
 
     return apply
@@ -141,7 +143,7 @@ def first_of_a_hash_table(domain: Domain) -> Domain:
 
     See ``environment.py``, ``EnvironmentGraph``.
     """
-    return replace(domain, vocabulary=IN_SLOT_ORDER)
+    return replace(domain, vocabulary=SET_ORDER_VOCABULARY)
 
 
 def held_objects_stay_behind(domain: Domain) -> Domain:
@@ -162,33 +164,33 @@ def grabbing_empties(domain: Domain) -> Domain:
     return domain.replace_operators(o.grab(effects_on_contents=()))
 
 
-@_of_checks
+@_change_checks
 def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
-    """The order test searches earlier states for other conditions than the check (`SOUGHT`), or for none.
+    """The order test searches for other conditions than the check, or for none (`SEARCHED_CONDITIONS`).
 
     See ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
-    sought = SOUGHT.get(wanted)
+    sought = SEARCHED_CONDITIONS.get(wanted)
     if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
         sought = (FALSE,)  # the check for a knife in the hand
     return check if sought is None else replace(check, history_conditions=sought)
 
 
-@_of_checks
+@_change_checks
 def unplugged_is_additional(operator: Operator, check: Check) -> Check:
     """Switching on an unplugged device is an additional step, not a missing step (``SwitchExecutor``)."""
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
 
 
-@_of_checks
+@_change_checks
 def running_is_additional(operator: Operator, check: Check) -> Check:
     """Opening a device that is on is an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
-@_of_checks
+@_change_checks
 def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
     """Changing a state that an object lacks is an additional step, not an affordance error.
 
@@ -197,13 +199,13 @@ def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
 
 
-@_of_checks
+@_change_checks
 def grabbed_once_is_additional(operator: Operator, check: Check) -> Check:
     """Grabbing an object again after letting go of it is an additional step (``GrabExecutor``)."""
     return additional(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
-@_of_checks
+@_change_checks
 def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | None:
     """Sitting or lying down somewhere else is an additional step (``SitExecutor``, ``LieExecutor``)."""
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
@@ -213,7 +215,7 @@ def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | 
     return additional(~p.lying(AGENT), "the character lies already") if check == o.NOT_IN_BED else check
 
 
-@_of_checks
+@_change_checks
 def closed_container_is_affordance(operator: Operator, check: Check) -> Check:
     """Putting an object into a closed container is an affordance error (``execution.py _check_puttable``)."""
     closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
@@ -242,7 +244,7 @@ def looks_not_implemented(domain: Domain) -> Domain:
     )
 
 
-@_of_checks
+@_change_checks
 def no_room_aborts(operator: Operator, check: Check) -> Check:
     """Walking to an object in no room is an error without a kind (``execution.py``, ``WalkExecutor``)."""
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check

@@ -29,7 +29,7 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, ExplorationResult, GoalProgress
 from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoals
 from eai.extensions.reference import virtualhome_quirks
-from eai.extensions.reference.subgoals import ReferenceSubgoals, halting
+from eai.extensions.reference.subgoals import ReferenceSubgoals, make_halting_planner
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
@@ -38,7 +38,7 @@ from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.state import State
 
-BROUGHT_ABOUT_BY = {
+ACTIONS_FOR_STATE = {
     "CLOSED": ("CLOSE",),
     "OPEN": ("OPEN",),
     "ON": ("SWITCHON",),
@@ -49,16 +49,16 @@ BROUGHT_ABOUT_BY = {
 }
 """Actions that reach each state of an object. No action reaches any other state."""
 
-NEED_THE_OBJECT_IN_HAND = frozenset({"DRINK", "EAT", "READ"})
-NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
+ACTIONS_ON_HELD_OBJECT = frozenset({"DRINK", "EAT", "READ"})
+ACTIONS_AFTER_TURNING = frozenset({"LOOKAT", "WATCH"})
 
 
-def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
+def make_state_plans(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
     """Return the plans that make an atom true; none if no action can."""
     if len(arguments) == 1:
         (x,) = arguments
         return [
-            (Action("FIND", (x,)), Action(action, (x,))) for action in BROUGHT_ABOUT_BY.get(predicate, ())
+            (Action("FIND", (x,)), Action(action, (x,))) for action in ACTIONS_FOR_STATE.get(predicate, ())
         ]
     x, y = arguments
     agent = state.scene.agent
@@ -85,17 +85,17 @@ def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Se
             return []
 
 
-def plans_of_action(action: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
+def make_action_plans(action: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
     """Return the only plan for a subgoal that is an action, as a list."""
     act = Action(action, tuple(arguments))
     if not arguments:
         return [(act,)]
     x, *others = arguments
-    if action in NEED_A_LOOK:
+    if action in ACTIONS_AFTER_TURNING:
         return [(Action("FIND", (x,)), Action("TURNTO", (x,)), act)]
     if others:
         return [(*_fetch(x, state), *(Action("FIND", (y,)) for y in others), act)]
-    if action in NEED_THE_OBJECT_IN_HAND and not _is_held(x, state):
+    if action in ACTIONS_ON_HELD_OBJECT and not _is_held(x, state):
         return [(*_fetch(x, state), act)]
     return [(Action("FIND", (x,)), act)]
 
@@ -122,16 +122,16 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     """Scores VirtualHome subgoals as the reference does. A goal counts if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
-        domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
-        super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
+        domain, words = virtualhome_quirks.make_reference_domain(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
+        super().__init__(task, domain, words, goals=_UnorderedGoalTest(task), limits=limits)
         self.excluded = None
 
-    def _piece(self, subgoal: str, lots: Random) -> str | None:
+    def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
         if subgoal in _WITHOUT_ARGUMENTS:
             return f"{subgoal}()"
         if _PRIMITIVE.search(subgoal) is None:
             return None
-        return _LEADING_ZEROS.sub(".", lots.choice(subgoal.split(" or ")))
+        return _LEADING_ZEROS.sub(".", rng.choice(subgoal.split(" or ")))
 
     def halts(self, fault: Fault) -> bool:
         """Whether the reference raises an exception for a fault.
@@ -156,25 +156,25 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore(compiled)
 
-    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
+    def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal. A literal that cannot be translated ends the search."""
-        return [(number, self._plans_for(literal)) for number, literal in enumerate(found)]
+        return [(number, self._make_planner(literal)) for number, literal in enumerate(literals)]
 
-    def _plans_for(self, literal: Formula) -> SubgoalPlanner:
+    def _make_planner(self, literal: Formula) -> SubgoalPlanner:
         if not isinstance(literal, (Atom, Occurs)):
-            return halting("a negation cannot be translated")
+            return make_halting_planner("a negation cannot be translated")
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
-            return halting(f"{print_ltl(literal)}: an object without an id cannot be translated")
+            return make_halting_planner(f"{print_ltl(literal)}: an object without an id cannot be translated")
         if isinstance(literal, Occurs):
             action = self.lexicon.to_action(literal)
-            return lambda state: SubgoalPlans(plans_of_action(*action, state))
+            return lambda state: SubgoalPlans(make_action_plans(*action, state))
         atom = self.lexicon.to_literal(literal)
         if atom is None:
             raise AssertionError(f"{print_ltl(literal)} is about no objects")
-        return lambda state: SubgoalPlans(plans_of_state(atom.predicate, atom.arguments, state))
+        return lambda state: SubgoalPlans(make_state_plans(atom.predicate, atom.arguments, state))
 
 
-class _ActionsSingly(GoalTest):
+class _UnorderedGoalTest(GoalTest):
     """Tests action goals in any order of actions, up to the first unmet goal (``my_scene_evaluate``)."""
 
     def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
