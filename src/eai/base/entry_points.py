@@ -17,7 +17,7 @@ from eai.base.errors import InputError
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
 _CORE_GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
-"""Groups that always have entry points in the metadata of this package."""
+"""Groups of entry points that this package itself always registers."""
 
 
 class EntryPoint(NamedTuple):
@@ -43,11 +43,11 @@ class EntryPoint(NamedTuple):
 
 
 def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:
-    """Return the entry points of a group by name, without those of absent modules of this package.
+    """Return the entry points of a group by name, without those whose module of this package is absent.
 
     Args:
         group: the group.
-        first: names that come first, in this order. The others follow by name.
+        first: names that come first, in this order. All other names follow in alphabetical order.
 
     Raises:
         InputError: the metadata of this package are not installed.
@@ -63,7 +63,7 @@ def load_offer(name: str, needed_by: str) -> Any:
 
     Args:
         name: name of the entry point in the group ``eai.offers``.
-        needed_by: the option or value of the user that needs the object; the message begins with it.
+        needed_by: the user's option or value that needs the object. The error message begins with this text.
 
     Raises:
         InputError: no installed extension offers the object.
@@ -75,11 +75,11 @@ def load_offer(name: str, needed_by: str) -> Any:
 
 
 def get_entry_point_names(group: str, first: Sequence[str] = ()) -> list[str]:
-    """Return the names of the entry points of a group, absent modules included.
+    """Return the names of the entry points of a group, also if their modules are absent.
 
     Args:
         group: the group.
-        first: names that come first, in this order. The others follow by name.
+        first: names that come first, in this order. All other names follow in alphabetical order.
     """
     points = _read_group(group)
     return [name for name in dict.fromkeys((*first, *sorted(points))) if name in points]
@@ -99,7 +99,7 @@ def _read_group(group: str) -> Mapping[str, EntryPoint]:
 def _read_all(path: tuple[str, ...]) -> Sequence[EntryPoint]:
     """Read the entry points of all distributions on `sys.path`.
 
-    The first folder comes last, so that it wins.
+    Folders are read from last to first, so that the first folder wins.
     """
     files = [file for folder in reversed(path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
     return [point for file in files for point in _read(file)]
@@ -116,9 +116,9 @@ def _read(file: Path) -> Iterator[EntryPoint]:
 
 
 def has_module(module: str) -> bool:
-    """Whether a module of this package exists. A module of another distribution is assumed to exist.
+    """Whether a module of this package is installed. A module of another distribution is assumed to exist.
 
-    The other module is not searched for, since this would import its package.
+    A search for the other module would import its package.
     """
     if not module.startswith(_OURS):
         return True

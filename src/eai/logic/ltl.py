@@ -29,7 +29,7 @@ from eai.logic.signature import (
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 MAX_PARSED_PRIMITIVES = 1_000
-"""Maximum number of parsed primitives that are cached with a signature."""
+"""Maximum number of parsed primitives that a signature caches."""
 
 
 Dialect: TypeAlias = Literal["release", "ltlf"]
@@ -121,7 +121,7 @@ _OPERATORS: Final[Mapping[Dialect, re.Pattern[str]]] = {
 }
 _OBJECTS: Final = re.compile(_OBJECT)
 STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
-"""How tightly the word after an operand binds. A prefix before an operand binds with `PREFIX`."""
+"""How tightly each infix word binds. A prefix binds with `PREFIX`."""
 PREFIX: Final = 6
 
 _Make: TypeAlias = Callable[..., f.Formula]
@@ -143,14 +143,14 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 @dataclass(slots=True)
 class _Pending:
-    """A construct that waits for its last part: a series, an infix, a prefix, a quantifier; or a bracket.
+    """A construct whose last part is not yet read: a series, an infix, a prefix, a quantifier or a bracket.
 
     Attributes:
-        strength: how tightly it binds; 0 for a bracket.
-        make: builds the formula from its parts.
+        strength: how tightly the construct binds; 0 for a bracket.
+        make: function that builds the formula from its parts.
         parts: the parts read so far.
         levels: the depth of these parts.
-        scope: the names that are bound before it.
+        scope: the names that are bound outside of the construct.
     """
 
     strength: int
@@ -209,7 +209,7 @@ class _LtlReader:
 
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
         strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # groups to the right: each infix is pushed
+        if operator in _INFIXES:  # infixes group to the right, so each is pushed
             self._stack.append(_Pending(strength, _INFIXES[operator], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)
@@ -265,10 +265,10 @@ class _LtlReader:
         """Collect the misuses of names in one predicate or action.
 
         Args:
-            name: its name.
+            name: name of the predicate or action.
             terms: its arguments.
-            signature: the names that it may use.
-            position: returns the offset of the name (for 0) and of the arguments (from 1 on) in the text.
+            signature: the names that a formula may use.
+            position: returns the offset in the text of the name (for 0) and of the arguments (from 1 on).
         """
         arities = signature.arity_table(name)
         if name not in arities:
@@ -352,7 +352,7 @@ class _LtlReader:
         return self._error_expecting("')'", "','")
 
     def _take(self, pattern: str) -> str | None:
-        """Read a text that matches a pattern, after blanks; None if the next text does not match."""
+        """Skip blanks and read text that matches a pattern; None if the next text does not match."""
         match = re.compile(f"{_BLANK}({pattern})").match(self._text, self._position)
         if match is None:
             return None

@@ -31,7 +31,7 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
 def _find_layers(
     adjacency: Sequence[Sequence[int]], partner: Sequence[int | None], owner: dict[int, int]
 ) -> dict[int, int]:
-    """Return the distances of left vertices from the free ones on alternating paths; {} if none can grow."""
+    """Return distances on alternating paths from unmatched left vertices; {} if the matching cannot grow."""
     layers = {left: 0 for left, matched in enumerate(partner) if matched is None}
     queue = deque(layers)
     augmentable = False
@@ -54,7 +54,7 @@ def _augment(
     partner: list[int | None],
     owner: dict[int, int],
 ) -> None:
-    """Flip one alternating path from a free left vertex along the layers to a free right vertex, if any.
+    """Augment the matching along the layers, by one alternating path from a free left to a free right vertex.
 
     All searches of a phase share ``unexplored``: an edge that failed is not tried again.
     """
@@ -105,7 +105,7 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # A path that gains weight takes no cell of weight 0: the taken cells weigh most for their number.
+    # Taken cells have the largest weight for their number, so a path that gains takes no cell of weight 0.
     while _add_cell(weights, column_of, least_gain=1):
         pass
     return sorted(column_of.items())
@@ -114,7 +114,7 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
 def _add_cell(
     weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
 ) -> bool:
-    """Take one more cell, along the path that gains most. Return False if no path gains enough.
+    """Take one more cell, along the path that gains most weight. Return False if no path gains enough.
 
     The taken cells keep the largest total weight for their number (successive shortest paths). The gain never
     grows from one call to the next.
@@ -136,7 +136,7 @@ def _add_cell(
 def _find_best_gains(
     weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
 ) -> tuple[dict[int, int], dict[int, int]]:
-    """Return, by column, the largest gain of an alternating path from a free row, and its last row."""
+    """Return, by column, the largest gain of an alternating path from a free row, and the path's last row."""
     reached = {row: 0 for row in range(len(weights)) if row not in column_of}
     gains: dict[int, int] = {}
     came_from: dict[int, int] = {}

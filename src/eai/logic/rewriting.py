@@ -1,4 +1,4 @@
-"""Formulas made from formulas: other leaves, other names, or negations only at the leaves."""
+"""Rewrite formulas: replace leaves or names, or move negations to the leaves."""
 
 from __future__ import annotations
 
@@ -48,11 +48,7 @@ def rewrite(
 
 
 def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
-    """Replace each largest part about one state, in a formula of temporal logic.
-
-    Raises:
-        InputError: a quantifier stands around a temporal operator.
-    """
+    """Replace each largest part without temporal operators, in a formula of temporal logic."""
     if is_state_formula(formula):
         return change(formula)
     if isinstance(formula, (f.ForAll, f.Exists, f.Exactly, f.ForPairs)):
@@ -117,7 +113,7 @@ def rename_variables(formula: f.Formula) -> f.Formula:
 
 
 def _rename(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
-    """Rename variables: free ones by ``names``, bound ones by the next names of ``fresh``."""
+    """Rename free variables by ``names``, and bound variables by the next names of ``fresh``."""
 
     def rename(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Variable) else term.name

@@ -32,7 +32,7 @@ from eai.logic.trace import Trace, positions_in
 from eai.logic.traversal import monotony, temporal_parts
 
 Binding: TypeAlias = Mapping[str, str]
-"""The objects of variables, by the names of the variables."""
+"""Mapping from the names of variables to their objects."""
 
 _EvaluatePart: TypeAlias = Callable[[f.Formula, Binding], int]
 
@@ -52,7 +52,7 @@ class _Evaluator:
 
     def __init__(self, formula: f.Formula, trace: Trace) -> None:
         self._trace = trace
-        self._formula = formula  # keeps its parts alive, so that their ids stay unique
+        self._formula = formula  # keeps the formula's parts alive, so that their ids stay unique
         self._temporal = temporal_parts(formula)
         self._monotony = monotony(formula)
         self._closed: dict[int, int] = {}
@@ -114,7 +114,7 @@ class _Evaluator:
         return self._combine(formula, binding, partial(self.find_starts, end=end), end)
 
     def _find_sequence_starts(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
-        """Return the start positions of consecutive pieces that satisfy the parts, up to ``starts``."""
+        """Return the start positions of consecutive pieces that satisfy the parts up to ``starts``."""
         for part in reversed(parts):
             starts = self._find_piece_starts(part, binding, starts)
         return starts
@@ -122,7 +122,8 @@ class _Evaluator:
     def _find_piece_starts(self, formula: f.Formula, binding: Binding, rest: int) -> int:
         """Return the start positions of pieces that satisfy the formula and end just before ``rest``."""
         ends = rest >> 1
-        if id(formula) in self._monotony.lasting:  # if any end works, the last one does
+        # A lasting formula that holds on some piece also holds on the longest one.
+        if id(formula) in self._monotony.lasting:
             return self.find_starts(formula, binding, ends.bit_length() - 1) if ends else 0
         # A perishing formula that some piece satisfies is satisfied by the piece of length 1.
         if id(formula) in self._monotony.perishing and ends == _up_to_last(ends):
@@ -151,7 +152,7 @@ class _Evaluator:
         return self._tables[key]
 
     def _compute_table(self, formula: f.Formula, binding: Binding) -> list[int]:
-        """Compute what `find_starts` returns for every end. Parts of connectives are computed first."""
+        """Compute the start positions of pieces for every end. Parts of connectives are computed first."""
         if not self.is_temporal(formula):
             mask = self.find_state_positions(formula, binding)
             return [_up_to_last(mask & _up_to(end)) for end in range(self._trace.length)]
@@ -198,7 +199,7 @@ class _Evaluator:
     def _evaluate_instances(
         self, variable: f.Variable, body: f.Formula, binding: Binding, evaluate: _EvaluatePart, truth: bool
     ) -> list[int]:
-        """Return the positions at which the body holds, for every value that can give it this truth."""
+        """Return the positions at which the body holds for each value that can give it the wanted truth."""
         name = variable.name
         values = self._find_candidates(variable, body, binding, truth)
         return [evaluate(body, {**binding, name: value}) for value in values]
@@ -206,14 +207,14 @@ class _Evaluator:
     def _find_candidates(
         self, variable: f.Variable, body: f.Formula, binding: Binding, truth: bool
     ) -> frozenset[str]:
-        """Return the values of a variable for which the body can have this truth at some position."""
+        """Return the values of a variable for which the body can have the wanted truth at some position."""
         domain = self._trace.domain(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
         possible = support(body, variable.name, inner, truth, self._find_participants)
         return domain if possible is None else domain & possible
 
     def _find_participants(self, leaf: f.Atom | f.Occurs, index: int, binding: Binding) -> Set[str] | None:
-        """Return the objects that are ever this argument of an action; None for an atom."""
+        """Return the objects that occur at an argument of an action on the trace; None for an atom."""
         return self._trace.participants(leaf.action, index) if isinstance(leaf, f.Occurs) else None
 
     def _evaluate_pairing(
@@ -249,7 +250,7 @@ def _up_to(end: int) -> int:
 
 
 def _up_to_last(mask: int) -> int:
-    """Return the mask of all positions up to the last one of a mask."""
+    """Return the mask of all positions up to the last position in a mask."""
     return (1 << mask.bit_length()) - 1
 
 
@@ -267,7 +268,10 @@ def _positions_until(left: int, right: int) -> int:
 
 
 def _positions_of_exactly(count: int, masks: list[int], everything: int) -> int:
-    """Return the positions that are in exactly ``count`` masks, by a binary counter with one mask a digit."""
+    """Return the positions that are in exactly ``count`` masks.
+
+    A binary counter adds the masks. Each digit is a mask of positions.
+    """
     digits: list[int] = []
     for mask in masks:
         carry = mask
@@ -281,7 +285,7 @@ def _positions_of_exactly(count: int, masks: list[int], everything: int) -> int:
 
 
 PossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
-"""Function that returns the objects that may be argument number i of a true atom; None for any object."""
+"""Function that returns the objects that can be argument number i of a true atom; None if any object can."""
 
 
 def support(
@@ -348,7 +352,7 @@ def _find_smallest(supports: Iterable[Set[str] | None]) -> Set[str] | None:
 
 
 def unite_supports(supports: Iterable[Set[str] | None]) -> Set[str] | None:
-    """Return the union of supports, for a formula that any of its parts makes true; None if one is None."""
+    """Return the union of supports: any part may make the formula true. None if one support is None."""
     union: Set[str] = frozenset()
     for objects in supports:
         if objects is None:
@@ -450,7 +454,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_completion(part, evaluator, trace, start)
         if last is None:
-            if holds:  # an earlier part must be completed later
+            if holds:  # some part before this one must be completed at a later position
                 return _Evidence(True, tuple(positions))
             blamed = _find_blamed_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _Evidence(False, tuple(positions), blamed or (part,))

@@ -11,7 +11,7 @@ from eai.logic.formula import Constant, Formula, Term, Variable
 
 
 def error_at(text: str, position: int, expected: str) -> ParseError:
-    """Return the parse error for an offset in a text."""
+    """Return a ParseError with the line and column of an offset in a text."""
     return ParseError(*line_and_column(text, position), expected)
 
 
@@ -27,7 +27,7 @@ def join_with_or(words: Sequence[str]) -> str:
 
 
 MisuseKind: TypeAlias = Literal["unknown_predicate", "unknown_object", "wrong_arity"]
-"""How a formula that parses misuses a name.
+"""Kind of misuse of a name in a formula whose syntax is right.
 
 ``unknown_predicate``: the name is neither a predicate nor an action. ``unknown_object``: an argument is
 neither an object nor a bound variable. ``wrong_arity``: the predicate or action takes another number of
@@ -80,7 +80,7 @@ class Signature:
         return name in self.actions and name not in self.predicates
 
     def arity_table(self, name: str) -> Mapping[str, int | None]:
-        """Return the mapping that has the arity of a name: the predicates, or else the actions."""
+        """Return the table of arities that contains a name: of the predicates, or else of the actions."""
         return self.predicates if name in self.predicates else self.actions
 
 
@@ -90,5 +90,5 @@ def to_term(name: str, scope: frozenset[str]) -> Term:
 
 
 def describe_arity(name: str, arity: int, noun: str) -> str:
-    """Say how many arguments a name takes: ``WALK takes 1 object``."""
+    """Return a text about the number of arguments of a name: ``WALK takes 1 object``."""
     return f"{name} takes {arity} {noun}{'' if arity == 1 else 's'}"

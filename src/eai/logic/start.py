@@ -1,4 +1,4 @@
-"""Formulas that the first state of a trace already makes false, however the trace continues."""
+"""Find formulas that are false on every trace that begins with a given state."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from eai.logic.traversal import is_state_formula, walk
 def is_broken(formula: f.Formula, start: Trace) -> bool:
     """Whether a closed formula is false on all traces that begin with a given state.
 
-    True is a proof. False proves nothing, since possible actions are not taken into account.
+    True is a proof. False proves nothing, since not every trace can be produced by possible actions.
 
     Args:
         formula: the formula; temporal operators stand outside of its quantifiers.
-        start: the trace that has only this state.
+        start: the trace that consists of the given state only.
     """
     return _truth(formula, start, is_top=True) is False
 
 
 def _truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
-    """Return the truth of a formula on all traces with this start, or None if traces differ.
+    """Return the truth of a formula on all traces with this start, or None if it differs between traces.
 
-    At the top, outside of all temporal operators, a state formula may hold at any position.
+    A state formula that is no operand of a temporal operator may hold at any position.
     """
     if is_state_formula(formula):
         if any(isinstance(part, f.Occurs) for part in walk(formula)):

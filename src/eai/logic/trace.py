@@ -12,7 +12,7 @@ from eai.base.errors import InputError
 
 
 class _Interpretation(Protocol):
-    """One state, as formulas read it. Objects have the names that formulas use."""
+    """One state, as formulas read it. Objects have the names used in formulas."""
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         """Whether the atom is true. An atom with an unknown predicate or object is false."""
@@ -80,7 +80,7 @@ class Trace:
         return self._states[0].objects(category)
 
     def domain(self, category: str | None) -> frozenset[str]:
-        """Return the objects of a category, as a set."""
+        """Return the set of objects of a category."""
         if category not in self._domains:
             self._domains[category] = frozenset(self.objects(category))
         return self._domains[category]

@@ -1,6 +1,6 @@
-"""Functions that walk over formulas: parts, variables, objects, predicates, monotony.
+"""Functions that walk over formulas: they find parts, variables, objects, predicates and monotone parts.
 
-None of them recurses.
+None of the functions recurses.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def free_variables(formula: f.Formula) -> frozenset[str]:
 
 
 def temporal_parts(formula: f.Formula) -> frozenset[int]:
-    """Return the ``id`` of every part about several positions, the formula itself included."""
+    """Return the ``id`` of every part with a temporal operator, the formula itself included."""
     ids: set[int] = set()
     for part in reversed(list(walk(formula))):
         if isinstance(part, _TEMPORAL) or not ids.isdisjoint(map(id, children(part))):
@@ -135,7 +135,7 @@ def temporal_parts(formula: f.Formula) -> frozenset[int]:
 
 
 class _Monotony(NamedTuple):
-    """The ``id`` of the parts whose truth on a piece of a trace is monotone in the end of the piece."""
+    """Parts, by ``id``, whose truth on a piece of a trace is monotone in the end of the piece."""
 
     lasting: frozenset[int]
     """Parts that stay true when the piece grows at its end."""
@@ -183,5 +183,5 @@ def _is_perishing(
 
 
 def is_state_formula(formula: f.Formula) -> bool:
-    """Whether a formula is about one position only, that is, has no temporal operator."""
+    """Whether a formula has no temporal operator, and is therefore about one state."""
     return not any(isinstance(part, _TEMPORAL) for part in walk(formula))

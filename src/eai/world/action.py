@@ -22,9 +22,9 @@ class Fault:
 
     Attributes:
         kind: the kind of error.
-        check: the check that failed.
+        check: the check of the operator that failed.
         earlier: index of the last state of the trajectory at which the missing condition held; negative for a
-            state before the trajectory. It is given exactly for a wrong order.
+            state before the trajectory. Only faults of kind wrong order have an index, others None.
     """
 
     kind: FaultKind

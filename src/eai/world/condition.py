@@ -107,7 +107,7 @@ class ConditionCompiler:
     def truth(
         self, formula: f.Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
     ) -> Truth:
-        """Compile a formula: whether it holds under a binding, or (not ``wanted``) whether it does not."""
+        """Compile a formula to a test of whether it holds, or (not ``wanted``) whether it does not hold."""
         scope = self._frame.scope if scope is None else scope
         match formula:
             case f.Atom():
@@ -164,7 +164,7 @@ class ConditionCompiler:
     ) -> Extension:
         """Compile an existential formula.
 
-        The parts that do not depend on the slot restrict the values first.
+        The parts of the body that do not depend on the quantified variable are tested first.
         """
         names = {name for name, index in scope.items() if index == slot} - {variable.name}
         parts = f.operands(body, f.And)
@@ -211,7 +211,7 @@ class ConditionCompiler:
         return extension
 
     def _compile_pairs(self, formula: f.ForPairs, scope: Mapping[str, int]) -> Truth:
-        """Compile a pairing: it exists if a maximum matching is large enough."""
+        """Compile a pairing of objects: it holds if a maximum matching has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.new_slot()
         partners = self._compile_values(second, formula.body, {**scope, first.name: slot})
@@ -265,13 +265,13 @@ class ConditionCompiler:
         return _compile_stored_extension(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived(self, predicate: str) -> DerivedPredicate | None:
-        """Return a derived predicate in the form in which it is evaluated; None if it is stored."""
+        """Return a derived predicate in the form that is evaluated; None if the predicate is stored."""
         derived = self._vocabulary.derived_by_name.get(predicate)
         return None if derived is None else to_evaluated_form(derived)
 
     @contextmanager
     def _guard_recursion(self, derived: Defined) -> Iterator[None]:
-        """Reject a definition that is used while itself is unfolded."""
+        """Reject a derived predicate whose definition uses the predicate itself."""
         if derived.name in self._unfolded:
             raise DomainError(f"derived predicate {derived.name} is defined by itself")
         self._unfolded.append(derived.name)
@@ -291,7 +291,7 @@ def _inner_scope(derived: Defined, slots: tuple[int, ...]) -> Mapping[str, int]:
 
 def _compile_lookup(lookup: Lookup, slots: Sequence[int]) -> _ValueMask:
     values = lookup.values
-    if len(slots) == 1:  # a fast path for one argument, which saves some suites a tenth of their time
+    if len(slots) == 1:  # a special case, which saves some suites a tenth of their time
         (only,) = slots
         return lambda state, binding: values(state, (binding[only],))
     return lambda state, binding: values(state, tuple([binding[s] for s in slots]))

@@ -60,7 +60,7 @@ def check(
 def _walk(
     domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
 ) -> Iterator[str]:
-    """Try random actions, execute the possible ones, and yield the broken laws."""
+    """Execute random possible actions, and yield the laws of execution that they break."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield f"{domain.name}: a state belongs to another vocabulary"
         return
@@ -115,7 +115,7 @@ def _find_new_effects(domain: Domain, before: State, action: Action, after: Stat
 
 
 def _fingerprint(state: State) -> int:
-    """Return a hash of the facts of a state, without the hash that the state caches."""
+    """Compute the hash of the facts of a state anew, so that a change of the state shows."""
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
@@ -137,7 +137,10 @@ def _check_additional_step(domain: Domain, before: State, action: Action) -> Ite
 
 
 def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
-    """Yield the visible changes that effects make in any case; two branches give a disjunction."""
+    """Yield the visible changes that effects make under all conditions, as formulas.
+
+    For an effect with two branches, the formula is the disjunction of the changes of the branches.
+    """
 
     def is_visible(atom: Atom) -> bool:
         predicate = vocabulary.find_stored(atom.predicate)

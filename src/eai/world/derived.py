@@ -46,7 +46,7 @@ class Defined:
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Always empty, since the formula names the predicates that it reads."""
+        """Always empty, since the definition names the predicates that this predicate reads."""
         return ()
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
@@ -123,7 +123,7 @@ def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
 
 
 def find_definition(derived: DerivedPredicate) -> Defined | None:
-    """Return the formula that is equivalent to a derived predicate, or None if it has no such formula."""
+    """Return a formula that is equivalent to a derived predicate, or None if none was declared."""
     match derived:
         case Defined():
             return derived
@@ -134,9 +134,9 @@ def find_definition(derived: DerivedPredicate) -> Defined | None:
 
 
 def find_stored_predicates(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
-    """Return the stored predicates that some predicates depend on, each once."""
+    """Return the stored predicates on which given predicates depend, directly or not, each once."""
     reached = list(dict.fromkeys(predicates))
-    for name in reached:  # the loop appends to the list
+    for name in reached:  # the loop visits the predicates that it appends, too
         derived = vocabulary.derived_by_name.get(name)
         if derived is not None:
             read = predicates_of(derived.definition) if isinstance(derived, Defined) else derived.reads

@@ -45,20 +45,23 @@ class Simulator(Protocol):
         """
 
     def act(self, action: Action, declared: State) -> State | Fault:
-        """Execute an action that is possible by its declaration.
+        """Execute an action whose declared checks all hold.
 
         Args:
             action: the action.
             declared: the state that follows by the declared effects.
 
         Returns:
-            The state after the action, in which its intended effects hold; or the fault of a failed action,
-            which changes nothing. The check of the fault need not be part of the declaration.
+            The state after the action, in which its intended effects hold; or a fault if the action failed
+            and changed nothing. The check of the fault need not be part of the declaration.
         """
 
 
 BeginEpisode: TypeAlias = Callable[[State], Simulator]
-"""Function that begins an episode in a state. Equal states make equal worlds. It may raise InputError."""
+"""Function that begins an episode of a simulator in a state. It may raise InputError.
+
+Episodes that begin in equal states behave equally.
+"""
 
 
 class _DeclaredSimulator:
@@ -68,7 +71,7 @@ class _DeclaredSimulator:
         self.state = initial
 
     def act(self, action: Action, declared: State) -> State | Fault:
-        """Return the declared state."""
+        """Return the state that follows by the declared effects."""
         self.state = declared
         return declared
 
@@ -86,15 +89,15 @@ class Domain:
         name: the domain's name on the command line.
         vocabulary: stored and derived predicates.
         operators: the actions.
-        history_rule: tells a wrong order from a missing step.
+        history_rule: function that tells a wrong order from a missing step.
         precedence: order by which one kind of fault is chosen for a step that has several; the first kind
             wins.
         visible: a formula about ``x``, its only free variable: the objects that an agent with a limited view
             sees. None if agents see everything.
-        landmarks: a formula about ``x``: the objects that such an agent knows from the start without seeing
-            them. None if there are none.
-        egocentric: the relations that such an agent perceives of itself only, not between other objects.
-        begin: begins the world of an episode; by default actions have exactly their declared effects.
+        landmarks: a formula about ``x``: the objects that an agent with a limited view knows from the start
+            without seeing them. None if there are no such objects.
+        egocentric: relations that an agent with a limited view perceives only between itself and objects.
+        begin: function that begins an episode; by default actions have exactly their declared effects.
 
     Raises:
         DomainError: two operators have one name, or a formula or effect uses an undeclared name. The whole
@@ -143,7 +146,7 @@ class Domain:
 
     @cached_property
     def applicability(self) -> Mapping[str, FindArguments]:
-        """By operator name, the function that finds the objects for which no check fails."""
+        """Functions by operator name; each finds the arguments for which no check of the operator fails."""
         return {operator.name: applicability(operator, self.vocabulary) for operator in self.operators}
 
     def operator(self, name: str) -> Operator | None:
@@ -157,7 +160,7 @@ class Domain:
         return operator.apply(state, operator.bind(state, action.arguments))
 
     def replace_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
-        """Return the domain with some operators replaced by name, or added, and others left out."""
+        """Return the domain after some operators were replaced by name, some added and some removed."""
         by_name = {operator.name: operator for operator in changed}
         operators = tuple(by_name.pop(o.name, o) for o in self.operators if o.name not in without)
         return replace(self, operators=(*operators, *by_name.values()))

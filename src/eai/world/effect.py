@@ -40,7 +40,7 @@ class Delete:
 
 @dataclass(frozen=True, slots=True)
 class When:
-    """The effects take place if the condition held before the action, ``otherwise`` if it did not."""
+    """Effects that take place if the condition held before the action. If it did not, ``otherwise`` does."""
 
     condition: Formula
     effects: tuple[Effect, ...]
@@ -71,7 +71,7 @@ Apply: TypeAlias = Callable[[State, Draft, FrameBinding], None]
 
 
 def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
-    """Return the effect on a binary atom, and on its mirror image."""
+    """Return two effects: on a binary atom, and on the atom with its arguments swapped."""
     left, right = atom.arguments
     return effect(atom), effect(Atom(atom.predicate, (right, left)))
 
@@ -89,7 +89,7 @@ class EffectCompiler:
         self._conditions = ConditionCompiler(vocabulary, frame)
 
     def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
-        """Compile effects to one function that makes them in order."""
+        """Compile effects to one function that changes a draft by each effect, in order."""
         scope = self._frame.scope if scope is None else scope
         steps = tuple([self._effect(effect, scope) for effect in effects])
 

@@ -26,17 +26,17 @@ Outcome: TypeAlias = State | Fault | Slip
 
 
 KnownOutcomes: TypeAlias = "dict[Action, tuple[State | Fault, KnownOutcomes]]"
-"""A cache of the outcomes of actions tried in a state, each with the cache for the state after it.
+"""A cache of the outcomes of actions tried in a state, each with the cache for the state after the action.
 
-Episodes with equal beginnings may share it: then each step is computed once.
+Episodes with equal beginnings may share a cache. Then each step is computed once.
 """
 
 
 class SlipSampler:
-    """Draws whether possible actions slip, for one task and epoch. Impossible actions draw nothing.
+    """Draws whether possible actions slip, for one task and epoch. Impossible actions need no draw.
 
-    So two policies get the same draw at the same executed step. Episodes that share a sampler continue its
-    draws (paper, appendix on replanning with stochastic actions).
+    Two policies therefore get the same draw at the same executed step. Episodes that share a sampler continue
+    its draws (paper, appendix on replanning with stochastic actions).
 
     Args:
         probability: probability that a possible action slips, from 0 to 1, independent of all others.
@@ -98,17 +98,17 @@ class Episode:
         return Trajectory(self._history.states, tuple(self._steps))
 
     def trajectory_from(self, start: int) -> Trajectory:
-        """Return the steps from one on as a trajectory of its own. Faults may refer to earlier states.
+        """Return the trajectory after a number of tried steps. Faults may refer to earlier states.
 
         Args:
-            start: number of steps tried before.
+            start: number of tried steps to leave out.
         """
         offset = sum([step.executed for step in self._steps[:start]])
         steps = [_shift_step(step, offset) for step in self._steps[start:]]
         return Trajectory(self._history.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
-        """Try one action. It must name an operator of the domain, and have the right number of arguments."""
+        """Try one action. The action must name an operator of the domain and have its number of arguments."""
         outcome = self._known_outcomes.get(action)
         if outcome is None:
             outcome = self._known_outcomes[action] = (attempt(self.domain, self._history, action), {})
@@ -158,7 +158,7 @@ class Episode:
 
 
 def _shift_step(step: Step, offset: int) -> Step:
-    """Return a step of a trajectory that begins ``offset`` states later."""
+    """Return a step whose fault counts states from ``offset`` states later on."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

@@ -41,7 +41,7 @@ class _CompiledTry(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """A failed check, with the objects and the list of checks of the operator, or of its try."""
+    """A failed check, with the objects of the action, and the list of checks that contains the check."""
 
     check: _CompiledCheck
     checks: tuple[_CompiledCheck, ...]
@@ -49,7 +49,7 @@ class Failure(NamedTuple):
 
 
 class _FailedTry(NamedTuple):
-    """A failed try of an action: its condition, which remains true, and the check that failed."""
+    """A failed try of an action: its condition, which still holds after the action, and the failed check."""
 
     condition: Formula
     check: Check
@@ -94,7 +94,7 @@ class CompiledOperator:
         return self._frame.bind(state.scene, arguments)
 
     def find_failures(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """Return the first failed check, or that of every try; () if the action is possible."""
+        """Return the first failed check, or the failed check of each try; () if the action is possible."""
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
             return (Failure(failed, self.checks, self._arguments(binding)),)
@@ -113,7 +113,7 @@ class CompiledOperator:
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
     def find_failed_tries(self, before: State, after: State, binding: FrameBinding) -> tuple[_FailedTry, ...]:
-        """Return each failed try that was made before, and would be made again after."""
+        """Return the failed tries whose conditions held before the action and still hold after it."""
         failed_tries = []
         for attempt, compiled in zip(self.operator.tries, self.tries, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
@@ -123,7 +123,7 @@ class CompiledOperator:
         return tuple(failed_tries)
 
     def _find_failures_of_tries(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """Return the failure of each try that is made; () if one succeeds or none is made."""
+        """Return the failure of each try that is made; () if some try succeeds or no try is made."""
         failures = []
         for attempt in self.tries:
             if attempt.is_made(state, binding):
@@ -159,7 +159,7 @@ def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> t
 
 
 Spend: TypeAlias = Callable[[], bool]
-"""Function that counts one binding of a variable, and returns whether the limit is exceeded."""
+"""Function that counts one tried value of a variable, and returns whether too many were tried."""
 
 FindArguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
 """Function that yields the arguments for which no check fails, in the order of `itertools.product`.
@@ -199,7 +199,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
         among: Sequence[int],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield the arguments that extend those that are bound before a slot."""
+        """Yield all complete arguments that agree with the values of the slots before ``slot``."""
         if slot > len(names):
             yield tuple(binding[1:slot])
             return

@@ -20,7 +20,7 @@ from eai.world.state import Scene, State
 
 
 class Step(NamedTuple):
-    """A step that was tried. It was executed unless it has a fault or ``slipped``."""
+    """An action that was tried. It was executed unless it has a fault or ``slipped``."""
 
     action: Action
     fault: Fault | None
@@ -68,7 +68,7 @@ class Trajectory:
 
     @property
     def additional_steps(self) -> int:
-        """Number of steps that were skipped because they were not needed."""
+        """Number of steps that were skipped because their effects held already."""
         return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 
 
@@ -103,7 +103,7 @@ def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
 
 
 def _diagnose(domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding) -> Fault:
-    """Choose the fault of all failures that counts. The history rule may find a wrong order in addition."""
+    """Choose one of the faults of a step by precedence. The history rule may add a wrong order."""
     kinds: dict[FaultKind, Check] = {}
     earlier = None
     for failure in operator.find_failures(history.state, binding):
@@ -124,7 +124,7 @@ def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
 
 
 def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
-    """Return the names of the witnesses of a failed check: objects that its reason does not name."""
+    """Return the names of objects that show why a check failed, beyond the objects in its reason."""
     if check.witness is None:
         return ()
     scope = argument_indices(action, domain)
@@ -153,7 +153,7 @@ def to_trace(trajectory: Trajectory) -> Trace:
 
 
 class _NamedState:
-    """One state with objects by name. All states of a trajectory share the atoms of derived predicates."""
+    """One state whose objects have names. The states of a trajectory share atoms of derived predicates."""
 
     __slots__ = ("_atoms", "_readings", "_state")
 

@@ -1,4 +1,4 @@
-"""Derived predicates that are defined by each other: the least relations that meet the definitions."""
+"""Mutually recursive derived predicates: the least relations that satisfy their definitions."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ _MAX_CACHED_STATES = 1024
 def define_recursively(
     circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]
 ) -> Sequence[DerivedPredicate]:
-    """Make derived predicates from recursive definitions.
+    """Make derived predicates from mutually recursive definitions.
 
     Args:
         circle: the definitions; each may use all predicates of the circle.
-        vocabulary: returns the vocabulary with these predicates; it is called when a state is first read.
+        vocabulary: function that returns the vocabulary with these predicates. It is called when a state is
+            first read.
 
     Raises:
         DomainError: a predicate depends on its own negation, so that no least relations exist.
@@ -39,11 +40,7 @@ def define_recursively(
 
 
 class _Recursion:
-    """Predicates that are defined by each other, with the relations computed in states.
-
-    Attributes:
-        predicates: the derived predicates, in order.
-    """
+    """Mutually recursive predicates, with the relations that were computed in states."""
 
     def __init__(self, circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]) -> None:
         self._circle = circle
@@ -74,7 +71,7 @@ class _Recursion:
 
     @cached_property
     def _vocabulary(self) -> Vocabulary:
-        """The vocabulary with the circle as stored predicates, and its next iteration as derived ones."""
+        """Vocabulary of one iteration: recursive predicates are stored, their next values are derived."""
         whole = self._whole()
         others = [item for item in whole.derived if item.name not in self._names]
         next_ones = [Defined(f"{item.name} ", item.parameters, item.definition) for item in self._circle]
@@ -93,7 +90,7 @@ class _Recursion:
         return whole, circle
 
     def _find_least(self, state: State) -> State:
-        """Return the state with the least relations: consequences are added until no new fact follows."""
+        """Return the state with the least relations: facts that follow are added until none are missing."""
         scene, circle_scene = self._scene(state.scene)
         everything = range(len(scene.objects))
         facts: list[Fact] = []
@@ -113,7 +110,7 @@ class _Recursion:
 
 
 def _is_positive(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
-    """Whether predicates that become true can never make a formula false."""
+    """Whether a formula never becomes false because a predicate becomes true."""
     match formula:
         case f.Atom(predicate):
             return truth or predicate not in names

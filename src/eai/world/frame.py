@@ -18,28 +18,28 @@ Extension: TypeAlias = Callable[[State, FrameBinding, int], int]
 """Function that returns which of some objects (a mask) make a formula true."""
 
 AGENT = Constant("agent")
-"""The acting object, in any formula of a domain."""
+"""Variable that stands for the acting object in any formula of a domain."""
 
 UNBOUND = -1
-"""The content of a slot whose variable has no value."""
+"""Value of the slot of a variable that has no object."""
 
 
 class Frame:
-    """The slots of one binding: the agent, the parameters, then all other variables and constants."""
+    """The numbers of slots: of the agent, of the parameters, then of all other variables and constants."""
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
         self._first_other = 1 + len(parameters)
-        self._others: list[int] = []  # the slots after those of the parameters, all unbound
+        self._others: list[int] = []  # values of the slots of variables and constants, all unbound
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 
     def new_slot(self) -> int:
-        """Return a new slot."""
+        """Add a slot, and return its number."""
         self._others.append(UNBOUND)
         return self._first_other + len(self._others) - 1
 
     def slot_of(self, term: Term, scope: Mapping[str, int]) -> int:
-        """Return the slot of a term.
+        """Return the number of the slot that holds the object of a term.
 
         Raises:
             DomainError: the term is a variable that is not bound.
@@ -55,9 +55,9 @@ class Frame:
         return scope[term.name]
 
     def bind(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
-        """Bind the parameters to these arguments.
+        """Return a binding of the parameters to these arguments.
 
-        Constants get their objects; all other slots are unbound.
+        Constants get their objects; all other slots have no object.
         """
         binding = [UNBOUND if scene.agent is None else scene.agent, *arguments, *self._others]
         if self._constants:

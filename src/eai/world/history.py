@@ -19,16 +19,16 @@ from eai.world.state import State
 class History:
     """A state with all states before it.
 
-    Histories share their beginnings, so extending one takes constant time. A history caches the answers of
-    `last_where`, so that asking the same question some states later takes only those states.
+    Histories share their beginnings, so adding a state takes constant time. A history caches the answers of
+    `last_where`. If the same question is asked some states later, only the new states are tested.
 
     Args:
         state: the last state.
-        before: the history before it; None for the initial state.
+        before: the history before the last state; None for the initial state.
 
     Attributes:
         state: the last state.
-        before: the history before it, or None.
+        before: the history before the last state, or None.
         number: number of states before the last one.
     """
 
@@ -76,17 +76,18 @@ class History:
 
 
 HistoryRule: TypeAlias = Callable[[Failure, FrameBinding, History], int | None]
-"""Function that returns the number of the earlier state that makes a failed check a wrong order.
+"""Function that decides whether a failed check is a wrong order: it returns the number of an earlier state.
 
-Its last argument is the history: the initial state, then the state after each executed step. It returns None
-if the step that should have prepared the action was never taken.
+In this state the condition of the check held. The last argument of the function is the history: the initial
+state, then the state after each executed step. The function returns None if the step that should have
+prepared the action was never taken.
 """
 
 
 def conditions_held_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: the history conditions of a check of missing steps all held before, at any times.
+    """A history rule: each history condition of a check of missing steps held before, each in any state.
 
-    Returns the number of the last state at which such a condition last held, or None.
+    Returns the number of the last state in which such a condition held; None if one never held.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
@@ -105,7 +106,7 @@ def _holds(truth: Truth, binding: FrameBinding, state: State) -> bool:
 
 
 def was_possible_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: in some earlier state no check failed, and the history conditions of this check held.
+    """A history rule: in some earlier state no check of the operator failed, and the history conditions held.
 
     Returns the number of the last such state, or None.
     """

@@ -1,4 +1,4 @@
-"""Listings of facts: the facts of one stored or derived predicate about some objects."""
+"""List the facts of a stored or derived predicate about given objects."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eai.world.vocabulary import Vocabulary
 _ObjectIndices: TypeAlias = Sequence[int]
 _MakeTuples: TypeAlias = Callable[[_ObjectIndices], Iterable[tuple[int, ...]]]
 _FindTuples: TypeAlias = Callable[[State, _ObjectIndices, int], Iterator[tuple[int, ...]]]
-"""Function that yields the tuples of given objects that make a predicate true, in the objects' order.
+"""Function that yields the tuples of objects that make a predicate true, in the order of the given objects.
 
 Its last argument is a mask. Each tuple contains at least one object of the mask; `_ANY` admits all tuples.
 """

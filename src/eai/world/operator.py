@@ -26,7 +26,7 @@ class Check:
     Attributes:
         condition: must hold in the state in which the action is tried.
         fault: the kind of error if it does not hold.
-        reason: description of the failure; ``{x}`` stands for the name of the argument of parameter ``x``.
+        reason: description of the failure; ``{x}`` stands for the name of the object of parameter ``x``.
         history_conditions: formulas by which the history rule recognizes a wrong order: each of them must
             have held in some earlier state. None means the condition itself.
         id: name of the check in records; by default the words of its reason without the objects. Give the old
@@ -65,12 +65,12 @@ def _find_mentioned_parameters(reason: str) -> tuple[str, ...]:
 
 
 def affordance(condition: Formula, reason: str) -> Check:
-    """Return a check that the objects are of the right kind for the action."""
+    """Return a check that objects have the right kind for the action. It fails with an affordance error."""
     return Check(condition, FaultKind.AFFORDANCE, reason)
 
 
 def additional(condition: Formula, reason: str) -> Check:
-    """Return a check that the action is still needed."""
+    """Return a check that the action is still needed. It fails with an additional step."""
     return Check(condition, FaultKind.ADDITIONAL_STEP, reason)
 
 
@@ -80,18 +80,19 @@ def missing(
     history_conditions: tuple[Formula, ...] | None = None,
     witness: Exists | None = None,
 ) -> Check:
-    """Return a check that an earlier step has prepared the action."""
+    """Return a check that an earlier step has prepared the action. It fails with a missing step."""
     return Check(condition, FaultKind.MISSING_STEP, reason, history_conditions, witness=witness)
 
 
 @dataclass(frozen=True, slots=True)
 class Try:
-    """One of several alternatives that an action tries.
+    """One of several alternatives of an operator.
 
     Attributes:
-        condition: the try is made if this holds in the state in which the action is tried.
+        condition: the alternative is tried if this holds in the state in which the action is tried.
         checks: the first check that fails is the error of the try.
-        effects: the effects, in order, if no check fails; their conditions are read in the state before.
+        effects: the effects, in order, if no check fails. Their conditions are evaluated in the state before
+            the action.
     """
 
     condition: Formula
@@ -125,7 +126,7 @@ class Operator:
         name: the name, as in plans.
         parameters: its arguments, in order. The agent is not among them.
         checks: the first check that fails is the verdict.
-        effects: the effects, in order; their conditions are read in the state before.
+        effects: the effects, in order. Their conditions are evaluated in the state before the action.
         description: description for prompts.
         tries: alternatives. The action succeeds if one of the tries made succeeds, or if none is made. It has
             the effects of all that succeed. If all fail, their errors are reported together.
@@ -167,7 +168,7 @@ class Operator:
         return len(self.parameters)
 
     def scope(self, arguments: Sequence[int]) -> dict[str, int]:
-        """Return the objects of an action, by the names of the parameters."""
+        """Return the objects of an action, by parameter name."""
         return {p.name: index for p, index in zip(self.parameters, arguments, strict=True)}
 
 

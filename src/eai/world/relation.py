@@ -17,7 +17,7 @@ from itertools import islice
 from operator import or_
 
 _PRIME = (1 << 60) - 93
-"""A prime modulus under which few powers of 2 coincide."""
+"""Prime modulus of hashes, chosen so that few powers of 2 are congruent."""
 
 
 class Matrix:
@@ -148,7 +148,7 @@ class Relation:
 
     def flip(self, source: int, target: int) -> None:
         """Change a copy: add the pair if it is missing, else remove it."""
-        if target in self._columns and source not in self._rows:  # only the column has its own line already
+        if target in self._columns and source not in self._rows:  # only the column is overridden already
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -207,7 +207,7 @@ class TupleSet:
         self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
 
     def find_completions(self, position: int, others: tuple[int, ...]) -> int:
-        """Return the mask of the objects that complete a member at a position, given its other arguments."""
+        """Return the mask of the objects at a position of the tuples whose other arguments are given."""
         by_others = self._by_others.get(position)
         if by_others is None:
             by_others = self._by_others[position] = {}
@@ -242,7 +242,7 @@ def first_bits(mask: int, number: int) -> int:
 
 
 def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
-    """Return a line of the base, corrected by the overridden lines that cross it."""
+    """Return a row or column of the base, updated by the overridden columns or rows that cross it."""
     line = base & ~crossing_keys
     for key, mask in crossing.items():
         if mask >> index & 1:
@@ -251,7 +251,7 @@ def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys
 
 
 def _patch_crossing_lines(crossing: dict[int, int], index: int, line: int) -> None:
-    """Correct the crossing lines after line ``index`` was replaced."""
+    """Update the overridden lines that cross line ``index``, which was replaced."""
     bit = 1 << index
     for key, mask in crossing.items():
         crossing[key] = mask | bit if line >> key & 1 else mask & ~bit

@@ -104,7 +104,7 @@ class Scene:
         """Read a fact about a stored predicate.
 
         Raises:
-            InputError: the value is not such a fact; the message gives the expected form.
+            InputError: the value is not a fact about a stored predicate; the message gives the expected form.
         """
         parts = _parse_fact(stated) if isinstance(stated, str) else stated
         if not isinstance(parts, tuple) or len(parts) != 2 or not isinstance(parts[0], str):
@@ -123,7 +123,7 @@ class Scene:
         """Return the state in which exactly these facts about stored predicates hold.
 
         Raises:
-            InputError: a value is not such a fact; the message gives the expected form.
+            InputError: a value is not a fact about a stored predicate; the message gives the expected form.
         """
         slots, objects = self.vocabulary.unary_slots, range(len(self.objects))
         arities = {predicate.name: predicate.arity for predicate in self.vocabulary.predicates}
@@ -157,7 +157,7 @@ def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
 def _masks_by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
     """Return the mask of the objects of each category.
 
-    It is computed on demand: most scenes never need it.
+    The masks are computed on demand: most scenes never need them.
     """
     masks: dict[str, int] = {}
     for i, item in enumerate(objects):
@@ -228,7 +228,7 @@ class State:
         """Return the state of the same episode in which exactly these facts about stored predicates hold.
 
         Raises:
-            InputError: a value is not such a fact; the message gives the expected form.
+            InputError: a value is not a fact about a stored predicate; the message gives the expected form.
         """
         stated, draft = self.scene.state(facts), Draft(self)
         for slot, relation in enumerate(stated.binary):
@@ -309,12 +309,12 @@ class Draft:
         self._copied = 0
 
     def mark(self, slot: int, index: int, marked: bool) -> None:
-        """Give an object a unary predicate, or (not ``marked``) take it away."""
+        """Make a unary predicate true, or (not ``marked``) false, of an object."""
         bit = 1 << index
         self.unary[slot] = self.unary[slot] | bit if marked else self.unary[slot] & ~bit
 
     def set_marked(self, slot: int, objects: int) -> None:
-        """Give a unary predicate to exactly these objects, a mask."""
+        """Make a unary predicate true of exactly these objects, given as a mask."""
         self.unary[slot] = objects
 
     def relate(self, slot: int, source: int, target: int, related: bool) -> None:
@@ -333,7 +333,7 @@ class Draft:
             self._copy_relation(slot).set_column(target, 0)
 
     def include(self, slot: int, arguments: tuple[int, ...]) -> None:
-        """Add a tuple."""
+        """Add a tuple to the facts of a predicate of three or more arguments."""
         self._replace(slot, self.tuples[slot].members | {arguments})
 
     def exclude(self, slot: int, pattern: tuple[int | None, ...]) -> None:
@@ -347,7 +347,7 @@ class Draft:
             self.tuples = (*self.tuples[:slot], TupleSet(members), *self.tuples[slot + 1 :])
 
     def _copy_relation(self, slot: int) -> Relation:
-        """Return the relation in a slot; its first change copies it from the state before."""
+        """Return the relation in a slot, copied before its first change so that the old state keeps it."""
         if not self._copied >> slot & 1:
             self._copied |= 1 << slot
             self.binary[slot] = self.binary[slot].copy()

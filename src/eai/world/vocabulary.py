@@ -41,7 +41,7 @@ class Predicate:
 
 @runtime_checkable
 class DerivedPredicate(Protocol):
-    """A predicate that is computed from the stored ones. `eai.world.derived` has its forms."""
+    """A predicate that is computed from stored ones. Its classes are in `eai.world.derived`."""
 
     @property
     def name(self) -> str:
@@ -55,7 +55,7 @@ class DerivedPredicate(Protocol):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """The predicates that the predicate reads, unless a formula defines it."""
+        """Predicates that this predicate reads; empty if a formula defines it."""
         ...
 
     def __call__(self, *terms: Term | str) -> Atom:
@@ -143,7 +143,7 @@ def require_tuple(location: str, values: object, kind: type | UnionType) -> None
         raise DomainError(f"{location}: expected a tuple of {expected}, found {type(values).__name__}")
     value_by_type = {
         type(value): value for value in values
-    }  # one check for each type, not for each of hundreds of objects
+    }  # each type is checked once, since hundreds of values may have it
     for value in value_by_type.values():
         if not isinstance(value, kind):
             raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")
