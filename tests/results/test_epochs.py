@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.attempt import Usage
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.errata import ErrataUse
-from eai.cli.console import counted, dollars
+from eai.cli.console import dollars, format_count
 from eai.cli.table import result_json
 from eai.results.epochs import ModelAnswers, majority_index, normalise_answer, score_answers
 from eai.results.options import ScoringOptions
@@ -121,7 +121,7 @@ def test_the_effect_of_errata_is_stated_only_if_errata_were_used(
     ("number", "text"), [(0, "0 tasks"), (1, "1 task"), (2, "2 tasks"), (1000, "1,000 tasks")]
 )
 def test_counted_nouns_are_in_singular_or_plural(number: int, text: str) -> None:
-    assert counted(number, "task") == text
+    assert format_count(number, "task") == text
 
 
 @pytest.mark.parametrize(("amount", "text"), [(0, "$0.0000"), (0.0012, "$0.0012"), (12.345, "$12.35")])

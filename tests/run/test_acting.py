@@ -244,4 +244,4 @@ def test_a_killed_run_keeps_finished_episodes_and_restarts_the_others(
     times = {record.task_id: record.verdict.begun for record in records}  # type: ignore[attr-defined]
     assert all(times[task_id] == 1 for task_id in kept)
     assert times[unfinished] == 2
-    assert "1 episode had been interrupted and began anew" in done.err
+    assert "1 episode interrupted before, begun again" in done.err

@@ -75,7 +75,7 @@ _NEED_OPTIONS = frozenset({"run", "check"})
 """Commands that print their help if called without arguments, although no argument is required."""
 
 
-class _Commands(TyperGroup):
+class _CommandGroup(TyperGroup):
     """The commands of a group. They are imported only when used, and can be interrupted."""
 
     def __init__(self, **attributes: Any) -> None:
@@ -84,7 +84,7 @@ class _Commands(TyperGroup):
             name: TyperCommand(name, rich_help_panel=_panel_of(name)) for name in _points() if " " not in name
         }
         self._shown |= self.commands
-        self.commands = _Loaded(self._shown)
+        self.commands = _LazyCommands(self._shown)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of the commands without importing them."""
@@ -105,7 +105,7 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the named command."""
         name, found, rest = super().resolve_command(ctx, args)
-        return name, found and _imported(found), rest
+        return name, found and _summarize_command(found), rest
 
     def invoke(self, ctx: Any) -> Any:
         """Run the chosen command; an unhandled interrupt prints one line."""
@@ -115,11 +115,11 @@ class _Commands(TyperGroup):
             raise InterruptError("interrupted") from None
 
 
-class _Loaded(UserDict[str, Any]):
+class _LazyCommands(UserDict[str, Any]):
     """Commands by name. A command is imported when it is looked up."""
 
     def __getitem__(self, name: str) -> Any:
-        return _imported(self.data[name])
+        return _summarize_command(self.data[name])
 
 
 @cache
@@ -144,12 +144,12 @@ def _summary(point: EntryPoint) -> str:
 
 
 @cache
-def _imported(shown: Any) -> Any:
+def _summarize_command(shown: Any) -> Any:
     """Import the command behind an entry of the group's help."""
     if shown.callback is not None:
         return shown
     command = _load(shown.name, shown.rich_help_panel)
-    for each in _with_those_below(command):
+    for each in _walk_commands(command):
         _label(each)
     return command
 
@@ -179,12 +179,12 @@ def _help_mode() -> MarkupMode:
     return "rich" if get_terminal_size().columns >= _PANELS else None
 
 
-def _with_those_below(command: Any) -> Iterator[Any]:
+def _walk_commands(command: Any) -> Iterator[Any]:
     """Return a command, with all commands below it if it is a group."""
     yield command
     if isinstance(command, TyperGroup):
         for each in command.commands.values():
-            yield from _with_those_below(each)
+            yield from _walk_commands(each)
 
 
 def _label(command: Any) -> None:
@@ -213,7 +213,7 @@ def _label(command: Any) -> None:
 
 app = typer.Typer(
     name="eai",
-    cls=_Commands,
+    cls=_CommandGroup,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": [*_HELP_OPTIONS]},

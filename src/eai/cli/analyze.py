@@ -15,7 +15,7 @@ from eai.base.errors import EaiError, InputError, did_you_mean, require_extra
 from eai.base.files import convert_write_errors
 from eai.base.json_value import Json
 from eai.cli import options
-from eai.cli.console import counted, errors, note, output, print_markdown, say, tell
+from eai.cli.console import errors, format_count, note, output, print_markdown, say, tell
 from eai.cli.options import OUTPUT, AsJson, DataFolder, flag
 from eai.cli.progress import scoring_progress
 from eai.results.lines import SUITE, TABLES
@@ -71,10 +71,10 @@ def analyze(
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with options.opened_source(data) as source, require_extra("analysis", "this analysis needs"):
+    with options.open_source(data) as source, require_extra("analysis", "this analysis needs"):
         read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
-            _write_lines(read, options.with_settings(TABLE, _Formats, settings or ()), as_json=as_json)
+            _write_lines(read, options.apply_settings(TABLE, _Formats, settings or ()), as_json=as_json)
             return
         written = list(_write_all(name, read, settings or (), plots=plots, as_json=as_json))
     if as_json:
@@ -140,7 +140,7 @@ def _write_study(
     """
     if study.analyze is None:
         raise InputError(f"{study.name}: is a study of runs, and has no analysis")
-    for analysis in study.analyze(records, options.with_settings(study.name, study.choices, settings)):
+    for analysis in study.analyze(records, options.apply_settings(study.name, study.choices, settings)):
         folder = records.folder / analysis.folder
         write_tables(folder, study.name, analysis.tables, analysis.remarks)
         drawn = _draw_figures(analysis.figures, folder) if plots else 0
@@ -172,16 +172,16 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
 def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
     """Show the tables for the screen with all remarks, or say in one line what was written."""
     if not analysis.screen_tables:
-        say(f"{counted(len(analysis.tables), 'table')}, {counted(drawn, 'plot')}; in {folder}")
+        say(f"{format_count(len(analysis.tables), 'table')}, {format_count(drawn, 'plot')}; in {folder}")
         return
     for table in analysis.screen_tables:
-        print_table(output(), _for_the_screen(table))
+        print_table(output(), _drop_constant_columns(table))
     for line in analysis.remarks:
         output().print(line, markup=False, highlight=False)
     output().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
 
 
-def _for_the_screen(table: Table) -> Table:
+def _drop_constant_columns(table: Table) -> Table:
     """Return a table whose title names the suite and other values that all its rows share."""
     rows = table.row_dicts()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
@@ -199,5 +199,5 @@ def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:
             else:
                 write_files(out, {f"{name}.csv": lines_csv(TABLES[name], lines)})
     sizes: dict[str, Json] = {name: len(lines) for name, lines in tables.items()}
-    line = ", ".join(counted(len(lines), name.removesuffix("s")) for name, lines in tables.items())
+    line = ", ".join(format_count(len(lines), name.removesuffix("s")) for name, lines in tables.items())
     tell(f"{line}; in {out}", value={"folder": str(out), "lines": sizes}, as_json=as_json)

@@ -59,7 +59,7 @@ def compare(
     """
     before, after = _runs(first), _runs(second)
     if not before.keys() & after.keys():
-        before, after = _by_tasks(before), _by_tasks(after)
+        before, after = _match_by_tasks(before), _match_by_tasks(after)
     shared = [place for place in before if place in after]
     if not shared:
         hint = " by equal rules of the game" if any(place.rules for place in (*before, *after)) else ""
@@ -84,7 +84,7 @@ def compare(
         print_json(printed)
 
 
-def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
+def _json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
     """Return the ``--json`` output of two runs: unrounded percentages, and all differing tasks."""
     key = one.key
     return {
@@ -93,8 +93,8 @@ def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
         "protocol": key.protocol.value,
         "a": one.key.name,
         "b": other.key.name,
-        "tasks": found.tasks,
-        "names": found.names,
+        "tasks": comparison.tasks,
+        "names": comparison.names,
         "differences": [
             {
                 "metric": metric,
@@ -107,22 +107,22 @@ def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
                 "only_a": list(each.only_first),
                 "only_b": list(each.only_second),
             }
-            for metric, each in found.differences.items()
+            for metric, each in comparison.differences.items()
         ],
-        "left_out_of_a": list(found.only_in_first),
-        "left_out_of_b": list(found.only_in_second),
+        "left_out_of_a": list(comparison.only_in_first),
+        "left_out_of_b": list(comparison.only_in_second),
     }
 
 
 def _note_planners(totals: Mapping[str, Totals]) -> None:
     """Note on standard error if different planners judged the operators of the two runs."""
-    found = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
-    if len(set(found.values())) > 1:
-        named = "; ".join(f"{side}: {names}" for side, names in found.items())
+    planners = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
+    if len(set(planners.values())) > 1:
+        named = "; ".join(f"{side}: {names}" for side, names in planners.items())
         note(f"operators are judged by different planners: {named}")
 
 
-class _Place(NamedTuple):
+class _ComparedSuite(NamedTuple):
     """A suite under one protocol, with the rules of the game if they are not the standard rules."""
 
     domain: str
@@ -131,28 +131,28 @@ class _Place(NamedTuple):
     rules: str | None = None
 
     @staticmethod
-    def of(key: RunKey) -> _Place:
+    def from_run(key: RunKey) -> _ComparedSuite:
         rules = None if key.experiment is None else key.experiment.rules
-        return _Place(key.domain, key.ability.value, key.protocol.value, rules)
+        return _ComparedSuite(key.domain, key.ability.value, key.protocol.value, rules)
 
     def __str__(self) -> str:
         rules = "" if self.rules is None else f", rules {self.rules}"
         return f"{self.domain} {self.ability}, protocol {self.protocol}{rules}".lstrip()
 
 
-def _runs(path: Path) -> Mapping[_Place, Run]:
+def _runs(path: Path) -> Mapping[_ComparedSuite, Run]:
     """Return the runs in a folder by suite and rules."""
-    found: dict[_Place, Run] = {}
+    runs: dict[_ComparedSuite, Run] = {}
     for run in read_runs([path]):
-        place = _Place.of(run.key)
-        before = found.setdefault(place, run)
+        place = _ComparedSuite.from_run(run.key)
+        before = runs.setdefault(place, run)
         if before is not run:
             both = f"{before.key.name} and {run.key.name}"
             raise InputError(f"{path}: expected one run for {place}, found {both}")
-    return dict(sorted(found.items(), key=lambda item: item[1].key.order))
+    return dict(sorted(runs.items(), key=lambda item: item[1].key.order))
 
 
-def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
+def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
     """Return the runs by the benchmark of their tasks, if one name has one run.
 
     The file name does not matter for an ability with files of its own.
@@ -165,45 +165,45 @@ def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 
 
-def _print(place: _Place, one: Run, other: Run, found: RunComparison, listed: int) -> None:
+def _print(place: _ComparedSuite, one: Run, other: Run, comparison: RunComparison, listed: int) -> None:
     first, second = one.key, other.key
     totals = {"A": Totals.from_records(one.records), "B": Totals.from_records(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
-    names = "" if found.names == found.tasks else f" of {found.names} names"
+    names = "" if comparison.names == comparison.tasks else f" of {comparison.names} names"
     title = (
-        f"{place}: {found.tasks} tasks{names}\n"
+        f"{place}: {comparison.tasks} tasks{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
     texts = [Column(name, is_number=True) for name in ("B - A", "95 %", "p", "tasks")]
-    rows = tuple(row for metric, each in found.differences.items() for row in _rows(metric, each))
+    rows = tuple(row for metric, each in comparison.differences.items() for row in _rows(metric, each))
     print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
-    output().print(_caption(found), highlight=False, style="italic")
+    output().print(_caption(comparison), highlight=False, style="italic")
     for side, coverage in coverages.items():
         print_remark(side, coverage)
-    named = {record.task_id: _with_name(record) for record in (*one.records, *other.records)}
+    named = {record.task_id: _format_task_name(record) for record in (*one.records, *other.records)}
     a, b = ("A", "B") if first.name == second.name else (first.name, second.name)
-    for metric, difference in found.differences.items():
+    for metric, difference in comparison.differences.items():
         for name, tasks in ((a, difference.only_first), (b, difference.only_second)):
             if tasks:
                 heading = f"{_name(metric)} only in {name} ({len(tasks)})"
                 _print_tasks(heading, [named[task] for task in tasks], listed)
-    for name, tasks in ((a, found.only_in_first), (b, found.only_in_second)):
+    for name, tasks in ((a, comparison.only_in_first), (b, comparison.only_in_second)):
         if tasks:
             heading = f"left out, because only {name} has a scored answer ({len(tasks)})"
             _print_tasks(heading, [named[task] for task in tasks], listed)
     _note_planners(totals)
 
 
-def _caption(found: RunComparison) -> str:
+def _caption(comparison: RunComparison) -> str:
     """Return the names of the tests behind the p values."""
-    kinds = {difference.yes_no for difference in found.differences.values()}
+    kinds = {difference.yes_no for difference in comparison.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"
-    return f"p: {', '.join(named)}" + (f",{together}" if found.names < found.tasks else "")
+    return f"p: {', '.join(named)}" + (f",{together}" if comparison.names < comparison.tasks else "")
 
 
-def _with_name(record: Record) -> str:
+def _format_task_name(record: Record) -> str:
     """Return a task's id, with the name that similar tasks share unless the id contains it."""
     name = "" if record.task is None else record.task.name
     return f"{record.task_id} {name}" if name and not record.task_id.startswith(name) else record.task_id

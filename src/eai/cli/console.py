@@ -126,7 +126,7 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> N
         raise typer.Exit(2)
 
 
-def asked_by_default(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
+def choose_default_abilities(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
     """Return the abilities of a benchmark that are asked if none is named; note why others are left out."""
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:
@@ -162,7 +162,7 @@ def need_inspect() -> None:
             raise ModuleNotFoundError(name="inspect_ai")
 
 
-def counted(number: int, noun: str) -> str:
+def format_count(number: int, noun: str) -> str:
     """Return a number with its noun: ``1 task``, ``1,000 tasks``."""
     return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
 

@@ -17,7 +17,7 @@ from eai.benchmarks.packs import find_packs, validate_packs
 from eai.benchmarks.packs import get_pack_statuses as info_on
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
+from eai.cli.options import AsJson, DataFolder, Errata, flag, open_source, store
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice
 from eai.results.data_set import count_figures, make_figure_table, profile_tasks
@@ -86,7 +86,7 @@ def info(
         return
     packs = info_on(store(data), packs=find_packs())
     if as_json:
-        found: list[Json] = [
+        packs_json: list[Json] = [
             {
                 "pack": status.pack,
                 "bytes": status.size,
@@ -96,7 +96,7 @@ def info(
             }
             for status in packs
         ]
-        print_json({"folder": str(store(data).folder), "packs": found})
+        print_json({"folder": str(store(data).folder), "packs": packs_json})
         return
     table = Table.from_columns(
         f"folder: {store(data).folder}",
@@ -138,7 +138,7 @@ def stats(
         out: Folder of the files.
     """
     benchmarks = [find_benchmark(name) for name in domain or list_paper_benchmarks()]
-    with opened_source(data, errata=ErrataChoice.NONE) as source:
+    with open_source(data, errata=ErrataChoice.NONE) as source:
         tables = [count_figures(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:
@@ -166,20 +166,20 @@ def _number(name: str) -> Column:
 
 def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
     """Write each distribution with the count of every value, and plot it."""
-    found = distributions(benchmark, source)
+    shapes = distributions(benchmark, source)
     rows = [
         {"distribution": each.name, "value": value, "of": each.unit, "count": count}
-        for each in found
+        for each in shapes
         for value, count in each.counts.items()
     ]
     written = write_files(out, {f"{benchmark.name}-distributions.csv": rows_csv(rows)})
     title = benchmark.title
-    return [*written, *save_distributions(found, title, out / benchmark.name)]
+    return [*written, *save_distributions(shapes, title, out / benchmark.name)]
 
 
 def _check_annotations(
     names: Sequence[str], errata: ErrataChoice, data: Path | None, *, as_json: bool
 ) -> None:
-    with opened_source(data, PlannerChoice.BUILT_IN, errata) as source:
-        found = [each for name in names for each in check_annotations(find_benchmark(name), source)]
-    tell_findings(found, "all plans reach their goals, all problems are solved", as_json=as_json)
+    with open_source(data, PlannerChoice.BUILT_IN, errata) as source:
+        findings = [each for name in names for each in check_annotations(find_benchmark(name), source)]
+    tell_findings(findings, "all plans reach their goals, all problems are solved", as_json=as_json)

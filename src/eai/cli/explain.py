@@ -31,7 +31,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.packs import is_at_hand
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
-from eai.cli.console import counted, output, print_json, say
+from eai.cli.console import format_count, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -113,9 +113,11 @@ def explain(
         film: Write the execution of one answer as a GIF (extra 'physics'). The explorer of a report links to
             GIFs in its folder films.
     """
-    chosen = _of_model([each for file in find_record_files([records]) for each in read_records(file)], model)
+    chosen = _select_model(
+        [each for file in find_record_files([records]) for each in read_records(file)], model
+    )
     if task:
-        chosen = _of_task(records, chosen, task)
+        chosen = _select_task(records, chosen, task)
     if kind is not None:
         chosen = [record for record in chosen if outcome_of(record) is kind]
     elif failed:
@@ -184,8 +186,8 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
         return (), ""
     if task.script:
         return tuple(action_text(action, task.scene) for action in task.script), "the data set's plan"
-    found = find_plan(task, Planner(suite.benchmark.domain)).plan or ()
-    return tuple(action_text(action, task.scene) for action in found), "a plan by eai/planner"
+    plan = find_plan(task, Planner(suite.benchmark.domain)).plan or ()
+    return tuple(action_text(action, task.scene) for action in plan), "a plan by eai/planner"
 
 
 def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
@@ -247,7 +249,9 @@ def print_record(console: Console, record: Record, background: _Background = _NO
     for line in background.outlook:
         console.print(Text(line, style="yellow"), soft_wrap=True)
     if background.gold:
-        console.print(Text(f"{background.source} ({counted(len(background.gold), 'step')})", style="bold"))
+        console.print(
+            Text(f"{background.source} ({format_count(len(background.gold), 'step')})", style="bold")
+        )
         for number, step in enumerate(background.gold, 1):
             _print_hanging(console, f"{number:3} ", Text(step, style="dim"))
     console.print(_verdict_text(record))
@@ -299,7 +303,7 @@ def _conditions_text(record: Record) -> str:
     share = record.verdict.partial if isinstance(record.verdict, PlanVerdict) else None
     if share is None:
         return ""
-    return f", {share.numerator} of {counted(int(share.denominator), 'condition')} met"
+    return f", {share.numerator} of {format_count(int(share.denominator), 'condition')} met"
 
 
 def _is_refused(record: Record, explanation: Explanation) -> bool:
@@ -330,7 +334,7 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
         for fact in _together(facts):
             _print_hanging(console, f"{indent}{sign} ", Text(fact, style=f"dim {style}"))
     if step.hidden_changes:
-        more = counted(step.hidden_changes, "more change")
+        more = format_count(step.hidden_changes, "more change")
         console.print(Text(f"{indent}{more}, not shown", style="dim"))
 
 
@@ -382,7 +386,7 @@ def _print_list(console: Console, records: Sequence[Record], limit: int) -> None
         )
     console.print(table)
     shown = f", of which {limit} are shown (--limit 0: all)" if len(records) > limit else ""
-    console.print(f"{counted(len(records), 'answer')}{shown}", highlight=False)
+    console.print(f"{format_count(len(records), 'answer')}{shown}", highlight=False)
 
 
 def _why(record: Record) -> str:
@@ -412,33 +416,33 @@ def _verdict_text(record: Record) -> Text:
     return Text(*texts.get(outcome_of(record), (failure, "bold red")))
 
 
-def _of_model(records: Sequence[Record], model: str | None) -> list[Record]:
+def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
     """Return the records of a model.
 
     Raises:
         InputError: The model has no record.
     """
-    found = [record for record in records if model in (None, record.model)]
-    if records and not found:
-        known = sorted({record.model for record in records})
-        hint = did_you_mean(str(model), known)
-        raise InputError(f"--model {model}: expected one of {', '.join(known)}{hint}")
-    return found
+    matches = [record for record in records if model in (None, record.model)]
+    if records and not matches:
+        models = sorted({record.model for record in records})
+        hint = did_you_mean(str(model), models)
+        raise InputError(f"--model {model}: expected one of {', '.join(models)}{hint}")
+    return matches
 
 
-def _of_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
+def _select_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
     """Return the records of a task, given by its id, the beginning of its id, or words of its title.
 
     Raises:
         InputError: No record matches.
     """
     words = task.casefold()
-    for found in (
+    for matches in (
         [record for record in records if record.task_id == task],
         [record for record in records if record.task_id.startswith(task)],
         [record for record in records if record.task is not None and words in record.task.name.casefold()],
     ):
-        if found:
-            return found
-    known = {record.task_id for record in records}
-    raise InputError(f"{place}: no record of task {task}{did_you_mean(task, sorted(known))}")
+        if matches:
+            return matches
+    task_ids = {record.task_id for record in records}
+    raise InputError(f"{place}: no record of task {task}{did_you_mean(task, sorted(task_ids))}")

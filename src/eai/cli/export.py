@@ -22,9 +22,9 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, tell
-from eai.cli.options import AsJson, DataFolder, flag, opened_source
-from eai.cli.prompts import OfSet, drawn, is_list, write_prompts
+from eai.cli.console import DOMAIN_HELP, choose_default_abilities, format_count, tell
+from eai.cli.options import AsJson, DataFolder, flag, open_source
+from eai.cli.prompts import OfSet, choose_tasks, is_list, write_prompts
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
 from eai.results.records import read_records
@@ -107,8 +107,8 @@ def prompts(
     if is_list(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
             raise InputError(f"--out {out}: expected one --domain and one --ability")
-        chosen = partial(drawn, tasks=tasks, sample=sample, seed=seed) if tasks or sample else None
-        with opened_source(data, errata=errata) as source:
+        chosen = partial(choose_tasks, tasks=tasks, sample=sample, seed=seed) if tasks or sample else None
+        with open_source(data, errata=errata) as source:
             library = Library(prompt_set, folder, source)
             write_prompts(library, find_benchmark(domain[0]), ability[0], out, chosen, goals, as_json=as_json)
         return
@@ -116,10 +116,10 @@ def prompts(
         raise InputError(f"--out {out}: expected FILE.json or FILE.html with one of {_OF_LISTS}")
 
     def rows() -> Iterator[TrainingRow]:
-        with opened_source(data, PlannerChoice.NONE, errata) as source:
+        with open_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _splits(given)]:
                 benchmark = find_benchmark(name)
-                for each in ability or asked_by_default(benchmark, PAPER_ABILITIES):
+                for each in ability or choose_default_abilities(benchmark, PAPER_ABILITIES):
                     asked = Library(prompt_set, None, source).open(benchmark, each)
                     for row in training_data.make_prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked
@@ -195,7 +195,7 @@ def _answers(
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
-    with opened_source(data, PlannerChoice.NONE) as source:
+    with open_source(data, PlannerChoice.NONE) as source:
         for (domain, ability), of_suite in by_suite.items():
             if not is_paid(ability):
                 left_out[training_data.NOT_PAID] += len(of_suite)
@@ -258,6 +258,6 @@ def _template(name: str) -> str:
 
 
 def _tell(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> None:
-    lines = [f"left out: {counted(times, 'record')} {why}" for why, times in left_out.items()]
+    lines = [f"left out: {format_count(times, 'record')} {why}" for why, times in left_out.items()]
     made: Json = {"path": str(out), "rows": number, "left_out": {**left_out}}
-    tell(f"{counted(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
+    tell(f"{format_count(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)

@@ -135,7 +135,7 @@ def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
             )
 
 
-def skipped(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
+def list_skipped_abilities(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
     """Return a remark on each built-in model that has no answers to some abilities.
 
     Raises:

@@ -27,8 +27,8 @@ from eai.benchmarks.generator.spec import (
     Tier,
 )
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell
-from eai.cli.options import AsJson, DataFolder, Seed, flag, opened_source
+from eai.cli.console import DOMAIN_HELP, errors, format_count, output, tell
+from eai.cli.options import AsJson, DataFolder, Seed, flag, open_source
 from eai.pddl.export import export
 from eai.pddl.val import VALID, find_val, run_val
 from eai.tasks.task import Task
@@ -108,7 +108,7 @@ def generate_tasks(
     if kind.is_over_time and val:
         raise InputError(f"--val: VAL knows no goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)
-    with opened_source(data) as source:
+    with open_source(data) as source:
         tasks = benchmark.tasks(source)
     spec = Spec(
         like,
@@ -120,8 +120,8 @@ def generate_tasks(
         by_place=by_place,
         most_objects=objects,
         depth=depth,
-        difficulty=None if difficulty is None else _between(difficulty),
-        at_least=tuple(sorted(map(_at_least, at_least or ()))),
+        difficulty=None if difficulty is None else _parse_range(difficulty),
+        at_least=tuple(sorted(map(_parse_minimum, at_least or ()))),
         split=split,
         held_out=held_out,
     )
@@ -161,27 +161,27 @@ def generate_tasks(
     }
     sets.write_manifest(out, split.value, entry, overlap)
     if stopped is not None:
-        kept = f"{counted(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
+        kept = f"{format_count(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
         _print_shapes(
             sets.measure_shape(list(tasks.values())), sets.measure_shape([each.task for each in made])
         )
-    number = counted(len(made), "task" if all(each.paired is None for each in made) else "pair")
-    line = f"{number} written to {file}; {counted(len(rejected), 'seed')} gave none"
+    number = format_count(len(made), "task" if all(each.paired is None for each in made) else "pair")
+    line = f"{number} written to {file}; {format_count(len(rejected), 'seed')} gave none"
     line += "; VAL accepts every certificate" if val else ""
     tell(line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
 
 
 def _collect(
-    found: Iterator[GenerationOutcome], number: int
+    generated: Iterator[GenerationOutcome], number: int
 ) -> tuple[Sequence[GenerationOutcome], InputError | InterruptError | None]:
     """Return outcomes of seeds until enough tasks are made, and the reason if there are fewer."""
     outcomes: list[GenerationOutcome] = []
     try:
         with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
             shown = bar.add_task("generating", total=number)
-            for outcome in found:
+            for outcome in generated:
                 outcomes.append(outcome)
                 bar.update(shown, advance=isinstance(outcome, Generated))
     except (InputError, KeyboardInterrupt) as error:
@@ -204,7 +204,7 @@ def _validate(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
                 raise EaiError(f"{task.id}: VAL says of the certificate: {verdict}; nothing is written")
 
 
-def _between(text: str) -> tuple[float, float]:
+def _parse_range(text: str) -> tuple[float, float]:
     """Parse a range of two numbers; the first must not exceed the second."""
     low, _, high = text.partition(":")
     try:
@@ -216,7 +216,7 @@ def _between(text: str) -> tuple[float, float]:
     return numbers
 
 
-def _at_least(text: str) -> tuple[Measure, int]:
+def _parse_minimum(text: str) -> tuple[Measure, int]:
     """Parse a measure and its minimum value."""
     name, _, number = text.partition("=")
     names = [measure.value for measure in Measure]

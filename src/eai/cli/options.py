@@ -97,7 +97,7 @@ def store(folder: Path | None) -> Store:
 
 
 @contextmanager
-def opened_source(
+def open_source(
     folder: Path | None,
     planner: PlannerChoice = PlannerChoice.AUTO,
     errata: ErrataChoice = ErrataChoice.CURRENT,
@@ -120,7 +120,7 @@ SETTING = "--with"
 Chosen = TypeVar("Chosen", bound=Options)
 
 
-def with_settings(name: str, options: type[Chosen], settings: Sequence[str]) -> Chosen:
+def apply_settings(name: str, options: type[Chosen], settings: Sequence[str]) -> Chosen:
     """Return the options of a section with settings of the form NAME=VALUE; NAME may begin with the section.
 
     Raises:
@@ -155,7 +155,7 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
     """
     from eai.agents.setting import AGENT, Setting  # imported late: commands that score do not need it
 
-    chosen = with_settings(AGENT, Setting, settings)
+    chosen = apply_settings(AGENT, Setting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
         raise InputError(f"{SETTING} {name}: it is for models of eai run")
     return chosen
@@ -168,6 +168,6 @@ def option_rows(options: type[Options], before: str = "") -> Iterator[str]:
         yield f"| `{before}{name}` | {default and f'`{default}`'} | {options.describe_option(name)} |"
 
 
-def listed(text: str | None) -> list[str]:
+def split_names(text: str | None) -> list[str]:
     """Return the names in an option, separated by commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]

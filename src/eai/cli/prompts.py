@@ -16,8 +16,8 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
-from eai.cli.console import counted, tell
-from eai.cli.options import flag, listed, opened_source
+from eai.cli.console import format_count, tell
+from eai.cli.options import flag, open_source, split_names
 from eai.tasks.prompts.prompt import Prompt, PromptFiles, PromptSet
 
 OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours (in three wordings).")]
@@ -66,13 +66,13 @@ def write_prompts(
     is_whole = chosen is None and not is_page
     files = benchmark.official_files(ability, source) if is_plain and is_whole else None
     if files is None:
-        asked = _opened(library, benchmark, ability, goals)
+        asked = _open_prompts(library, benchmark, ability, goals)
         asked = chosen(asked, of=f"{benchmark.name} {ability.value}") if chosen else asked
         if is_page:
             page: str = load_offer("answer_form", f"--out {out}")(benchmark, ability, asked, source)
             write_whole({out: page})
             made: Json = {"file": str(out), "questions": len(asked)}
-            tell(f"{counted(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)
+            tell(f"{format_count(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)
             return
         files = PromptFiles.from_prompts(asked)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
@@ -81,7 +81,7 @@ def write_prompts(
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
 
 
-def _opened(
+def _open_prompts(
     library: Library, benchmark: Benchmark, ability: Ability, goals: Path | None
 ) -> Mapping[str, Prompt]:
     """Return all prompts, or prompts with the goals of answers to goal interpretation."""
@@ -97,19 +97,21 @@ def _opened(
 T = TypeVar("T")
 
 
-def drawn(asked: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str) -> dict[str, T]:
+def choose_tasks(
+    entries: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str
+) -> dict[str, T]:
     """Return the entries of the named tasks, or of a random sample.
 
     Raises:
         InputError: A task does not exist.
     """
-    named = listed(tasks) or list(asked)
+    named = split_names(tasks) or list(entries)
     for task_id in named:
-        if task_id not in asked:
-            raise InputError(f"--tasks: {task_id!r} is not a task of {of}{did_you_mean(task_id, asked)}")
+        if task_id not in entries:
+            raise InputError(f"--tasks: {task_id!r} is not a task of {of}{did_you_mean(task_id, entries)}")
     draw = Random(seed)  # noqa: S311 - a sample, not a secret
     some = set(named if sample is None else draw.sample(named, min(sample, len(named))))
-    return {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in some}
+    return {task_id: entries[task_id] for task_id in dict.fromkeys(named) if task_id in some}
 
 
 def playable(
@@ -120,10 +122,10 @@ def playable(
     Raises:
         InputError: The benchmark or a task does not exist.
     """
-    with opened_source(data) as source:
+    with open_source(data) as source:
         suite = open_suite(domain, ACTING, source=source)
     ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].plan_exclusion is None]
-    return suite, [*drawn(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
+    return suite, [*choose_tasks(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
 
 
 def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:
@@ -135,7 +137,7 @@ def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[lis
     if tasks == SHORT:
         wanted = [_short(suite) for suite in suites]
     else:
-        named = listed(tasks)
+        named = split_names(tasks)
         for task_id in named:
             if not any(task_id in suite.task_ids for suite in suites):
                 only = f"{suites[0].domain} {suites[0].ability.value}" if len(suites) == 1 else "any suite"
@@ -147,7 +149,7 @@ def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[lis
 
 
 def _short(suite: Suite) -> Sequence[str]:
-    found: Sequence[str] = load_offer("short_tests", f"--tasks {SHORT}")(suite.domain, suite.ability)
-    if not found:
+    task_ids: Sequence[str] = load_offer("short_tests", f"--tasks {SHORT}")(suite.domain, suite.ability)
+    if not task_ids:
         raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
-    return found
+    return task_ids

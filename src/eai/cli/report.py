@@ -22,8 +22,8 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_at_hand
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, list_benchmarks, title_of
-from eai.cli.console import counted, note, output, say, tell
-from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, store
+from eai.cli.console import format_count, note, output, say, tell
+from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, split_names, store
 from eai.cli.progress import scoring_progress
 from eai.results.answer_files import find_benchmarks_of_runs
 from eai.results.cost import PriceList
@@ -104,13 +104,15 @@ def report(
     tables = rankings(plain, with_paper=paper)
     with convert_write_errors(out):
         out.mkdir(parents=True, exist_ok=True)
-        tex = partial(tables_tex, models=listed(models), columns=listed(columns), intervals=intervals)
+        tex = partial(
+            tables_tex, models=split_names(models), columns=split_names(columns), intervals=intervals
+        )
         written = write_tables(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
         write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
         drawn = _draw(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}
-    line = f"{', '.join(counted(number, noun) for noun, number in numbers.items())}; open {shown}"
+    line = f"{', '.join(format_count(number, noun) for noun, number in numbers.items())}; open {shown}"
     made = {f"{noun}s": number for noun, number in numbers.items()}
     tell(line, value={**made, "folder": str(out), "explorer": str(shown)}, as_json=as_json)
 
@@ -121,7 +123,7 @@ def _formats(text: str) -> list[str]:
     Raises:
         InputError: A format is unknown.
     """
-    named = listed(text)
+    named = split_names(text)
     if not named or not set(named) <= set(FORMATS):
         raise InputError(f"--formats: expected some of {', '.join(FORMATS)}, not {text!r}")
     return [kind for kind in FORMATS if kind in named]
@@ -180,10 +182,10 @@ def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
         with suppress(EaiError):
-            found = Library("official", None, source).open(benchmark, ability)
+            prompts_of_ability = Library("official", None, source).open(benchmark, ability)
             prompts[ability.value] = {
                 task_id: "\n\n".join(filter(None, (prompt.system, prompt.user)))
-                for task_id, prompt in found.items()
+                for task_id, prompt in prompts_of_ability.items()
             }
     with suppress(EaiError):
         tasks = benchmark.operators(source).values()
@@ -203,18 +205,18 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
         print(rankings_json(tables), end="")
         return
     for table in tables:
-        print_table(output(), _shown(table), wide=wide)
+        print_table(output(), _format_overview(table), wide=wide)
         for number in table.numbers(chain.from_iterable(row.notes for row in table.rows)):
             say(f"{superscript((number,))} {table.notes[number - 1]}")
     if len(ranked) < len(summaries):
-        left_out = counted(len(summaries) - len(ranked), "experiment")
+        left_out = format_count(len(summaries) - len(ranked), "experiment")
         note(f"left out: {left_out}, which eai report shows apart")
     remark = write_unnamed_remark(ranked)
     if remark:
         note(remark)
 
 
-def _shown(ranking: Ranking) -> Table:
+def _format_overview(ranking: Ranking) -> Table:
     """Return a table with its protocol in the title and abilities above its columns."""
     table = ranking.table()
     first = len(table.columns) - len(ranking.columns)

@@ -136,12 +136,14 @@ def run(
     wanted = spec.variation.select_abilities(spec.tasks.ability)
     flags.check_models(spec.model.name, wanted)
     terms = options.planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
-    with options.opened_source(data, scoring.planner, scoring.errata, terms) as source:
+    with options.open_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
             for name in spec.tasks.domain or list_paper_benchmarks()
             for each in (
-                wanted if spec.tasks.ability else console.asked_by_default(find_benchmark(name), wanted)
+                wanted
+                if spec.tasks.ability
+                else console.choose_default_abilities(find_benchmark(name), wanted)
             )
         ]
         obtain, about = None, spec.tasks
@@ -156,7 +158,7 @@ def run(
                 opened = library.open(suite.benchmark, suite.ability)
                 chosen.append((suite, {task_id: opened[task_id] for task_id in ids}))
     endpoints = spec.model.endpoints
-    remarks = flags.skipped(spec.model.name, [suite.ability for suite, _ in chosen])
+    remarks = flags.list_skipped_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
     flags.check_replay(endpoints, [suite for suite, _ in chosen])
     console.note_planner([suite for suite, _ in chosen])
     first = _first_stage(order, chosen)
@@ -207,7 +209,7 @@ def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt
     corrected = library.corrected(suite.benchmark, suite.ability, prompts)
     if corrected:
         rest = "asked as corrected by errata; --errata none asks as published."
-        console.say(f"{console.counted(corrected, 'question')} {rest}")
+        console.say(f"{console.format_count(corrected, 'question')} {rest}")
 
 
 def _obtain_and_score(
@@ -286,13 +288,13 @@ def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> N
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
             console.note(
                 f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
-                f"{console.counted(len(task_ids), 'task')} not answered ({shown}): {why}"
+                f"{console.format_count(len(task_ids), 'task')} not answered ({shown}): {why}"
             )
         verdicts = [record.verdict for record in outcome.records]
         again = sum(isinstance(verdict, ActingVerdict) and verdict.begun > 1 for verdict in verdicts)
         if again:
             console.note(
-                f"{outcome.model}: {console.counted(again, 'episode')} had been interrupted and began anew"
+                f"{outcome.model}: {console.format_count(again, 'episode')} interrupted before, begun again"
             )
     if not order.quiet:
         for line in map(_effort, outcomes):
@@ -304,7 +306,7 @@ def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> N
 def _effort(outcome: SuiteResult) -> str:
     """Return one line with usage and location of a run."""
     usage = outcome.usage
-    parts = [console.counted(outcome.totals.coverage.answered, "answer")]
+    parts = [console.format_count(outcome.totals.coverage.answered, "answer")]
     if usage.input_tokens is not None and usage.output_tokens is not None:
         parts.append(f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens")
     if usage.cost is not None:

@@ -22,7 +22,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, counted, inspect_needed, note, note_planner, print_json, say
+from eai.cli.console import DOMAIN_HELP, format_count, inspect_needed, note, note_planner, print_json, say
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring
 from eai.cli.progress import scoring_progress
 from eai.cli.table import print_remark, print_results, result_json
@@ -49,7 +49,7 @@ LOG_SUFFIX = ".eval"
 
 
 @dataclass(frozen=True, slots=True)
-class _Share:
+class _ModelAnswers:
     """The answers of one model to one suite, and the folder of their results.
 
     Attributes:
@@ -140,17 +140,17 @@ def score(
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.planner_terms(context, planner_seconds, planner_memory)
-        with options.opened_source(data, planner, errata, terms) as source:
+        with options.open_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
-                shares = _shares_of_suite(places, suite, out)
+                shares = _find_answers_of_suite(places, suite, out)
             else:
-                shares = _shares_by_place(places, domain, ability, protocol, source, out)
-        shares = [part for share in shares for part in _by_rules(share)]
+                shares = _find_answers_by_path(places, domain, ability, protocol, source, out)
+        shares = [part for share in shares for part in _split_by_rules(share)]
         shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
         note_planner([share.suite for share in shares])
         _note_elsewhere(shares)
-        with _opened(workers, ray) as workplace, ExitStack() as stack:
+        with _open_scoring(workers, ray) as workplace, ExitStack() as stack:
             for folder in {share.out: None for share in shares if shard is None}:
                 if folder is not None:
                     stack.enter_context(lock_run_folder(folder))
@@ -165,7 +165,7 @@ def score(
             say(f"written to {out}")
 
 
-def _by_rules(share: _Share) -> list[_Share]:
+def _split_by_rules(share: _ModelAnswers) -> list[_ModelAnswers]:
     """Split answers by their game rules, with one folder for each of several rules."""
     parts = split_by_rules(share.suite.ability, share.answers)
     shares = []
@@ -173,7 +173,7 @@ def _by_rules(share: _Share) -> list[_Share]:
         out = share.out
         if len(parts) > 1 and rules is not None:
             out = None if out is None else out / Experiment(rules=rules).label
-            number = counted(len(answers.responses), "answer")
+            number = format_count(len(answers.responses), "answer")
             words = Experiment(rules=rules).rules_text
             note(f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}")
         others = {task for other in parts if other != rules for task in parts[other].answered}
@@ -181,16 +181,16 @@ def _by_rules(share: _Share) -> list[_Share]:
     return shares
 
 
-def _note_elsewhere(shares: Sequence[_Share]) -> None:
+def _note_elsewhere(shares: Sequence[_ModelAnswers]) -> None:
     """Print a note on standard error with the number of answers to tasks outside the data set, if any."""
     for share in shares:
         if share.answers.skipped_rows:
             title = f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}"
-            rows = counted(share.answers.skipped_rows, "answer")
+            rows = format_count(share.answers.skipped_rows, "answer")
             note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
-def _opened(workers: int, ray: str | None) -> Scoring:
+def _open_scoring(workers: int, ray: str | None) -> Scoring:
     """Open the workers that score: processes of this machine, or a Ray cluster."""
     if ray is None:
         return Scoring(workers)
@@ -200,8 +200,8 @@ def _opened(workers: int, ray: str | None) -> Scoring:
 
 
 def _score_all(
-    shares: Sequence[_Share],
-    parts_of: Callable[[_Share], Iterable[RecordBatch]],
+    shares: Sequence[_ModelAnswers],
+    parts_of: Callable[[_ModelAnswers], Iterable[RecordBatch]],
     *,
     as_json: bool,
     wide: bool,
@@ -212,17 +212,17 @@ def _score_all(
         for _, group in groupby(shares, key=lambda share: share.suite):
             results: dict[str, Totals] = {}
             for share in group:
-                totals = results[share.name] = _scored(share, parts_of(share))
+                totals = results[share.name] = _score_suite(share, parts_of(share))
                 _note_authority(share.answers.model, totals)
                 printed.append(result_json(totals, share.out))
             if not as_json:
                 print_results(results, wide=wide)
     except KeyboardInterrupt:
-        raise InterruptError(_interrupted(shares, len(printed))) from None
+        raise InterruptError(_interrupt_message(shares, len(printed))) from None
     return printed
 
 
-def _scored(share: _Share, parts: Iterable[RecordBatch]) -> Totals:
+def _score_suite(share: _ModelAnswers, parts: Iterable[RecordBatch]) -> Totals:
     """Score a model's answers to a suite, write its records, and return its totals."""
     if share.out is not None:
         _note_replaced(share.out / records.RECORDS, share)
@@ -233,7 +233,7 @@ def _scored(share: _Share, parts: Iterable[RecordBatch]) -> Totals:
     return totals
 
 
-def _interrupted(shares: Sequence[_Share], done: int) -> str:
+def _interrupt_message(shares: Sequence[_ModelAnswers], done: int) -> str:
     """Return the message after an interrupt of scoring."""
     if not done or shares[0].out is None:
         return "interrupted; nothing is written"
@@ -243,7 +243,7 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
 
 
 def _parts(
-    share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
+    share: _ModelAnswers, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterable[RecordBatch]:
     """Yield the records of all answers in batches, and the means of several epochs."""
     averaged = declaration_of(share.suite.ability).combine_epochs
@@ -263,7 +263,7 @@ def _parts(
 
 
 def _parts_of(
-    share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
+    share: _ModelAnswers, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterator[RecordBatch]:
     suite, answers = share.suite, share.answers
     missing = find_tasks_without_row(suite, answers)
@@ -279,7 +279,7 @@ def _parts_of(
             report(done)
 
 
-def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
+def _finish_of(share: _ModelAnswers) -> Callable[[Record], Record] | None:
     """Return a function that adds experiment, stated goals and prompt name to a record."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
@@ -307,10 +307,10 @@ def _note_authority(name: str, totals: Totals) -> None:
         return
     ended = sum(totals.left[outcome.value] for outcome in _AT_A_LIMIT)
     limits = f", {ended} of them to the end of its time or memory" if ended else ""
-    note(f"{name}: {left} of {counted(totals.judges.total(), 'problem')} went to Fast Downward{limits}")
+    note(f"{name}: {left} of {format_count(totals.judges.total(), 'problem')} went to Fast Downward{limits}")
 
 
-def _note_replaced(file: Path, share: _Share) -> None:
+def _note_replaced(file: Path, share: _ModelAnswers) -> None:
     """Print a note on standard error if a file of records of another run is replaced."""
     if not file.is_file():
         return
@@ -324,26 +324,26 @@ def _note_replaced(file: Path, share: _Share) -> None:
         note(f"{file}: the records of {before.model}, {before.domain} {before.ability.value} are replaced")
 
 
-def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:
+def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_ModelAnswers]:
     """Yield the answers to one suite. With several files, each model has its own folder."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
-    found = [_read(file, suite) for file in files]
-    _refuse_twins([answers.model for answers, _ in found])
+    answers_by_file = [_read(file, suite) for file in files]
+    _refuse_equal_models([answers.model for answers, _ in answers_by_file])
     several = len(files) > 1
     return [
-        _Share(suite, answers, out / answers.model if out and several else out, logged=logged)
-        for answers, logged in found
+        _ModelAnswers(suite, answers, out / answers.model if out and several else out, logged=logged)
+        for answers, logged in answers_by_file
     ]
 
 
-def _shares_by_place(
+def _find_answers_by_path(
     places: Sequence[Path],
     domain: str | None,
     ability: Ability | None,
     protocol: Protocol,
     source: Source,
     out: Path | None,
-) -> list[_Share]:
+) -> list[_ModelAnswers]:
     """Yield the answers in files whose paths name their suites, of one benchmark or ability if given.
 
     Raises:
@@ -355,18 +355,18 @@ def _shares_by_place(
         benchmark = find_benchmark(domain)
         named, own = benchmark.name, {**own, benchmark.name: benchmark}
     every = sorted((f for place in places for f in find_suite_files(place, own)), key=lambda file: file.order)
-    found = [f for f in every if named in (None, f.domain) and ability in (None, f.ability)]
-    if not found:
+    files_of_suite = [f for f in every if named in (None, f.domain) and ability in (None, f.ability)]
+    if not files_of_suite:
         asked = " ".join([domain or "", ability.value if ability else ""]).strip()
         raise InputError(f"{places[0]}: no file with answers to {asked}")
-    _refuse_twins([f"{file.domain} {file.ability.value} {file.model}" for file in found])
+    _refuse_equal_models([f"{file.domain} {file.ability.value} {file.model}" for file in files_of_suite])
     shares = []
-    for (name, each), files in groupby(found, key=lambda file: (file.domain, file.ability)):
+    for (name, each), files in groupby(files_of_suite, key=lambda file: (file.domain, file.ability)):
         suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
             answers, logged = _read(file.path, suite)
-            shares.append(_Share(suite, replace(answers, model=file.model), folder, logged=logged))
+            shares.append(_ModelAnswers(suite, replace(answers, model=file.model), folder, logged=logged))
     return shares
 
 
@@ -382,7 +382,7 @@ def _read(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Re
     return read_answers(file, suite), read_experiment(file, suite)
 
 
-def _refuse_twins(names: Sequence[str]) -> None:
+def _refuse_equal_models(names: Sequence[str]) -> None:
     """Raise if two files belong to one model, because their results would overwrite each other."""
     for name in names:
         if names.count(name) > 1:
@@ -400,6 +400,9 @@ def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
             print_remark(first.model, totals.coverage)
         else:
             print_results({first.model: totals}, wide=wide)
-            say(f"{counted(len(files), 'shard')} of {counted(totals.number, 'record')} written to {folder}")
+            say(
+                f"{format_count(len(files), 'shard')} of "
+                f"{format_count(totals.number, 'record')} written to {folder}"
+            )
     if as_json:
         print_json(printed)

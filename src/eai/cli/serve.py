@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from eai.base.errors import InputError, require_extra
-from eai.cli.console import counted, note
+from eai.cli.console import format_count, note
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
@@ -79,7 +79,7 @@ def mcp(
             return
         listening = f"http://{names[0]}:{port}/mcp"
         if by_ticket:
-            listening += f"; {counted(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
+            listening += f"; {format_count(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
         note(listening)
         application = make_http_app(worlds, suite.benchmark.domain, names, open_to_all=trust_network)
         serve_http(worlds, application, listener)

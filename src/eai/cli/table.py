@@ -25,7 +25,7 @@ PERCENT = Column("percent", digits=1, is_number=True)
 """Style of a column of rates in percent."""
 
 
-def _named(model: str, totals: Totals) -> str:
+def _format_model_name(model: str, totals: Totals) -> str:
     """Return a model's name with its harness, effort and game rules."""
     return ", ".join([model, *(part for part in totals.agent if not model.endswith(f", {part}"))])
 
@@ -67,12 +67,14 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals
         metrics: Names of the metrics.
         results: Results by model.
     """
-    found = {model: totals.rates for model, totals in results.items()}
-    shown = [metric for metric in metrics if any(rates[metric].denominator for rates in found.values())]
+    rates_by_model = {model: totals.rates for model, totals in results.items()}
+    shown = [
+        metric for metric in metrics if any(rates[metric].denominator for rates in rates_by_model.values())
+    ]
     if len(results) == 1:
         (model, totals), *_ = results.items()
-        whole = f"{title}: {_named(model, totals)}, {totals.coverage} answered"
-        rates = [found[model][metric] for metric in shown]
+        whole = f"{title}: {_format_model_name(model, totals)}, {totals.coverage} answered"
+        rates = [rates_by_model[model][metric] for metric in shown]
         columns: list[NamedCells] = [
             ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),
             (PERCENT, [Estimate.from_rate(rate) for rate in rates]),
@@ -80,11 +82,11 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals
         ]
         return Table.from_columns(whole, columns)
     columns = [
-        ("percent", [_named(*each) for each in results.items()]),
+        ("percent", [_format_model_name(*each) for each in results.items()]),
         (Column("answered", is_number=True), [str(totals.coverage) for totals in results.values()]),
     ]
     for metric in shown:
-        cells = [Estimate.from_rate(rates[metric]) for rates in found.values()]
+        cells = [Estimate.from_rate(rates[metric]) for rates in rates_by_model.values()]
         columns.append((replace(PERCENT, heading=heading(metric)), cells))
     return Table.from_columns(title, columns)
 

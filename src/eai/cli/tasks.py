@@ -15,8 +15,8 @@ from eai.benchmarks.check import check_benchmark
 from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
 from eai.benchmarks.generator.sets import find_false_claims, measure_overlap
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_files
-from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, flag, opened_source
+from eai.cli.console import DOMAIN_HELP, format_count, tell, tell_findings
+from eai.cli.options import AsJson, DataFolder, flag, open_source
 from eai.cli.progress import scoring_progress
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
@@ -74,11 +74,11 @@ def check(
 
 def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> None:
     benchmark = find_benchmark(reference)
-    with opened_source(data) as source:
+    with open_source(data) as source:
         number = len(benchmark.tasks(source))
         with scoring_progress(f"checking {benchmark.name}", number, quiet=False) as progressed:
             findings, ends = check_benchmark(benchmark, source, progressed)
-    parts = counted(len(benchmark.domain.operators), "operator"), counted(number, "task")
+    parts = format_count(len(benchmark.domain.operators), "operator"), format_count(number, "task")
     fine = f"{benchmark.name}: {' and '.join(parts)}; nothing is wrong"
     if ends:
         fine += f"; the planner solves {ends[SearchEnd.SOLVED]} of the {ends.total()} without a plan"
@@ -89,11 +89,11 @@ def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> Non
 
 def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) -> None:
     benchmark, tested = find_benchmark(known), find_benchmark(asked)
-    with opened_source(data) as source:
+    with open_source(data) as source:
         tasks = [list(each.tasks(source).values()) for each in (benchmark, tested)]
-    found = measure_overlap(tasks[1], tasks[0], benchmark.domain)
+    overlap = measure_overlap(tasks[1], tasks[0], benchmark.domain)
     counts = "of {tasks} tasks {same} are the same, {same_goals} have the same goals, {solved_by_lookup} are "
-    tell(f"{counts.format_map(found)}solved by lookup", value=dict(found), as_json=as_json)
+    tell(f"{counts.format_map(overlap)}solved by lookup", value=dict(overlap), as_json=as_json)
 
 
 def tasks(
@@ -119,7 +119,7 @@ def tasks(
             f"--domain {domain}: its problems are tasks already; eai export tasks --domain writes them"
         )
     benchmark = find_benchmark(domain)
-    with opened_source(data) as source:
+    with open_source(data) as source:
         chosen: Iterable[Task] = (
             read_problems(find_problem_files(problems), benchmark, source)
             if problems
@@ -128,4 +128,4 @@ def tasks(
     lines = [write_task_line(task, domain, benchmark.domain) for task in chosen]
     write_task_file(out, lines)
     made: Json = {"file": str(out), "tasks": len(lines)}
-    tell(f"{counted(len(lines), 'task')} written to {out}", value=made, as_json=as_json)
+    tell(f"{format_count(len(lines), 'task')} written to {out}", value=made, as_json=as_json)

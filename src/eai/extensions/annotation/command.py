@@ -17,8 +17,8 @@ from eai.base.files import to_file_name, write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.console import counted, note, say, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, opened_source
+from eai.cli.console import format_count, note, say, tell, tell_findings
+from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, open_source
 from eai.cli.progress import scoring_progress
 from eai.extensions.annotation import decisions as annotation
 from eai.extensions.annotation.decisions import Annotation, Difference, PatternList, TitleDecisions
@@ -62,7 +62,7 @@ def _open_demonstrations(
 ) -> tuple[Benchmark, Mapping[str, list[Task]]]:
     """Return a benchmark and its demonstrations by title."""
     benchmark = find_benchmark(domain)
-    with opened_source(data, errata=ErrataChoice.NONE) as source:
+    with open_source(data, errata=ErrataChoice.NONE) as source:
         if archive is None:
             tasks: Mapping[str, Task] = benchmark.tasks(source)
         elif benchmark.data.open_demonstrations is None:
@@ -144,7 +144,7 @@ def _print_counts(
         table = annotation.count_patterns(of_title, without)
         counts[name] = {str(pattern): times for pattern, times in table.items()}
         rows = table.most_common(None if everything else _MAX_SHOWN_PATTERNS)
-        lines.append(f"{name}: {counted(len(of_title), 'demonstration')}")
+        lines.append(f"{name}: {format_count(len(of_title), 'demonstration')}")
         lines += [f"{times:5} {pattern}" for pattern, times in rows]
         if len(rows) < len(table):
             lines.append(f"      and {len(table) - len(rows)} more (--all)")
@@ -176,7 +176,7 @@ def choose(
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
     differences = [annotation.find_difference(task, benchmark.domain) for task in titles[title]]
     listing = PatternList(differences, benchmark.domain, not_counted)
-    say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
+    say(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     say(annotation.HELP)
     _print_state(listing, saved.get(title, TitleDecisions()))
     left = _apply_commands(decisions, saved, title, listing)
@@ -289,7 +289,7 @@ def goals(
     if out is not None:
         tasks = [replace(difference.task, goals=of_task) for difference, _, of_task in annotations]
         write_task_file(out, [write_task_line(task, domain, benchmark.domain) for task in tasks])
-        lines = [f"{counted(len(annotations), 'task')} written to {out}"]
+        lines = [f"{format_count(len(annotations), 'task')} written to {out}"]
     tell(*lines, value=goals, as_json=as_json)
 
 
@@ -298,7 +298,7 @@ def _format_assignments(annotations: Sequence[Annotation]) -> Iterator[str]:
     numbers = Counter((difference.task.title, candidate) for difference, candidate, _ in annotations)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
-        yield f"{name}: {which}: {counted(times, 'demonstration')}"
+        yield f"{name}: {which}: {format_count(times, 'demonstration')}"
 
 
 @app.command(no_args_is_help=True)
@@ -326,7 +326,7 @@ def problems(
         limit: Maximum number of tasks.
     """
     benchmark = find_benchmark(domain)
-    with opened_source(data) as source:
+    with open_source(data) as source:
         tasks = benchmark.tasks(source)
         operators = _published_operators(benchmark, source)
     judge = make_planner(planner, benchmark.data.planner_seconds)
@@ -345,7 +345,7 @@ def problems(
     made = share_domain(made, benchmark)
     _write_problems(out, made)
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
-    line = f"{counted(len(made) - len(failed), 'problem')} written to {out}"
+    line = f"{format_count(len(made) - len(failed), 'problem')} written to {out}"
     value: Json = {each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made}
     tell(line, value=value, as_json=as_json)
     for each in failed:

@@ -12,8 +12,8 @@ from eai.base.files import convert_write_errors, write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, counted, note, say, tell, tell_findings
-from eai.cli.options import RECORDS, AsJson, DataFolder, flag, opened_source
+from eai.cli.console import DOMAIN_HELP, format_count, note, say, tell, tell_findings
+from eai.cli.options import RECORDS, AsJson, DataFolder, flag, open_source
 from eai.extensions.board.submission import build_submission, check_submission
 
 BOARD_FILE = "index.html"
@@ -71,12 +71,12 @@ def board(
     """
     from eai.extensions.board.page import build_board
 
-    with opened_source(data) as source:
+    with open_source(data) as source:
         page, number = build_board(submissions, source, told=lambda name: note(f"scoring {name}"))
     with convert_write_errors(out):
         write_whole({out / BOARD_FILE: page})
     made: Json = {"folder": str(out), "submissions": number}
-    tell(f"{counted(number, 'submission')} in {out / BOARD_FILE}", value=made, as_json=as_json)
+    tell(f"{format_count(number, 'submission')} in {out / BOARD_FILE}", value=made, as_json=as_json)
 
 
 def results(
@@ -106,7 +106,7 @@ def results(
     with convert_write_errors(out):
         write_whole({out / name: content for name, content in files.items()})
     made: Json = {"folder": str(out), "files": [*files]}
-    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)
+    tell(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)
 
 
 def croissant(
@@ -124,9 +124,9 @@ def croissant(
     """
     from eai.extensions.board.croissant import write_croissant
 
-    with opened_source(data) as source:
+    with open_source(data) as source:
         files = write_croissant(
             [find_benchmark(name) for name in domain or list_paper_benchmarks()], source, out
         )
     made: Json = {"folder": str(out), "files": [*map(str, files)]}
-    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)
+    tell(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)

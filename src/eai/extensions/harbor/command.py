@@ -9,9 +9,9 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
-from eai.cli.console import counted, tell
-from eai.cli.options import AsJson, DataFolder, flag, opened_source
-from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn
+from eai.cli.console import format_count, tell
+from eai.cli.options import AsJson, DataFolder, flag, open_source
+from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, choose_tasks
 
 
 def harbor(
@@ -46,10 +46,10 @@ def harbor(
     """
     from eai.extensions.harbor.folders import IMAGE, write_task_folders  # loads libraries of games
 
-    with opened_source(data) as source:
+    with open_source(data) as source:
         suite = open_suite(domain, ability, source=source)
         prompts = Library(prompt_set, None, source).open(suite.benchmark, ability)
-        asked = drawn(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
+        asked = choose_tasks(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
         written, left_out = write_task_folders(
             suite,
             asked,
@@ -59,9 +59,9 @@ def harbor(
             verifier_image=verifier_image,
             is_shared=shared,
         )
-    lines = [f"left out: {counted(n, 'task')} {why}" for why, n in left_out.items()]
+    lines = [f"left out: {format_count(n, 'task')} {why}" for why, n in left_out.items()]
     if not shared:
         lines.append(f"build the image that scores answers from {out / IMAGE}")
     made: dict[str, Json] = {"path": str(out), "tasks": written}
     made["left_out"] = {**left_out}
-    tell(f"{counted(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)
+    tell(f"{format_count(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from eai.agents.setting import ACTING, PICTURES, Setting
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
-from eai.cli.console import counted, note, say
+from eai.cli.console import format_count, note, say
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
@@ -63,9 +63,11 @@ def play(
         serve_page(page, tasks_left, total, answers.put, lambda address: note(f"open {address}"))
         finished = total
     if not out.exists():
-        say(f"{finished} of {counted(total, 'task')} over; no command was given, so {out} is not written")
+        say(
+            f"{finished} of {format_count(total, 'task')} over; no command was given, so {out} is not written"
+        )
         return
-    say(f"{finished} of {counted(total, 'task')} over; written to {out}")
+    say(f"{finished} of {format_count(total, 'task')} over; written to {out}")
     say(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
 
 

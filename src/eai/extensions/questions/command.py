@@ -13,8 +13,8 @@ from eai.base.files import write_whole
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.console import counted, output, tell
-from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, opened_source
+from eai.cli.console import format_count, output, tell
+from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, open_source
 from eai.cli.table import PERCENT
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import (
@@ -57,7 +57,7 @@ def questions(
         rules: Show the rules of actions. Without them, the same questions are a closed-book test.
         prompts: Folder of your own templates; each replaces the packaged template of its name.
     """
-    with opened_source(data) as source:
+    with open_source(data) as source:
         writer = Writer(find_benchmark(domain), source, Templates(prompts))
         written_questions = list(
             writer.write(kind or tuple(QuestionKind), form or tuple(QuestionForm), n, seed, rules=rules)
@@ -70,7 +70,7 @@ def questions(
         _print_balance(written_questions)
         _print_best_shortcuts(written_questions, chances)
     fewer = "" if len(written_questions) == n else f"; the tasks yield no more, {n:,} were requested"
-    line = f"{counted(len(written_questions), 'question')} written to {out}{fewer}"
+    line = f"{format_count(len(written_questions), 'question')} written to {out}{fewer}"
     chance: dict[str, Json] = {
         f"{kind.value}.{form.value}": {name: rate.percent for name, rate in rates.items()}
         for (kind, form), rates in chances.items()

@@ -10,8 +10,8 @@ from eai.base.errors import InputError
 from eai.base.files import write_whole
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
-from eai.cli.console import counted, tell
-from eai.cli.options import AsJson, DataFolder, flag, opened_source
+from eai.cli.console import format_count, tell
+from eai.cli.options import AsJson, DataFolder, flag, open_source
 from eai.cli.prompts import tasks_of
 from eai.extensions.scenes.diagrams import picture_of, picture_words
 from eai.extensions.scenes.drawing import Drawing, png, svg
@@ -51,7 +51,7 @@ def pictures(
             scene; gif shows the data set's plan in this scene (both: extra 'physics').
         out: The folder to write to.
     """
-    with opened_source(data) as source:
+    with open_source(data) as source:
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
     (chosen,) = tasks_of(tasks, [suite], limit)
     words = picture_words(suite.benchmark)
@@ -70,8 +70,8 @@ def pictures(
     if refused and len(refused) == len(chosen):
         raise refused[0]
     made = len(chosen) - len(refused)
-    without = f"\n{counted(len(refused), 'scene')} cannot be built: {refused[0]}" if refused else ""
-    message = f"{counted(made, 'picture')}, each with its scene graph; in {out}{without}"
+    without = f"\n{format_count(len(refused), 'scene')} cannot be built: {refused[0]}" if refused else ""
+    message = f"{format_count(made, 'picture')}, each with its scene graph; in {out}{without}"
     tell(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
 
 
