@@ -1,1 +1,1 @@
-"""The planner on declared domains: agenda, best-first search, heuristic, achievers, preferred operators."""
+"""Planning on declared domains: the planner, its heuristic and search, landmarks, and repair of plans."""

@@ -27,16 +27,15 @@ from eai.world.vocabulary import Vocabulary
 
 
 class _JoinStep(NamedTuple):
-    """A variable to give values to: its slot, and the conditions on its values.
+    """A variable whose values are to be found: its slot, and the conditions on its values.
 
-    Conditions on stored predicates are evaluated for all values at once, other conditions for one value after
-    another.
+    Conditions on stored predicates are evaluated for all values at once, other conditions value by value.
 
     Attributes:
         slot: the slot of the variable.
-        is_parameter: whether its values must be usable.
-        independent: conditions that do not depend on the open variables before it.
-        masks: conditions that depend on the open variables before it.
+        is_parameter: whether its values must be objects that actions may use.
+        independent: conditions that do not depend on variables whose values were found before.
+        masks: conditions on stored predicates that depend on such variables.
         tests: all other conditions.
     """
 
@@ -48,7 +47,7 @@ class _JoinStep(NamedTuple):
 
 
 class _Join(NamedTuple):
-    """A procedure that finds the values of the variables that an atom leaves open.
+    """A procedure that finds values of the variables of an achiever that its atom leaves open.
 
     Attributes:
         first: the filters on the determined variables.
@@ -62,7 +61,7 @@ class _Join(NamedTuple):
 
 
 class _PartialBinding(NamedTuple):
-    """A match as an incomplete binding, with the procedure that completes it."""
+    """An incomplete binding of an achiever's variables, with the procedure that completes it."""
 
     binding: FrameBinding
     join: _Join
@@ -107,7 +106,7 @@ class Achiever:
     def bindings(
         self, state: State, scope: Mapping[str, int], usable: int, effort: Effort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield the ways to complete a match whose filters hold.
+        """Yield the bindings that complete a match whose filters hold.
 
         Args:
             state: the state.
@@ -116,7 +115,7 @@ class Achiever:
             effort: counts values of variables, as in `complete_bindings`.
 
         Yields:
-            One binding of `schema.variables`, the same list each time.
+            One binding of `schema.variables`, the same list object each time.
         """
         return complete_bindings(state, self.make_partial_binding(state.scene, scope), usable, effort)
 
@@ -185,13 +184,14 @@ class Achiever:
 def complete_bindings(
     state: State, partial: _PartialBinding, usable: int, effort: Effort | None = None
 ) -> Iterator[FrameBinding]:
-    """Yield the ways to complete a match, like `Achiever.bindings`.
+    """Yield the bindings that complete a match, like `Achiever.bindings`.
 
     Args:
         state: the state.
         partial: the match.
         usable: the mask of the objects that actions may use.
-        effort: counts values of variables. If it is exceeded, no more ways follow. None for no limit.
+        effort: counts values of variables. If its limit is exceeded, no more bindings follow. None for no
+            limit.
     """
     binding, join = [*partial.binding], partial.join
     for holds in join.first:
@@ -252,10 +252,10 @@ class Achievers:
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
     def find(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
-        """Return the achievers that make atoms of a predicate true, or false, the simplest first.
+        """Return the achievers that make atoms of a predicate true, or false, simplest first.
 
-        The simplest use only the objects of the atom, and have fewest conditions. Wide achievers have
-        conditions on other objects of the operator, and these conditions can be established.
+        The simplest achievers use only the objects of the atom, and have fewest conditions. Wide achievers
+        have conditions on other objects of the operator, and these conditions can be established.
         """
         return self._compiled(predicate, adding, wide)
 
@@ -268,7 +268,7 @@ class Achievers:
         return sorted(achievers, key=_measure_complexity)
 
     def static_facts(self, state: State) -> Sequence[object]:
-        """Return the part of a state that no action changes. It is equal for states of one episode."""
+        """Return the facts of a state that no action changes. They are equal for states of one episode."""
         unary, binary, tuples = state.unary, state.binary, state.tuples
         return [
             *[unary[slot] for slot in self._fixed_unary],
@@ -277,11 +277,11 @@ class Achievers:
         ]
 
     def find_operators(self, names: Iterable[str]) -> list[Achiever]:
-        """Return achievers that stand for the operators of these names; unknown names are skipped."""
+        """Return achievers for taking the operators of these names; unknown names are skipped."""
         return [self._taking[name] for name in names if name in self._taking]
 
     def find_matches(self, state: State, usable: int) -> _AtomMatches:
-        """Return the matches in a state. They are cached for states with the same unchanging facts.
+        """Return the matches of atoms in a state. They are cached for states with the same unchanging facts.
 
         Args:
             state: the state.
@@ -306,7 +306,7 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
 
 
 def _find_own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
-    """Return the conditions of an effect on its atom's objects; or (``wide``) also on the operator's."""
+    """Return an effect's conditions on objects of its atom; or (``wide``) on all objects of the operator."""
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if free_variables(c) <= atom_variables]
     if wide:
@@ -322,7 +322,7 @@ def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
 
 
 def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    """Whether masks evaluate a formula for all values at once, by stored predicates and two-way lookups.
+    """Whether masks can evaluate a formula for all values at once, by stored predicates and two-way lookups.
 
     An existential formula is plain if its body is a conjunction.
     """
@@ -360,10 +360,10 @@ def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 _MAX_CACHED_BINDINGS = 64
-"""Maximum number of cached bindings of one achiever; if there are more, they are found again."""
+"""Maximum number of cached bindings of one achiever. Longer lists of bindings are computed again."""
 
 _MAX_BINDINGS = 100_000
-"""Maximum number of values of variables that are tried to find bindings that hold in all states."""
+"""Maximum number of variable values tried to find the bindings that hold in all states."""
 
 
 class _AtomMatch(NamedTuple):
@@ -372,7 +372,7 @@ class _AtomMatch(NamedTuple):
     Attributes:
         achiever: the achiever.
         partial: the binding of the variables that the atom determines.
-        cached_bindings: all ways to complete it, as bindings; None if they must be found in every state.
+        cached_bindings: all bindings that complete the match; None if they must be found in every state.
     """
 
     achiever: Achiever
@@ -387,7 +387,7 @@ class _AtomMatch(NamedTuple):
         return failing >= limit
 
     def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[FrameBinding]:
-        """Yield the ways to complete the match, as `Achiever.bindings` does."""
+        """Yield the bindings that complete the match, as `Achiever.bindings` does."""
         return (
             complete_bindings(state, self.partial, usable, effort)
             if self.cached_bindings is None
@@ -412,7 +412,7 @@ class _AtomMatches:
         self._found: dict[tuple[GroundAtom, bool], Sequence[_AtomMatch]] = {}
 
     def apply_to(self, state: State, usable: int) -> bool:
-        """Whether these are the matches in a state."""
+        """Whether these matches are valid in a state, for these usable objects."""
         return (
             self._state.scene is state.scene
             and self._usable == usable

@@ -29,7 +29,7 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 
 
 def choose_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
-    """Return the cheapest ``number`` conditions and the opposites of the others; None if there are fewer."""
+    """Return the cheapest ``number`` conditions and the opposites of all others; None if too few exist."""
     if number > len(conditions):
         return None
     opposites = [condition.negated for condition in conditions]
@@ -65,14 +65,14 @@ INFINITE = float("inf")
 """The cost of a condition that no action establishes."""
 
 OPAQUE_COST = 2.0
-"""The cost of a derived predicate that is a function, since only its read predicates are known."""
+"""Cost of a derived predicate that a function computes: only the predicates that it reads are known."""
 
 _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
-"""Cost limits, tried one after the other, so that cheap supporters are found before costly ones are tried."""
+"""Cost limits, tried one after the other. Cheap actions are found before costly ones are tried."""
 
 
 def _find_horizon(limit: float) -> float:
-    """Return the lowest horizon that covers a cost limit. So estimates are cached for few limits."""
+    """Return the lowest horizon that is no less than a cost limit. Few horizons need few cached estimates."""
     return next(horizon for horizon in _HORIZONS if horizon >= limit)
 
 
@@ -84,7 +84,7 @@ _MAX_DEPTH = 60
 
 
 class _FormulaInstance(NamedTuple):
-    """A formula by identity, with the objects of its free variables, and whether it must hold."""
+    """A formula (by identity) with the objects of its free variables, and whether it must hold."""
 
     formula: int
     values: tuple[int, ...]
@@ -106,7 +106,7 @@ _NO_SUPPORTER = _Supporter(INFINITE, None, ())
 
 
 class AdditiveHeuristic:
-    """The heuristic of one domain: the data that estimates from all states share."""
+    """The additive heuristic of one domain, with the data that estimates from all states share."""
 
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
@@ -167,7 +167,7 @@ class Estimates:
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
     def estimate_action(self, names: Sequence[str]) -> _Supporter:
-        """Return the cheapest action by the named operators, with any of the objects."""
+        """Return the cheapest action by the named operators, with any objects."""
         for limit in _HORIZONS:
             best = _Supporter(limit, None, ())
             for achiever in self._heuristic.achievers.find_operators(names):
@@ -184,7 +184,7 @@ class Estimates:
         return (subgoal,) if parts is None else tuple([c for part in parts for c in self.choose_atoms(part)])
 
     def choose_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
-        """Return the conditions that are all needed for a condition, by the cheapest choices.
+        """Return conditions that together establish a condition, by the cheapest choices.
 
         None for atoms of stored predicates and of functions, and if no choice establishes the condition.
         """
@@ -195,7 +195,7 @@ class Estimates:
         return None if parts is None else self._choose(parts)
 
     def find_prerequisites(self, subgoal: Subgoal) -> Sequence[Subgoal]:
-        """Return the parts of a condition, or the prerequisites of the last action that establishes it."""
+        """Return the parts of a condition, or the prerequisites of the action that establishes an atom."""
         if isinstance(subgoal.formula, Atom) and subgoal.formula.predicate not in self._heuristic.derived:
             return self.find_supporter(self.atom(subgoal.formula, subgoal)).prerequisites
         parts = self.choose_parts(subgoal) or ()
@@ -313,7 +313,7 @@ class Estimates:
         return total
 
     def _choose(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
-        """Return the conditions that establish some parts and are all needed, or None if no choice does."""
+        """Return conditions that together establish some of the parts, or None if no choice does."""
         match parts:
             case AllOf(conditions):
                 return conditions

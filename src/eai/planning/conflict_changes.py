@@ -1,4 +1,4 @@
-"""Conflict changes: the changes that may give a condition another truth, and the actions behind them.
+"""Conflict changes: the changes that may make a condition true or false, and the actions that make them.
 
 If a condition has the wrong truth in a state, it keeps this truth until one of some changes happens. These
 changes are a disjunctive landmark of the state (Richter and Westphal 2010), derived from the formula of the
@@ -34,21 +34,21 @@ from eai.world.relation import bits, mask_of
 from eai.world.state import State
 
 ChangeSet: TypeAlias = frozenset[FactChange]
-"""A set of changes; at least one must happen. If the set is empty, nothing helps."""
+"""A set of changes of which at least one must happen. If the set is empty, no change can help."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 """A condition, and the objects of its variables."""
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions (or values) that is small enough to stop looking for a smaller alternative."""
+"""Number of actions (or values) so small that no smaller alternative is looked for."""
 
 _MAX_BINDINGS = 3_000_000
 """Maximum number of parameter values that are tried to list the actions by one operator."""
 
 
 class ConflictChanges:
-    """The changes and actions that may give conditions another truth, in one episode.
+    """The changes that may make conditions true or false in one episode, and the actions that make them.
 
     Args:
         domain: the domain.
@@ -67,7 +67,7 @@ class ConflictChanges:
         self._unread = {
             o.name: unread for o in domain.operators if (unread := find_predicates_without_schema(o))
         }
-        # Dictionaries, since a `cache` of a method would keep the whole episode until garbage collection.
+        # Results are cached in dictionaries: `functools.cache` on a method would keep the episode in memory.
         self._writers: dict[FactChange, tuple[Action, ...]] = {}
         self._taking: dict[str, tuple[Action, ...]] = {}
         self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
@@ -98,7 +98,7 @@ class ConflictChanges:
         return all_makers
 
     def group_makers(self, change: FactChange) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
-        """Yield the actions that may make a change, grouped by the conditions that they need."""
+        """Yield the actions that may make a change, in groups with equal preconditions."""
         yield from ((self.actions_of(name), []) for name in self._operators_without_schema(change))
         for schema, scope, actions in self._schemas_making(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
@@ -256,7 +256,7 @@ class ConflictChanges:
         return self._changes_of_parts(wrong, state, not executed, all_needed=False)
 
     def _matches(self, schema: EffectSchema, action: Action, change: FactChange) -> dict[str, int] | None:
-        """Return the objects of a schema's variables if an action makes a change by it, or None."""
+        """Return the objects of a schema's variables if its effect in an action makes a change; else None."""
         if schema.adds != change.truth or schema.atom.predicate != change.predicate:
             return None
         scope = dict(zip(schema.variables, action.arguments, strict=False))
@@ -266,7 +266,7 @@ class ConflictChanges:
         return find_object(constant, self._initial.scene)
 
     def find_changes(self, formula: f.Formula, scope: Scope, state: State, *, truth: bool) -> ChangeSet:
-        """Return a set of changes; at least one must happen before a condition has the other truth."""
+        """Return changes of which at least one must happen before a condition becomes true, or false."""
         match formula:
             case f.Not(operand):
                 return self.find_changes(operand, scope, state, truth=not truth)
@@ -314,7 +314,7 @@ class ConflictChanges:
     def _changes_of_any_instance(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return the changes for a quantified body that any one value can satisfy."""
+        """Return the changes for a quantified formula that a single value can satisfy."""
         remaining = state.scene.category(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
@@ -334,7 +334,7 @@ class ConflictChanges:
         return frozenset(changes)
 
     def count_read_predicates(self, formula: f.Formula) -> int:
-        """Count the changeable predicates that a condition reads; fewer give more precise changes."""
+        """Count the predicates that a condition reads and actions change; fewer give more precise changes."""
         cached = self._depths.get(id(formula))
         if cached is None:
             names = find_stored_predicates(predicates_of(formula), self._domain.vocabulary)
@@ -392,7 +392,7 @@ def _select_closed(
 
 @cache
 def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
-    """Return a check without the alternatives that the other checks of the operator deny."""
+    """Return the condition of a check, without alternatives that the operator's other checks rule out."""
     condition = check.condition
     required = [other.condition for other in checks if other is not check]
     denied = [other.operand for other in required if isinstance(other, f.Not)]
@@ -404,7 +404,7 @@ def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
 
 
 def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
-    """Return the parts of a condition that must all have some truth, with that truth."""
+    """Return the parts of a condition that must all be true, or all be false, with this truth."""
     match formula:
         case f.Not(operand):
             return _conjuncts(operand, not truth)

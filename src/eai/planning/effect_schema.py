@@ -21,7 +21,7 @@ from eai.world.vocabulary import Vocabulary
 _NO_ATOM = f.Atom("")
 
 _Object = TypeVar("_Object")
-"""An object, by number or by name."""
+"""Type of an object: its number or its name."""
 
 FindObject: TypeAlias = "Callable[[f.Constant], int | None]"
 """Function that returns the number of the object that a constant names, or None for any object."""
@@ -37,7 +37,7 @@ class EffectSchema(NamedTuple):
         variables: the operator's parameters, then the variables of the effects around this one.
         checks: the conditions of the operator's checks.
         conditions: the conditions of the effects around this one.
-        read_variables: the variables whose value is looked up in the state before, so that it is not free.
+        read_variables: the variables whose values are read from the state before the action, not chosen.
     """
 
     operator: Operator
@@ -50,7 +50,7 @@ class EffectSchema(NamedTuple):
 
 
 def make_operator_schema(operator: Operator) -> EffectSchema:
-    """Return a schema for taking the operator for its own sake, whatever it changes."""
+    """Return a schema that stands for taking an operator, whatever the operator changes."""
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 
@@ -87,13 +87,13 @@ def find_changed_predicates(operator: Operator) -> list[str]:
 
 
 def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
-    """Return the changed predicates of an operator if `effect_schemas` leaves out one of its effects."""
+    """Return the predicates that an operator changes, if `effect_schemas` leaves out any of its effects."""
     changed = find_changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*effect_schemas(operator)]) else ())
 
 
 def _schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectSchema]:
-    """Yield the additions and deletions of effects inside the effects that ``outer`` describes."""
+    """Yield the additions and deletions of nested effects; ``outer`` describes the effects around them."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -200,14 +200,14 @@ def changes_towards(
     vocabulary: Vocabulary,
     find_object: FindObject,
 ) -> list[FactChange]:
-    """Return the changes that may give a condition a truth; None in ``scope`` stands for any object."""
+    """Return the changes that may make a condition true, or false. None in ``scope`` is any object."""
     return _reduce_to_stored(list(_atoms(formula, scope, truth, find_object)), vocabulary, find_object)
 
 
 def _reduce_to_stored(
     pending: list[FactChange], vocabulary: Vocabulary, find_object: FindObject
 ) -> list[FactChange]:
-    """Replace changes of derived predicates by the changes of stored predicates that may cause them."""
+    """Replace changes of derived predicates by changes of stored predicates that may cause them."""
     seen: dict[FactChange, None] = {}
     changes: list[FactChange] = []
     while pending:
@@ -233,7 +233,7 @@ def _reduce_to_stored(
 def _atoms(
     formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
-    """Yield the atoms of a formula, each with the truth that helps the formula to have its truth."""
+    """Yield the atoms of a formula, each with the truth that helps to make the formula true, or false."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]

@@ -31,10 +31,10 @@ _MAX_PAIRS = 64
 """Maximum number of pairs for one question; further pairs are assumed to be compatible."""
 
 _MAX_CACHED_FACTS = 4096
-"""Maximum number of facts for which it is cached whether they hold at the start."""
+"""Maximum number of cached answers to whether a fact holds at the start."""
 
 _PASSES = 2
-"""Number of passes over the conditions."""
+"""Number of times that all conditions are evaluated; each pass may use facts found before."""
 
 _FactArgument: TypeAlias = int | str | None
 """An object by index, an unknown object by a name, or None for any object."""
@@ -43,7 +43,7 @@ _ArgumentScope: TypeAlias = Mapping[str, _FactArgument]
 
 
 class _FactPattern(NamedTuple):
-    """A fact of a stored predicate; with None in it, all facts that it matches."""
+    """A fact of a stored predicate; None in it matches any object."""
 
     predicate: str
     arguments: tuple[_FactArgument, ...]
@@ -69,9 +69,9 @@ class ExclusionRules:
         return _Exclusion(self, initial)
 
     def _find_rivals(self, domain: Domain) -> dict[str, set[str]]:
-        """Return, for each predicate, the predicates whose facts may exclude its facts.
+        """Return, by predicate, the predicates whose facts may exclude facts of the predicate.
 
-        They are rivals if the effects that add a fact of one delete or deny a fact of the other.
+        Two predicates are rivals if an effect that adds a fact of one deletes or denies a fact of the other.
         """
         rivals: dict[str, set[str]] = {}
         for operator in domain.operators:
@@ -173,10 +173,10 @@ class _Induction:
         self._judged: _FactPair | None = None
 
     def proves(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
-        """Whether it follows that no state meets all the conditions.
+        """Whether it is proved that no state meets all the conditions.
 
-        A pair is assumed when it is first needed. If a pair turns out not to last, it is given up, and the
-        pairs that depend on it are judged again.
+        A pair of facts is assumed to be exclusive when it is first needed. If an action breaks the
+        assumption, it is given up, and all pairs that depend on it are judged again.
         """
         if _Supposition(self).may_meet(conditions):
             return False
@@ -231,7 +231,7 @@ class _Induction:
         )
 
     def _preserves(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
-        """Whether an effect that adds a fact neither leaves nor adds the other fact."""
+        """Whether an effect that adds one fact makes or keeps the other fact false."""
         scope = self.exclusion.match(schema.atom, added, {})
         if scope is None:
             return True
@@ -288,8 +288,8 @@ class _Supposition:
         self._unknown = 0
 
     def may_meet(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
-        """Suppose conditions, and return whether the state may meet them."""
-        for _ in range(_PASSES):  # the consequences of one condition may decide another
+        """Suppose that conditions hold, and return whether some state may meet them."""
+        for _ in range(_PASSES):  # a condition may be decided only after the consequences of a later one
             if not all(self._suppose(formula, scope, truth=True) for formula, scope in conditions):
                 return False
         return True
@@ -337,7 +337,7 @@ class _Supposition:
     def _suppose(
         self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset(), *, truth: bool
     ) -> bool:
-        """Suppose that a formula has a truth, with its immediate consequences; False if it cannot."""
+        """Suppose that a formula is true, or false, with all consequences. Return False if it cannot be."""
         value = self._evaluate(formula, scope, within)
         if value is not None:
             return value is truth
@@ -381,7 +381,7 @@ class _Supposition:
         return True
 
     def _evaluate_fact(self, fact: _FactPattern) -> bool | None:
-        """Return whether a fact, or all facts of a pattern, hold; None if it is unknown."""
+        """Return whether a fact, or every fact of a pattern, holds; None if it is unknown."""
         if fact in self._true:
             return True
         if fact.predicate not in self._exclusion.rules.changed:

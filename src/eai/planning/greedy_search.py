@@ -19,9 +19,9 @@ from eai.world.action import Action
 from eai.world.derived import Defined
 
 _STEP_COST = 0.2
-"""Cost of an action on the path so far; an estimated action ahead costs 1.
+"""Cost of an action on the path so far; each estimated action ahead costs 1.
 
-It suffices to leave long detours.
+This cost is enough to make the search leave long detours.
 """
 
 _UNEXPANDED, _EXPANDED = 0, 1
@@ -100,7 +100,7 @@ class GreedySearch:
 
 
 class _Expansion(NamedTuple):
-    """A state to expand, its rank, and the actions to expand it by; None for all applicable actions."""
+    """A state to expand, its rank, and the actions that expand it; None for all applicable actions."""
 
     node: PlanNode
     rank: tuple[float, int]
@@ -133,7 +133,10 @@ class _GreedyRun:
         return self._add_state(self._start) or best_first(self._open.pop, self._expand)
 
     def _expand(self, expansion: _Expansion) -> PlanNode | SearchEnd | None:
-        """Expand a state by its preferred actions; a thorough search later expands it by all others."""
+        """Expand a state by its preferred actions.
+
+        A thorough search later expands it by all other actions.
+        """
         node, rank, actions = expansion
         if actions is not None and self._thorough:
             self._open.push(expansion._replace(actions=None), _EXPANDED, *rank)
@@ -155,7 +158,7 @@ class _GreedyRun:
         return self._effort.is_used_up or self._searches.is_over
 
     def _add_state(self, node: PlanNode) -> PlanNode | None:
-        """Estimate a new state and queue it. Return the node if the state reaches the target."""
+        """Estimate a new state and put it into the queue. Return its node if the state reaches the target."""
         self._effort.used += 1
         ahead, preferred = self._searches.estimate(node, *self._target)
         if ahead == 0.0:

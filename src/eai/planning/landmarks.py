@@ -39,7 +39,10 @@ _MAX_VALUES = 60
 """Maximum number of values of a variable that are distinguished."""
 
 _MAX_BRANCHES = 200
-"""Maximum number of branches of the search for a smallest hitting set; then disjoint cuts are counted."""
+"""Maximum number of branches of the search for a smallest hitting set.
+
+Beyond it, disjoint cuts are counted.
+"""
 
 _MAX_CUT_SIZE = 250
 """Maximum number of actions of a cut; only the first cut may have more."""
@@ -113,9 +116,9 @@ class _RelaxationGraph:
         return [action for action in cut_actions if action not in actions]
 
     def _find_conditions_between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
-        """Return the conditions between some actions and the goals, nearest first.
+        """Return the conditions through which some actions fall short of the goals, the goals first.
 
-        If all parts of a condition are needed, one part that fails is followed; otherwise every part is
+        If all parts of a condition are needed, one failing part is followed; otherwise every part is
         followed.
         """
         seen = {self._goal: None}
@@ -140,7 +143,7 @@ class _RelaxationGraph:
         return seen
 
     def _group_makers(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
-        """Return the actions that make a change, grouped by their conditions; of a condition, none."""
+        """Return the actions that make a change, grouped by their conditions; for a condition, no actions."""
         change = self._changes.get(number)
         if change is None:
             return []
@@ -182,7 +185,10 @@ class _RelaxationGraph:
         return sum([self._add_maker(number, action) for number, action in fresh]) > 0
 
     def _add_maker(self, number: int, action: Action) -> bool:
-        """Add the conditions of an action for a change, one for each effect; return whether there are any."""
+        """Add the conditions of an action that makes a change, for each effect.
+
+        Return whether any were added.
+        """
         alternatives: list[int] = []
         for conditions in self._conflict_changes.effect_conditions(action, self._changes[number]):
             condition_numbers = [self._condition(*part, True) for part in conditions]
@@ -205,7 +211,7 @@ class _RelaxationGraph:
         key = id(formula), tuple([scope[name] for name in self._conflict_changes.names(formula)]), truth
         number = self._numbers.get(key)
         if number is None:
-            self._formulas.append(formula)  # keeps the formula alive, so that its id stays unique
+            self._formulas.append(formula)  # the entry keeps the formula alive, so that its id stays unique
             number = self._numbers[key] = self._add_condition(formula, scope, truth)
         return number
 
@@ -255,7 +261,7 @@ class _RelaxationGraph:
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
             return self._add_changes(self._conflict_changes.all_changes(atom))
-        if result is None:  # inside its own definition, the atom has the number of this condition
+        if result is None:  # a recursive definition refers to the atom by this number
             number = self._numbers[key] = self._add_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -292,7 +298,7 @@ class _RelaxationGraph:
         return _TRUE if _TRUE in numbers else self._combine(numbers, 1, _FALSE)
 
     def _combine(self, parts: tuple[int, ...], needed: int, default: int) -> int:
-        """Return the number of the condition that needs ``needed`` of its parts."""
+        """Return the number of the condition that needs one of its parts, or all of them."""
         if len(parts) < 2:
             return parts[0] if parts else default
         key = needed > 1, parts
@@ -315,7 +321,7 @@ class _RelaxationGraph:
 
 
 class Landmarks:
-    """The known cuts while one plan is repaired, and the number of actions that hit them.
+    """The known cuts during the repair of one plan, and the number of actions needed to hit them.
 
     Args:
         conflict_changes: the changes that conditions need, and the actions that make changes.
@@ -451,7 +457,7 @@ class _HittingSets:
         return tuple(chosen)
 
     def _count_disjoint_cuts(self, mask: int) -> int:
-        """Count greedily chosen cuts; no pattern hits two of them."""
+        """Count greedily chosen cuts that are disjoint: no pattern hits two of them."""
         number = 0
         for bit, covered in self._covered_with.items():
             if mask & bit:

@@ -31,7 +31,7 @@ _LIMIT_GROWTH = 4
 """Factor by which the limit of states grows after the searches for all goals have failed."""
 
 _WHOLE_GOAL_FACTOR = 4
-"""Factor of the limit of states if a goal is searched for at once instead of part by part."""
+"""Factor of the limit of states if one search looks for a whole goal instead of its parts."""
 
 _MAX_DIRECT_COST = 12.0
 """Maximum estimated cost of a goal that is reached directly.
@@ -40,7 +40,7 @@ Prerequisites of a costlier goal are reached first.
 """
 
 _NEXT_ACTION = -1
-"""Number of the goal to take the next action; conditions are numbered from 0."""
+"""Number that stands for the goal to take the next action; conditions are numbered from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ def drop_needless_actions(
     reached: Callable[[PlanNode], bool],
     actions: Sequence[Sequence[str]] = (),
 ) -> tuple[Action, ...]:
-    """Return the actions of a plan that it needs to reach its goal; all actions if it does not reach it.
+    """Return the actions of a plan that are needed for its goal; all actions if the plan misses the goal.
 
     Args:
         domain: the domain.
@@ -111,10 +111,10 @@ class Planner:
         return self.heuristic.readings.holds(condition, {}, state)
 
     def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int], **scope: int) -> bool:
-        """Whether actions on some objects seem to be able to establish a condition.
+        """Whether the heuristic finds actions on some objects that establish a condition.
 
-        False is not a proof, but no search is made for such a condition. ``scope`` has the objects of free
-        variables.
+        False is not a proof, but the planner makes no search for such a condition. ``scope`` has the objects
+        of free variables.
         """
         estimates = Estimates(self.heuristic, state, objects)
         return estimates.estimate(Subgoal(condition, scope, True)) < INFINITE
@@ -168,7 +168,7 @@ def get_planner(domain: Domain) -> Planner:
 def _search_plan(
     search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Limits
 ) -> SearchResult[Action]:
-    """Search until a plan is found, nothing is left, or the limits are reached."""
+    """Search until a plan is found, no search is left to try, or the limits are reached."""
     holds = search.heuristic.readings.holds
 
     def is_reached(node: PlanNode) -> bool:
@@ -215,7 +215,7 @@ class _Agenda:
         self._failed: set[int] = set()
 
     def reach_next_goal(self, node: PlanNode, limits: Limits) -> PlanNode | None:
-        """Return a node in which one more goal is reached, or None if the limits suffice for no goal."""
+        """Return a node in which one more goal is reached; None if no goal is reached within the limits."""
         holds = self._search.make_estimates(node).holds
         reached = tuple([goal for goal in self._goals if holds(goal)])
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
@@ -232,7 +232,10 @@ class _Agenda:
         return None
 
     def mark_hard_goals(self) -> bool:
-        """Mark the goals that failed last as hard, so that they come first. Return False if none is new."""
+        """Mark the goals that just failed as hard, so that they come first.
+
+        Return False if all were marked before.
+        """
         new = self._failed - self._hard
         self._hard |= new
         return bool(new)
@@ -267,7 +270,7 @@ class _Agenda:
     def _achieve(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        """Reach a goal part by part; if that fails, as a whole."""
+        """Reach a goal part by part. If that fails, search for the whole goal at once."""
         while True:
             further = self._reach_part(node, goal, protected, limits)
             if further is None:
@@ -280,9 +283,9 @@ class _Agenda:
     def _reach_part(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        """Return a node in which one more part is reached, or None.
+        """Return a node in which one more part of a goal is reached, or None.
 
-        Parts are tried by ascending cost, but prerequisites of a costly goal by descending cost.
+        Parts are tried by ascending cost, but the prerequisites of a costly goal by descending cost.
         """
         estimates = self._search.make_estimates(node, protected)
         parts: Sequence[Subgoal] = estimates.choose_atoms(goal)

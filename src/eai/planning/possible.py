@@ -26,7 +26,7 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of tried parameter values; number of values that one look at an action counts for."""
+"""Maximum number of tried parameter values; number of values for which each look at an action counts."""
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, its arguments, and whether it is true."""
@@ -68,7 +68,7 @@ class PossibleFacts:
         return len(self.possibly_true) + len(self.possibly_false)
 
     def _possible_actions(self, operator: Operator, initial: State, usable: Sequence[int]) -> Iterator[Scope]:
-        """Yield the scopes of actions by an operator that are possible by the facts that never change."""
+        """Yield the bindings of an operator for which actions are possible by the facts that never change."""
         static = tuple([check for check in operator.checks if self._is_static(check)])
         unchanging = replace(operator, checks=static, effects=(), tries=())
         arguments = applicability(unchanging, self.domain.vocabulary)
@@ -150,7 +150,7 @@ class PossibleFacts:
         return self._evaluate_definition(derived, arguments, truth) if isinstance(derived, Defined) else True
 
     def _evaluate_definition(self, derived: Defined, arguments: tuple[int, ...], truth: bool) -> bool:
-        """Whether a defined predicate may hold, or (not ``truth``) may fail to hold.
+        """Whether a defined predicate may be true, or (not ``truth``) false.
 
         A recursive definition is evaluated as a least fixpoint. On recursion, the same literal is assumed
         impossible if it must be true, and possible if it must be false. The outer call is repeated until it
@@ -173,7 +173,7 @@ class PossibleFacts:
                 return result
 
     def _apply_actions(self) -> None:
-        """Apply every action once. Effects that were impossible may be possible the next time."""
+        """Apply every action once. Effects that were impossible before may be possible in the next round."""
         self._denied.clear()
         self._done.clear()
         for operator in self.domain.operators:
@@ -182,7 +182,7 @@ class PossibleFacts:
             ]
 
     def _apply_action(self, operator: Operator, scope: Scope) -> bool:
-        """Apply an action, and return whether it can have no further effect."""
+        """Apply an action. Return whether later applications can have no further effect."""
         if self._effort.spend(_ACTION_LOOKS) or not self._passes(operator.checks, scope):
             return False
         self._apply_effects(operator.effects, scope)

@@ -44,7 +44,7 @@ def _is_movement(changes: list[EffectSchema]) -> bool:
 
 
 def _is_left(change: EffectSchema) -> bool:
-    """Whether a change ends the agent's relation to any object, not only to an argument."""
+    """Whether a change ends the agent's relation to all objects, not only to an argument."""
     if change.adds or AGENT not in change.atom.arguments or len(change.atom.arguments) != 2:
         return False
     (other,) = [term for term in change.atom.arguments if term != AGENT] or [AGENT]
@@ -52,7 +52,7 @@ def _is_left(change: EffectSchema) -> bool:
 
 
 def _is_taking(changes: list[EffectSchema]) -> bool:
-    """Whether all facts that an operator adds, at least one, relate the agent to an argument."""
+    """Whether an operator adds facts, all of which relate the agent to an argument."""
     added = [change for change in changes if change.adds]
     return bool(added) and all(
         change.atom.arguments[:1] == (AGENT,) and change.atom.arguments[1:] == change.operator.parameters

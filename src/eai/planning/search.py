@@ -1,15 +1,4 @@
-"""Nodes, open list, loop, limits and effort of all searches.
-
-A best-first search visits the first open node until it finds a goal, or no node is left. Searches differ in
-the order of nodes, the permitted actions and the goal:
-
-* `greedy_search` reaches conditions on a declared domain, guided by a heuristic;
-* `eai.pddl.search` solves problems with given operators, guided by a heuristic on ground literals;
-* `uniform_cost` of subgoal decomposition finds all shortest plans for one subgoal;
-* `repair.search` finds fewest edits of a plan; its nodes are edited plans instead of states.
-
-Effort is counted and never timed, so that equal input gives equal output.
-"""
+"""Best-first search: the nodes, open list, loop, limits and effort of all searches."""
 
 from __future__ import annotations
 
@@ -22,13 +11,13 @@ from math import inf
 from typing import Generic, TypeVar
 
 S = TypeVar("S")
-"""A state."""
+"""Type of a state."""
 
 A = TypeVar("A")
-"""An action."""
+"""Type of an action."""
 
 T = TypeVar("T")
-"""An item of an open list: a node, or a node with the actions that expand it."""
+"""Type of an item of an open list: a node, or a node with the actions that expand it."""
 
 
 class Effort:
@@ -67,7 +56,7 @@ class Effort:
         return self.used > self.limit
 
     def take_within_limit(self, names: Iterable[str]) -> Iterator[str]:
-        """Yield names until the limit is exceeded; each counts as one operation."""
+        """Yield the names of objects until the limit is exceeded; each counts as one operation."""
         for name in names:
             if self.spend():
                 return
@@ -96,13 +85,13 @@ class Limits:
 
 
 class SearchEnd(str, Enum):
-    """How a search ended."""
+    """Reason for the end of a search."""
 
     SOLVED = "solved"
     UNREACHABLE = "unreachable"
-    """A proof: the permitted actions lead to no goal."""
+    """The search proved that the permitted actions lead to no goal."""
     STATES = "states"
-    """A limit was reached."""
+    """The search reached a limit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -35,7 +35,7 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
-"""The parts of a condition. Parts that are not chosen must not hold."""
+"""The parts of a condition that are chosen to hold. All other parts must not hold."""
 
 
 class Unfolding:
@@ -58,7 +58,7 @@ class Unfolding:
         return self._evaluator.holds(formula, scope, self._state) == truth
 
     def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
-        """Return an atom with the objects that its terms have in a subgoal."""
+        """Return the ground atom of an atom, with the objects of its terms in a subgoal."""
         arguments = arguments_of(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
@@ -106,7 +106,7 @@ class Unfolding:
         return [i for i in self._objects if allowed >> i & 1]
 
     def _promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
-        """Return the usable values for which a part of the body holds, or else all usable values."""
+        """Return the usable values for which a part of the body holds; all usable values if no part does."""
         usable = self._usable_values(variable)
         parts = body.operands if isinstance(body, f.And) else ()
         promising = {
@@ -161,7 +161,7 @@ def subgoals_of(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal,
 
 
 def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
-    """Yield the parts of a subgoal that are all needed, each a subgoal of its own."""
+    """Yield the parts of a subgoal that must all be reached, each as a subgoal."""
     formula, scope, truth = subgoal
     match formula:
         case f.Not(operand):

@@ -12,7 +12,7 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of bindings that an action counts for, since handling an action takes longer."""
+"""Number of bindings for which an action counts, since handling an action takes longer."""
 
 PlanNode: TypeAlias = Node[State, Action]
 """A node of a search on a declared domain; ``met`` is the number of action goals taken on the path."""
@@ -60,10 +60,10 @@ class SuccessorGenerator:
     def remove_needless_actions(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
     ) -> PlanNode:
-        """Return the end of a plan that has only needed actions, and still reaches its goal.
+        """Return a plan's end without needless actions, so that it still reaches its goal.
 
         This is action elimination (Nakhost and Mueller 2010). Each action in turn is left out, together with
-        the later actions that become impossible, until all are needed.
+        the later actions that become impossible, until all remaining actions are needed.
         """
         path = end.path()[start.depth + 1 :]
         position, needed = 0, 0
@@ -87,15 +87,15 @@ def applicable_actions(
     objects: Sequence[int],
     bindings: Effort | None = None,
 ) -> Iterator[Action]:
-    """Yield the actions by an operator on some objects that no check forbids in a state.
+    """Yield the actions by an operator on given objects that no check forbids in a state.
 
     Args:
         domain: the domain.
         operator: the operator.
         state: the state.
         objects: the objects that actions may use, by index.
-        bindings: counts values of parameters, and each action as `ACTION_BINDINGS` values. If it is exceeded,
-            no more actions follow. None for no limit.
+        bindings: counts values of parameters, and each action as `ACTION_BINDINGS` values. If its limit is
+            exceeded, no more actions follow. None for no limit.
     """
     bindings = bindings or Effort()
     compiled = domain.compiled[operator.name]

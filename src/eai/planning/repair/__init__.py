@@ -1,1 +1,1 @@
-"""Repair of plans by fewest edits: edits, conflicts of edited plans, and the search."""
+"""Repair plans by fewest edits: edits of plans, conflicts of edited plans, and the search for repairs."""

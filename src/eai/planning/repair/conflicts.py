@@ -21,16 +21,16 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""The number of a state, and the number of action goals taken so far."""
+"""A moment of a plan: the number of its state, and the number of action goals taken so far."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
-"""The moments before the entries of a plan, up to its conflict or its end."""
+"""The moments before each entry of a plan, up to its conflict or its end."""
 
 START: PlanPath = ((0, 0),)
 
 
 class PlanStates:
-    """The states that plans for one task lead to. Each state is computed once.
+    """The states to which plans for one task lead. Each state is computed once.
 
     Args:
         domain: the domain.
@@ -72,7 +72,8 @@ class PlanStates:
     def try_step(self, number: int, action: Action) -> tuple[int | None, bool]:
         """Return the number of the state after a step, or None; and whether the step is executed.
 
-        A step that is skipped, since it is not needed, leads to the same state and is not executed.
+        The number is None if the step is impossible. A step that is skipped, since it is not needed, leads to
+        the same state and is not executed.
         """
         outcome = self._after.get((number, action))
         if outcome is None:
@@ -106,8 +107,8 @@ class PlanStates:
 
         Args:
             plan: the plan.
-            begin: a path that is equal to the path of the plan up to an entry.
-            at: the number of the entry.
+            begin: a path that equals the path of the plan before the entry ``at``.
+            at: the number of the first entry to compute.
         """
         moments = [*begin[: at + 1]]
         for _, action in plan[at:]:
@@ -129,7 +130,7 @@ class PlanStates:
         return failed + len(self.find_missed_goals(number)) + len(self.goal.actions) - taken
 
     def succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
-        """Whether a plan with this path succeeds."""
+        """Whether a plan succeeds whose path is already computed."""
         number, taken = path[-1]
         return (
             len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_missed_goals(number)
@@ -141,7 +142,7 @@ class PlanStates:
 
 
 HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
-"""The number of an entry, and the actions to insert before it; None stands for deleting the entry."""
+"""A position in a plan, and the actions to insert there; None stands for deleting the entry."""
 
 
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
@@ -167,7 +168,7 @@ class _Conflicts:
         self._lacking: dict[int, list[ChangeSet]] = {}
 
     def find_edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
-        """Return edits of a plan; every repair contains at least one of them."""
+        """Return edits of a plan, of which every repair contains at least one."""
         at = len(path) - 1
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
@@ -185,7 +186,7 @@ class _Conflicts:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
-        """Return the changes that may make an impossible step possible, or skipped."""
+        """Return the changes that may make an impossible step possible, or let it be skipped."""
         changes = self._fatal.get((number, action))
         if changes is None:
             changes = self._fatal[number, action] = self._find_changes_to_unblock(number, action)
@@ -215,7 +216,7 @@ class _Conflicts:
         return frozenset(changes)
 
     def _changes_to_reach_goals(self, number: int) -> list[ChangeSet]:
-        """Return a set of changes for each missed goal; the goal needs at least one of its set."""
+        """Return a set of changes for each missed goal. One change of its set must happen for the goal."""
         changes = self._lacking.get(number)
         if changes is None:
             state, find_changes = self._states.by_number[number], self._conflict_changes.find_changes
@@ -256,7 +257,7 @@ class _Conflicts:
     def _find_earlier_changes(
         self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return changes before a step that let it help, or keep it from undoing; and whether it undoes."""
+        """Return earlier changes that let a step help, or stop it from undoing; and whether it undoes."""
         state, executed = self._states.by_number[number], self._states.try_step(number, action)[1]
         earlier_changes, undoes = self._conflict_changes.changes_before_step(
             action, state, changes, executed=executed

@@ -56,7 +56,7 @@ def as_entries(plan: PlanSteps) -> EditedPlan:
 
 
 def align(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
-    """Return another plan as edits of a plan, with fewest edits (Levenshtein 1966)."""
+    """Convert another plan to edits of a plan, with fewest edits (Levenshtein 1966)."""
     rows = [[*range(len(other) + 1)]]
     for i, step in enumerate(plan, 1):
         row = [i]
@@ -81,7 +81,7 @@ def align(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
 
 
 def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]:
-    """Yield the edited plans with one edit less: an insertion, a deletion, or one of each."""
+    """Yield the edited plans with one edit undone: an insertion, a deletion, or one of each."""
     yield from _undo_one_insertion(plan)
     start = 0
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
@@ -127,7 +127,10 @@ class EditCost(NamedTuple):
 
 
 def edit_cost(plan: EditedPlan) -> EditCost:
-    """Return the cost of an edited plan. A deleted and an inserted step between kept steps are one edit."""
+    """Return the cost of an edited plan.
+
+    A deletion and an insertion between the same kept steps are one edit.
+    """
     edits = deletions = insertions = deleted = inserted = 0
     for step, action in (*plan, _END):
         if step < 0:
@@ -148,7 +151,7 @@ def count_edits(plan: EditedPlan | None) -> float:
 
 
 def replaceable(plan: EditedPlan) -> Iterator[int]:
-    """Yield the kept steps that can be deleted for free, as more inserted than deleted steps precede them."""
+    """Yield the kept steps whose deletion is free, since more insertions than deletions precede them."""
     surplus = 0
     for position, entry in enumerate(plan):
         if entry.is_kept and surplus > 0:
@@ -157,7 +160,7 @@ def replaceable(plan: EditedPlan) -> Iterator[int]:
 
 
 _END = PlanEntry(0, Action("", ()))
-"""An entry that stands for a kept step."""
+"""A kept step at the end of a plan, so that the last edits are counted like all others."""
 
 
 def edits_of(plan: EditedPlan) -> tuple[PlanEdit, ...]:

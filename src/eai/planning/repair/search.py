@@ -46,7 +46,7 @@ _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to finish a plan."""
 
 _START_FACTOR = 3
-"""Factor of the actions that the planner may look at from the initial state, once for each task."""
+"""Factor of the limit of actions that the planner tests from the initial state, once for each task."""
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
 """Limits of the search for actions that make a step possible."""
@@ -55,19 +55,19 @@ _STEPS_PER_EFFORT = 8
 """Number of executed steps that count as one unit of effort."""
 
 _MANY_EDITS, _LANDMARK_EFFORT = 5_000, 500
-"""Number of edits above which landmarks filter the edits; effort of finding these landmarks."""
+"""Number of edits above which landmarks filter single edits; effort for finding these landmarks."""
 
 _MAX_CACHED_STATES = 50_000
 """Maximum number of states that are cached between plans."""
 
 _EASY_EFFORT = 60
-"""Effort up to which no landmarks are looked for, since one edit repairs many plans."""
+"""Effort below which no landmarks are computed, since many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one unit of effort."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Effort of analyzing a conflict, for each step before it; number of edits that cost one unit of effort."""
+"""Effort for analyzing a conflict, for each step before it; number of edits for one unit of effort."""
 
 
 class Repairer:
@@ -113,7 +113,7 @@ class Repairer:
         return search.min_edits, None if best is None else edits_of(best)
 
     def _repair_by_planner(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
-        """Return bounds like `repair` from plans only, as there are too many actions to prove a minimum."""
+        """Return bounds like `repair`, from plans only, as there are too many actions to prove a minimum."""
         if None not in plan and self.states.reaches_goal(as_entries(plan)):
             return 0, ()
         best = self._best_planner_repair(plan, effort)
@@ -152,7 +152,7 @@ class Repairer:
             yield normalize(align(plan, whole))
 
     def _execute_possible_steps(self, plan: PlanSteps, effort: Effort) -> tuple[list[Action], PlanMoment]:
-        """Return the possible steps of a plan, with inserted enabling actions, and the moment after them."""
+        """Return a plan's possible steps and inserted actions that enable them, and the moment after them."""
         actions: list[Action] = []
         moment, skipped = START[0], 0
         for i, step in enumerate(plan):
@@ -170,14 +170,14 @@ class Repairer:
     def _take_enabled_step(
         self, moment: PlanMoment, step: Action, rest: PlanSteps, skipped: int, effort: Effort
     ) -> tuple[Sequence[Action], PlanMoment] | None:
-        """Return a step with the actions that enable it, and the moment after it; None to leave out the step.
+        """Return a step after the actions that enable it, and the next moment; None to leave out the step.
 
         Args:
             moment: the moment before the step.
             step: the step.
             rest: the steps after it.
             skipped: number of steps left out just before it.
-            effort: the effort of making steps possible.
+            effort: effort counter for making steps possible.
         """
         after = self.states.take_step(moment, step)
         if after is not None:
@@ -272,7 +272,7 @@ class Repairer:
         actions: Iterable[Action | None],
         landmarks: Landmarks,
     ) -> Iterator[PlanEdit]:
-        """Yield the edits that add an inserted action to an edit, and make a plan succeed."""
+        """Yield edits that complete an edit by an inserted action, and make the plan succeed."""
         rest = plan[edit.step + (edit.removed is not None) :]
         lacked = landmarks.find_missed_cuts(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
@@ -296,9 +296,9 @@ class Repairer:
         return moment is not None and None not in rest and self.states.reaches_goal(as_entries(rest), moment)
 
     def make_landmarks(self, plan: PlanSteps) -> Landmarks:
-        """Return the landmarks of plans that succeed.
+        """Return landmarks of plans that succeed.
 
-        Landmarks that the plan has anyway are not looked for.
+        Landmarks that the given plan contains anyway are not computed.
         """
         steps = [step for step in plan if step is not None]
         untaken = [
@@ -398,7 +398,7 @@ class _RepairSearch:
         return None
 
     def _push(self, node: _RepairNode) -> None:
-        """Put a plan into the queue, once before and once after it is executed."""
+        """Put a plan into the queue. Each plan is queued once before and once after its execution."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
             self._push_again(node)
@@ -410,7 +410,10 @@ class _RepairSearch:
         self._waiting.push(node, node.at_least, node.failures, -self._pushed)
 
     def _execute(self, node: _RepairNode) -> bool:
-        """Whether a plan succeeds; if not, queue it again, and the plans with one more free replacement."""
+        """Whether a plan succeeds.
+
+        If it fails, queue it again, and the plans with one more free replacement.
+        """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.find_path(node.plan, node.path, node.first_unknown)
         if self._states.succeeds(node.plan, path):
@@ -426,9 +429,9 @@ class _RepairSearch:
         return False
 
     def _expand(self, node: _RepairNode) -> None:
-        """Queue the plans after each helping edit that costs no more; postpone the other edits.
+        """Queue the plan after each helping edit that costs no more, and postpone the costlier edits.
 
-        Most of the others are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
+        Most postponed edits are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
         edits = node.edits or self._find_edits(node.plan, node.path)
         self.effort.used += 0 if node.edits else _CONFLICT_EFFORT * len(node.path)
@@ -451,7 +454,9 @@ class _RepairSearch:
     def _insert(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None], lacking: dict[Action, int]
     ) -> int:
-        """Queue the plans with one inserted action that cost no more; return the maximum cost of all of them.
+        """Queue the plans with one inserted action that cost no more.
+
+        Return the maximum cost of all such plans.
 
         ``lacking`` caches the number of missing steps with each action.
         """
@@ -481,7 +486,7 @@ class _RepairSearch:
         return self._child(node, plan, at, edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
-        """Return a node with the bounds of all known landmarks, after a search for more landmarks."""
+        """Search for more landmarks, and return a node with the bounds of all known landmarks."""
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else Effort(0)
         landmarks.find_more_cuts(self._steps, search_effort)
@@ -503,7 +508,7 @@ class _RepairSearch:
         return _RepairNode(plan, node.path, at, node.failures, costs, lacked, node.known_cuts, lacking)
 
     def _is_idle(self, node: _RepairNode, position: int, action: Action) -> bool:
-        """Whether an inserted step is impossible at its position, or changes nothing there."""
+        """Whether an inserted action is impossible at its position, or changes nothing."""
         if node.cost.insertions:
             return False
         after = self._states.take_step(node.path[position], action)
