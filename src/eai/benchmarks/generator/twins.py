@@ -42,25 +42,26 @@ from eai.world.domain import Domain
 from eai.world.state import Fact, State
 
 _HALF = 0.5
-"""Probability that the added object is the wanted one."""
+"""Probability that the instruction means the added object and not the original one."""
 
 _LIMITS = Limits(300)
-"""Limits of the search for a plan with the other object."""
+"""Limits of the search for a plan that uses the second object instead of the first."""
 
 Balance: TypeAlias = Counter[tuple[str, str]]
-"""Number of impossible minus possible tasks that lack a property of a category, by both."""
+"""By property and category: how many more impossible tasks than possible tasks lack this property."""
 
 
 def make_possible_pair(
     made: Generated, planner: Planner, may_lack: Collection[str], balance: Balance, rng: random.Random
 ) -> Generated | None:
-    """Return a pair of a possible and an impossible task, or None if no such pair is found.
+    """Return a pair of a task with a plan and a task without a plan, or None if no such pair is found.
 
     Args:
         made: a task with a plan.
-        planner: a planner for the domain. No proof is tried if its heuristic takes the goals for reachable.
-        may_lack: properties that an object may lack; all if empty.
-        balance: counts of the earlier pairs, to which the new pair is added.
+        planner: a planner for the domain. A task is not proved impossible if its heuristic finds the goals
+            reachable.
+        may_lack: properties that an object may lack; all properties if empty.
+        balance: counts of the earlier pairs; the new pair is added to them.
         rng: the random generator.
     """
     task, domain = made.task, planner.domain
@@ -93,7 +94,7 @@ def _looks_possible(task: Task, planner: Planner) -> bool:
 
 
 def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
-    """Yield the initial facts that state properties which prompts show and objects may lack."""
+    """Yield the initial facts that state a property which prompts show and an object may lack."""
     predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
         if fact.predicate in predicates and (not may_lack or fact.predicate in may_lack):
@@ -101,7 +102,7 @@ def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> I
 
 
 def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
-    """Return the property, whether goals name its object, and whether they quantify over its category."""
+    """Return the property of a fact, and whether goals name its object or quantify over its category."""
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk(task_goal.formula))
     kinds = {variable.category for part in parts for variable in bound_variables(part)}
@@ -109,7 +110,7 @@ def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
 
 
 def _get_kind(fact: Fact, task: Task) -> tuple[str, str]:
-    """Return the property and the category of its object."""
+    """Return the property that a fact states, and the category of its object."""
     return fact.predicate, task.scene.objects[fact.arguments[0]].category
 
 
@@ -134,7 +135,7 @@ def _make_pair(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> 
 def make_ambiguous_pair(
     made: Generated, benchmark: Benchmark, prior: Prior, planner: Planner, rng: random.Random
 ) -> Generated | None:
-    """Return a pair of a clear and an ambiguous task, or None if no such pair is found.
+    """Return a pair of tasks of which one has an instruction that fits two objects, or None.
 
     Args:
         made: a task with a plan.
@@ -165,7 +166,7 @@ def make_ambiguous_pair(
 
 
 def _does_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
-    """Whether the description that distinguishes an object from its double fits both, given other facts."""
+    """Whether the words that tell an object from its copy in one scene fit both objects in another scene."""
     said = words.distinguishing_facts.get(thing)
     if said is None or len(said.arguments) == 1:
         return False
@@ -181,7 +182,7 @@ def _does_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
 def _make_with_same_words(
     task: Task, words: Words, states: tuple[State, State], thing: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
-    """Return the clear and the ambiguous task, or None if the instruction does not read back as the goals."""
+    """Return a clear and an ambiguous task with one instruction, or None if it is not read as the goals."""
     ids, formulas = _draw_ids(task, rng), [task_goal.formula for task_goal in task.goals]
     instruction = words.make_instruction(formulas, rng)
     if not words.is_read_back(instruction, formulas):
@@ -208,7 +209,7 @@ def _make_with_same_words(
 
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
-    """Return a task with two objects exchanged, so that names do not show which object is wanted."""
+    """Exchange the names of two objects, so that names do not show which object is wanted."""
     scene, swapped = task.scene, _swap(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
@@ -224,14 +225,14 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 
 
 def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
-    """Return the goal that the wishes for the first object are not fulfilled for the second."""
+    """Return the goal that forbids to do with the second object what the instruction asks for the first."""
     asked = [task_goal for task_goal in goals if names[0] in object_names(task_goal.formula)]
     done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
 def _exchange_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
-    """Return goals with two objects exchanged."""
+    """Return goals in which two objects have exchanged their places."""
     return tuple([goal(rename_objects(task_goal.formula, _swap(names))) for task_goal in goals])
 
 
@@ -240,7 +241,7 @@ def _swap(names: Sequence[str]) -> Mapping[str, str]:
 
 
 def _is_open(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
-    """Whether the plan solves both tasks, and the ambiguous task also has a plan for its second object."""
+    """Whether the plan solves both tasks, and the ambiguous task has a plan for its second object too."""
     names = [unclear.scene.objects[i].name for i in (thing, -1)]
     other = replace(unclear, goals=_exchange_in_goals(unclear.goals, names))
     each_solves = (solves(planner.domain, task, task.script) for task in (clear, unclear))

@@ -1,8 +1,9 @@
-"""Walks through a scene that reach goals one by one, certificates, and goals over time.
+"""Extend a plan goal by goal (a walk), shorten it to a certificate, and find goals over time.
 
-A goal over time comes from two plans for the same goals: the certificate and a *temptation*. The temptation
-reaches all final goals too, but in another order or without a detour. A condition on the order of facts that
-only the certificate fulfils becomes the goal over time: it can be fulfilled, and it excludes a plan.
+A certificate is a plan that solves a task. A goal over time comes from two plans for equal final goals: the
+certificate and a *temptation*. The temptation reaches the final goals in another order or without a detour.
+The goal over time is a condition on the order of facts that only the certificate fulfils. So it can be
+fulfilled, and it excludes a plan.
 """
 
 from __future__ import annotations
@@ -31,24 +32,24 @@ from eai.world.listing import FactListing
 from eai.world.state import Fact, State
 
 _GOAL_LIMITS = Limits(20, thorough=False)
-"""Limits of the search for reaching one more goal."""
+"""Limits of the search for actions that reach one more goal."""
 
 _SHORTENING_LIMITS = Limits(300)
-"""Limits of the search for a plan for all goals that is shorter than the walk."""
+"""Limits of the search for a plan shorter than the walk that reaches all goals."""
 
 _MIN_STEPS_TO_SHORTEN = 25
-"""Minimum number of steps of a walk at which the planner looks for a shorter plan."""
+"""Minimum number of steps of a plan for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
-"""Number of orders of parts of the certificate that are tried as a temptation."""
+"""Maximum number of reordered certificates that are tried as temptations."""
 
 _MAX_TIDY_POSITIONS = 3
-"""Number of positions in the certificate at which tidying up is tried."""
+"""Maximum number of steps of the certificate after which undoing a fact is tried."""
 
 
 @dataclass
 class Walk:
-    """A sequence of actions that reaches one goal after the other.
+    """A plan that grows by the actions for one goal after the other.
 
     Attributes:
         planner: finds actions for the next goal.
@@ -77,11 +78,11 @@ class Walk:
         return tuple(range(len(self.state.scene.objects)))
 
     def mark(self) -> tuple[State, int, int, int, int]:
-        """Return a mark of the current position, for `return_to`."""
+        """Return a mark of the current end of the walk, for `return_to`."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
     def return_to(self, mark: tuple[State, int, int, int, int]) -> None:
-        """Forget everything after a mark."""
+        """Undo all actions and goals after a mark."""
         self.state, conditions, actions, goals, trail = mark
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
 
@@ -90,7 +91,7 @@ class Walk:
         return not _actions_of(wanted) and self.planner.holds(wanted, state)
 
     def reach(self, wanted: f.Formula) -> bool:
-        """Extend the walk until one more goal holds; returns False if no plan is found for it."""
+        """Extend the walk until one more goal holds; False if no plan is found or the goal holds already."""
         names = _actions_of(wanted)
         if names:
             planning_goal = PlanningGoal(tuple(self.conditions), (names,))
@@ -112,7 +113,7 @@ class Walk:
         return True
 
     def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
-        """Extend the walk by a plan that reaches these goals about states; returns False if it does not."""
+        """Extend the walk by a plan that reaches these goals about states; return False for other plans."""
         course = execute(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
             return False
@@ -124,15 +125,15 @@ class Walk:
 
 
 def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
-    """Return the operators of a goal for actions; none for a goal about states."""
+    """Return the operators of which a goal demands one; empty for a goal about states."""
     parts = f.operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
 def make_certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """Return the walk without needless actions, or a shorter plan of the planner for all goals.
+    """Return a short plan for a walk's goals: its actions without needless ones, or a plan of the planner.
 
-    The planner is asked only if the walk is long. It does not know goals over time.
+    Only long walks are given to the planner, which does not know goals over time.
     """
     planning_goal = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
     walked = _drop_needless(walk, planning_goal, over_time)
@@ -158,9 +159,9 @@ def _trace_node(node: PlanNode) -> Trajectory:
 
 
 def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
-    """Return a lower bound of the number of actions of a plan, found by trying all plans up to a depth.
+    """Return a lower bound of the number of actions of any plan, by trying all plans up to a depth.
 
-    The bound is the length of a shortest plan if that is at most the depth; otherwise it is the depth plus
+    The bound is the length of a shortest plan of at most this depth. Without such a plan it is the depth plus
     one.
     """
     test, at_the_end = GoalTest(task), GoalTest(task.without_goals_over_time)
@@ -188,7 +189,7 @@ def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
 
 @dataclass(frozen=True)
 class _TemporalGoal:
-    """A goal over time, a plan that fulfils it, and a plan that reaches only the other goals."""
+    """A goal over time, with a plan that fulfils it and a plan that reaches only the other goals."""
 
     goal: f.Formula
     plan: Sequence[Action]
@@ -197,12 +198,12 @@ class _TemporalGoal:
 
 @dataclass(frozen=True)
 class _ExecutedPlan:
-    """An executed plan.
+    """An executed plan, with the facts that it makes true.
 
     Attributes:
         plan: the plan.
         trajectory: the states of its execution.
-        new_facts: facts that it makes true, with the numbers of the states in which they hold.
+        new_facts: facts that it makes true, each with the numbers of the states in which it holds.
     """
 
     plan: Sequence[Action]
@@ -214,7 +215,7 @@ class _ExecutedPlan:
         return to_trace(self.trajectory)
 
     def comes_first(self, first: f.Atom, then: f.Atom) -> bool:
-        """Whether the first fact holds before the second one, or from the same state on."""
+        """Whether the first fact becomes true no later than the second fact."""
         return self.new_facts[first][0] <= self.new_facts[then][0]
 
     def has_both(self, one: f.Atom, other: f.Atom) -> bool:
@@ -227,12 +228,12 @@ class TemporalGoalFinder:
     """Finds a goal over time for a task.
 
     Attributes:
-        task: a task with a certificate.
+        task: a task with a plan.
         domain: the domain in which plans are executed.
-        listings: facts of which goals may consist.
-        proposals: facts that a detour may bring about.
+        listings: facts that a goal may state.
+        proposals: source of facts that a detour may make true.
         rng: the random generator.
-        begin: starts a walk at the task's initial state, by usual actions.
+        begin: starts a new walk, by usual actions, in the task's initial state.
     """
 
     task: Task
@@ -243,7 +244,7 @@ class TemporalGoalFinder:
     begin: Callable[[], Walk]
 
     def find(self) -> _TemporalGoal | None:
-        """Return a goal over time, or None if none is found."""
+        """Return a goal over time with two plans, or None if no goal is found."""
         if self.task.goals_of(GoalKind.ACTION):
             return None
         ways = [self._find_after_detour, self._find_tidiness, self._find_order]
@@ -263,7 +264,7 @@ class TemporalGoalFinder:
         return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
     def _find_after_detour(self) -> _TemporalGoal | None:
-        """Return the goal that a fact holds before another goal is reached; the fact is false at the end."""
+        """Return the goal that a fact holds before another goal does, although the fact is false at the end."""
         walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
             return None
@@ -305,7 +306,7 @@ class TemporalGoalFinder:
         return None
 
     def _find_order(self) -> _TemporalGoal | None:
-        """Return an order of facts that the certificate has, and another order of its actions has not."""
+        """Return a goal on the order of facts that the certificate fulfils and a reordered plan does not."""
         ours, goals, rng = self._certificate, self._goals, self.rng
         parts = [ours.plan[i:j] for i, j in pairwise([0, *self._cuts])]
         for _ in range(_MAX_ORDERS if len(parts) > 1 else 0):
@@ -319,7 +320,7 @@ class TemporalGoalFinder:
 
     @cached_property
     def _cuts(self) -> list[int]:
-        """Numbers of steps of the certificate after which one more goal holds until the end."""
+        """Numbers of steps of the certificate after each of which one more goal stays true to the end."""
         states = list(enumerate(self._certificate.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
@@ -327,7 +328,10 @@ class TemporalGoalFinder:
         return sorted({i + 1 for i in missed})
 
     def _find_difference(self, plan: Sequence[Action]) -> _TemporalGoal | None:
-        """Return a goal that the certificate fulfils and another plan does not; goals on one object first."""
+        """Return a goal over time that the certificate fulfils and another plan does not, or None.
+
+        Goals whose facts share an object come first.
+        """
         other = self._execute(plan)
         final = other.trajectory.final
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
@@ -357,7 +361,7 @@ class TemporalGoalFinder:
                 yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _find_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
-        """Return the facts that become true and may be goals, with the numbers of their states."""
+        """Return facts that become true and may be goals, each with the numbers of its states."""
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         new_facts: dict[Fact, list[int]] = {}
         for listing in self.listings:
@@ -374,7 +378,7 @@ class TemporalGoalFinder:
         }
 
     def _is_movable(self, fact: Fact) -> bool:
-        """Whether a fact is a state, or the place of an object that plans take in hand."""
+        """Whether a fact is a state of one object, or places an object that plans take in hand."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
         moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior
@@ -384,13 +388,13 @@ class TemporalGoalFinder:
 def _make_if_distinguishing(
     goal: f.Formula, ours: _ExecutedPlan, other: _ExecutedPlan
 ) -> _TemporalGoal | None:
-    """Return the goal if the first plan fulfils it and the second one does not."""
+    """Return the goal with both plans if only the first plan fulfils it, or else None."""
     is_kept, is_kept_by_other = [semantics.holds(goal, course.timeline) for course in (ours, other)]
     return _TemporalGoal(goal, ours.plan, other.plan) if is_kept and not is_kept_by_other else None
 
 
 def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
-    """Reach goals in this order, and return whether all of them hold at the end."""
+    """Extend a walk by goals in this order. Return whether all of them hold at the end."""
     for wanted in goals:
         if walk.holds(wanted, walk.state):
             walk.conditions.append(wanted)
@@ -400,5 +404,5 @@ def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
 
 
 def _have_no_common_object(one: f.Formula, other: f.Formula) -> bool:
-    """Whether two formulas name no common object."""
+    """Whether no object is named by both formulas."""
     return set(object_names(one)).isdisjoint(object_names(other))

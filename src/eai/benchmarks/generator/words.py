@@ -1,6 +1,6 @@
-"""Goals in English: instructions made from goals, and goals read from instructions.
+"""Write goals as English instructions, and read instructions back into goals.
 
-An instruction is exact if the goals read from it are those of the task.
+An instruction is exact if it reads back as exactly the goals of the task.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
 
 @dataclass(frozen=True)
 class Words:
-    """The words of instructions about one scene.
+    """The words that instructions use for the objects and predicates of one scene.
 
     Attributes:
         arities: number of arguments of each predicate of goals.
@@ -49,7 +49,7 @@ class Words:
 
     @staticmethod
     def for_benchmark(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
-        """Return the words of a benchmark for a scene; by_place describes objects by their places."""
+        """Return the words of a benchmark for a scene; `by_place` describes objects by their places."""
         arity, scene = benchmark.domain.vocabulary.arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
@@ -63,7 +63,7 @@ class Words:
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
-        """The noun of each category of the scene; the category's own name if two categories share a noun."""
+        """Noun of each category of the scene, or the category itself if two categories share a noun."""
         nouns_by_category: dict[str, str] = {}
         for thing in self.scene.objects:
             made = " ".join(re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ").split())
@@ -73,21 +73,21 @@ class Words:
         return nouns_by_category
 
     def name_object(self, name: str) -> str:
-        """Return words for an object: ``the lamp`` if it is the only one, or its place, or its name."""
+        """Return words for an object: ``the lamp`` for the only lamp, or else its place or its name."""
         index = self.scene.index[name]
         return self._make_definite(index) if self._is_only_one(index) else self._descriptions.get(index, name)
 
     def is_described(self, name: str) -> bool:
-        """Whether an object can be distinguished from others without its name."""
+        """Whether words other than its name distinguish an object from all others."""
         index = self.scene.index[name]
         return self._is_only_one(index) or index in self._descriptions
 
     @cached_property
     def distinguishing_facts(self) -> Mapping[int, Fact]:
-        """The initial fact that distinguishes an object from others of its category, by object.
+        """Initial fact that distinguishes an object from other objects of its category, by object.
 
-        The fact is a state that no other object of the category has, or a relation to an object that is the
-        only one of its category.
+        The fact is a state that only this object of the category has, or its relation to the only object of
+        another category.
         """
         described: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
         about = [fact for fact in self.initial_facts if fact.arguments]
@@ -109,7 +109,9 @@ class Words:
     def _describe(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.get_sentences(predicate)[0]
-        sentence = sentence if there else f"{sentence} now"  # the state may be false at the end
+        sentence = (
+            sentence if there else f"{sentence} now"
+        )  # "now", because the state may be false at the end
         return _fill_sentence(
             sentence, [f"the {self._get_noun(thing)} that", *map(self._make_definite, there)]
         )
@@ -124,10 +126,10 @@ class Words:
         return self.scene.category(self.scene.objects[index].category).bit_count() == 1
 
     def make_instruction(self, goals: Sequence[f.Formula], rng: random.Random) -> str:
-        """Return a sentence that states all goals.
+        """Return an instruction that states all goals.
 
         Raises:
-            InputError: the sentence forms have none for the shape of a goal.
+            InputError: no sentence form can state a goal.
         """
         voice = e.PhraseStyle.draw(rng)
         opening = rng.choice(e.REQUESTS if voice.requests else e.OPENINGS)
@@ -147,7 +149,7 @@ class Words:
         return self._make_request(goal, voice) or f"{e.SEE_TO_IT} {self._make_statement(goal, voice)}"
 
     def _make_request(self, goal: f.Formula, voice: e.PhraseStyle) -> str | None:
-        """Return a request for a goal, or None if requests cannot state it."""
+        """Return a goal as a request, such as "put ...", or None if requests cannot state it."""
         plain = _find_plain_atom(goal)
         if plain is None:
             return None
@@ -163,7 +165,7 @@ class Words:
         )
 
     def _make_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
-        """Return a statement of a goal, without a full stop."""
+        """Return a goal as a statement without a full stop."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
                 names = [part.action for part in parts if isinstance(part, f.Occurs)]
@@ -183,7 +185,7 @@ class Words:
         return self._make_sentence(atom, self._name_variables(goal, voice), voice, negated=negated)
 
     def _make_temporal_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
-        """Return a statement of a goal over time."""
+        """Return a goal over time as a statement."""
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
                 never = self._make_sentence(one, {}, voice, never=True)
@@ -240,7 +242,7 @@ class Words:
 
 
 def _find_plain_atom(goal: f.Formula) -> tuple[f.Atom, bool] | None:
-    """Return the atom of a goal and whether it is negated; None for goals over time, choices and counts."""
+    """Return the atom of a goal, and whether it is negated; None for goals with other operators."""
     match goal:
         case (
             f.Not(f.Atom() as atom)
@@ -321,7 +323,7 @@ class _Reader:
         )
 
     def _read_over_time(self, word: str, one: str, other: str) -> f.Formula:
-        """Return the meaning of two sentences joined by a word."""
+        """Return the goal over time that two joined sentences state."""
         if word == e.WHILE:
             return f.Always(
                 f.Not(
@@ -344,7 +346,7 @@ class _Reader:
                 yield from (f.Or((first, second)) for second in self._find_meanings(text[place.end() :]))
 
     def _find_meanings(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
-        """Yield all meanings of a sentence; with `never`, of a sentence that says that a fact never holds."""
+        """Yield all goals that a sentence may mean; with `never`, it says that a fact never holds."""
         forms = ((False, False),) if never else ((False, False), (True, False), (False, True))
         for predicate in self._words.arities:
             for sentence in self._words.get_sentences(predicate):
@@ -362,7 +364,7 @@ class _Reader:
         several: bool = False,
         request: bool = False,
     ) -> Iterator[f.Formula]:
-        """Yield the meaning of a sentence that states a predicate of objects in words, or requests it."""
+        """Yield the goal that a sentence states or requests about objects described in words."""
         named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = None not in named[1:]
@@ -404,7 +406,7 @@ def _interpret_quantified(
     negated: bool,
     request: bool,
 ) -> Iterator[f.Formula]:
-    """Yield the meaning of a sentence with a quantifier; "every ... is not" has no meaning."""
+    """Yield the meaning of a sentence with a quantifier. Sentences such as "every ... is not" have none."""
     if quantifier["every"]:
         if request or not negated:
             yield f.ForAll(x, body)
@@ -421,7 +423,7 @@ def _compile_sentence(sentence: str) -> re.Pattern[str]:
 
 
 def _match_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
-    """Yield the words for the objects of a sentence, if a text is that sentence."""
+    """Yield the texts of the object slots of a sentence if it matches a text."""
     match = _compile_sentence(sentence).fullmatch(text)
     if match is not None:
         named = match.groupdict()
