@@ -1,1 +1,1 @@
-"""Benchmarks: registry, suites, errata, null models; VirtualHome, BEHAVIOR, BEHAVIOR-1K; the generator."""
+"""Benchmarks, their registry, suites and errata, baselines such as random answers, and the task generator."""

@@ -43,22 +43,22 @@ def read_formats(package: str) -> Mapping[Ability, str]:
 
 
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
-"""Opens the scorers of a benchmark and an ability, by task. It can be pickled."""
+"""Opens the scorers of an ability's tasks in a benchmark, by task id. It can be pickled."""
 
 OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
 """Opens the demonstrations in an archive. Raises DataError if the archive is absent or damaged."""
 
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
-"""Returns the PDDL problem of reaching some ground conditions of a task."""
+"""Returns the PDDL problem whose goals are the given ground conditions of a task."""
 
 PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
 """Returns the published prompts of an ability. Raises DataError if they cannot be obtained."""
 
 OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
-"""Counts figures of a data set: by label, the number and a note on its meaning."""
+"""Counts figures of a data set. Returns, by label, a number and a note on its meaning."""
 
 OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
-"""Opens the objects and predicates that problems in the data set's own language may use."""
+"""Opens the objects and predicates of a data set's own problem language, for reading problems."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,13 +102,13 @@ class DataSet:
 
 @dataclass(frozen=True, eq=False)
 class Benchmark:
-    """A domain with its tasks and the notation of answers.
+    """A domain with its tasks, the notation of answers, and its published data.
 
     Attributes:
         name: name in records.
         domain: the domain as the paper means it.
         open_tasks: opens the tasks; `eai.tasks.source.given` for tasks declared in a program.
-        notation: the notation of answers and the names of things.
+        notation: the notation of answers and the names of objects and predicates.
         data: the published data.
         reference: reference for `eai.benchmarks.registry.find_benchmark`; empty if the benchmark has none.
     """
@@ -133,7 +133,7 @@ class Benchmark:
         return self.data.title or self.name
 
     def get_errata(self, source: Source) -> Errata:
-        """Return the errata with which tasks are opened."""
+        """Return the corrections of the data set that apply when tasks are opened."""
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata
 
     def tasks(self, source: Source) -> TaskSet[Task]:
@@ -141,7 +141,7 @@ class Benchmark:
         return self.get_errata(source).correct_tasks(self.open_tasks(source))
 
     def with_changed(self, change: Callable[[Task], Task]) -> Benchmark:
-        """Return the benchmark with changed tasks. Errata are applied before the change."""
+        """Return a copy of the benchmark whose tasks are changed by a function, after errata are applied."""
 
         def open_tasks(source: Source) -> TaskSet[Task]:
             tasks = self.tasks(source)
@@ -188,7 +188,7 @@ class Benchmark:
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def world(self, source: Source) -> AbilityWorld:
-        """Return the domain, notation and planner that abilities need; the source chooses the planner."""
+        """Return the domain, notation and planner for abilities; the source chooses the planner."""
 
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner
@@ -222,7 +222,7 @@ class Benchmark:
         return files.correct(lambda name, question: correct(self.data.task_id_of(name) or name, question))
 
     def wording(self, ability: Ability) -> Wording:
-        """Return the names of things in prompts of an ability."""
+        """Return the names of objects and predicates in prompts of an ability."""
         if self.notation.wordings is not None:
             return self.notation.wordings(ability)
         from eai.tasks.wording import Wording  # scoring does not need it
@@ -236,6 +236,9 @@ class Benchmark:
         return self.notation.subgoals or SubgoalNotation(self.domain)
 
     def observed_wording(self) -> Wording:
-        """Return the names of things in observations: those of plan prompts, and some more predicates."""
+        """Return the names of objects and predicates in observations.
+
+        They are the names in prompts for plans, and those of some more predicates.
+        """
         words = self.wording(Ability.ACTION_SEQUENCING)
         return replace(words, predicates=(*words.predicates, *self.notation.also_observed))

@@ -48,9 +48,9 @@ def _report_nothing(checked: int) -> None:
 def check_benchmark(
     benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _report_nothing
 ) -> tuple[list[Finding], Counter[SearchEnd]]:
-    """Return all problems of a benchmark, and how the searches for plans of its tasks ended.
+    """Return all problems of a benchmark, and how each search for a missing plan ended.
 
-    A search runs for tasks without a plan of their own, except tasks excluded as unsolvable.
+    Searches run for tasks without a plan of their own, except tasks excluded as unsolvable.
 
     Args:
         benchmark: the benchmark.
@@ -79,7 +79,7 @@ def check_benchmark(
 
 
 def _find_problems(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield the false statements of a task."""
+    """Yield the statements of a task that are false, such as a plan that misses its goals."""
     if not task.goals:
         yield NO_GOALS
         return

@@ -1,9 +1,9 @@
-"""Baselines that copy: the built-in models `eai/copy`, `eai/empty` and `eai/lookup`.
+"""Baselines that copy the question or public answers: models `eai/copy`, `eai/empty` and `eai/lookup`.
 
-A metric that rewards the first two rewards nothing. Copies use only the question (its goals, its instruction,
-the names of its operators), never a right answer. The lookup table answers with the answer to the most
-similar public task, with renamed objects, as anybody who knows the public answers could do without deciding
-anything. The task itself is left out of the table.
+A sound metric gives `eai/copy` and `eai/empty` no points. Copies use only the question (its goals, its
+instruction, the names of its operators), never a right answer. The lookup table answers with the answer to
+the most similar other public task, with renamed objects. Anybody who knows the public answers could do so
+without deciding anything.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _MAX_NAME_WORDS = 3
 
 
 _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
-"""A way to achieve a fact, and the objects that the fact determines."""
+"""An action that achieves a fact, and the objects of the action that the fact determines."""
 
 
 def copy_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
@@ -85,7 +85,7 @@ def _require_action(action: str, arity: int) -> f.Formula:
 
 
 def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return a formula without quantifiers, expanded for a scene, that implies the given formula."""
+    """Return a formula without quantifiers that implies the given formula in a scene."""
 
     def objects(variable: f.Variable) -> list[f.Constant]:
         return [f.Constant(scene.objects[i].name) for i in bits(scene.category(variable.category))]
@@ -140,7 +140,7 @@ def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USU
 
 
 def find_mentions(words: Sequence[str], name: str) -> list[int]:
-    """Return the positions in a list of words where a name begins; endings do not matter."""
+    """Return the positions at which a name begins in a list of words. Word endings are ignored."""
     stem = _stem("".join(_WORD.findall(name.lower())))
     spans = [(i, n) for i in range(len(words)) for n in range(1, _MAX_NAME_WORDS + 1) if i + n <= len(words)]
     return [i for i, n in spans if stem and _stem("".join(words[i : i + n])) == stem]
@@ -160,7 +160,7 @@ def _stem(word: str) -> str:
 
 
 def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """Return each named state of each named object, each named relation of two objects, and named actions."""
+    """Return goals from an instruction: named states of named objects, named relations, and named actions."""
     task = task.without_goals_over_time
     notation, words = benchmark.notation.goals, list_instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)
@@ -188,11 +188,11 @@ def _copy_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 _achievers = lru_cache(maxsize=8)(Achievers)
-"""Achievers of a domain, compiled once for all its tasks."""
+"""Actions that achieve each fact of a domain, compiled once for all its tasks."""
 
 
 def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """Return an action for each goal about states, then the action goals, on the first suitable objects."""
+    """Return an action for each goal about states, then the action goals. Objects are the first that fit."""
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
         _choose_action(_find_achievers(literal, task, achievers), task) for literal in _list_literals(task)
@@ -211,7 +211,7 @@ def _list_literals(task: Task) -> Iterator[Literal]:
 
 
 def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_AchieverMatch]:
-    """Yield the actions that make a condition about given objects true, the direct ways first."""
+    """Yield the actions that make a condition about given objects true. Direct effects come first."""
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, f.Atom):
         return
@@ -228,7 +228,7 @@ def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Itera
 
 
 def _choose_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
-    """Return the first possible action with objects of the task, in any state, or None."""
+    """Return the first suitable action on objects of the task, in whatever state, or None."""
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
         for binding in achiever.bindings(task.initial, scope, usable, Effort(Limits().bindings)):
@@ -237,7 +237,7 @@ def _choose_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | No
 
 
 def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
-    """Return operators without preconditions that assert and deny the goal's predicates."""
+    """Return operators without preconditions whose effects assert and deny the goal's predicates."""
     subformulas = list(walk(task.problem.goal))
     denied = {
         p.operand.predicate for p in subformulas if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)
@@ -252,7 +252,7 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
 
 
 def _apply_to_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
-    """Return the effect that makes a predicate true, or false, of all objects of its types."""
+    """Return the effect that a predicate becomes true, or false, of all parameters that its types allow."""
     atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
     return quantify(Each, parameters, effect)
@@ -269,7 +269,7 @@ _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
 _NAME = re.compile(r"[\w.]+")
 
 _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities whose answers are adapted from similar tasks; episodes of acting take plans."""
+"""Abilities for which the lookup table adapts answers of similar tasks. Episodes use plans."""
 
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
@@ -305,7 +305,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
 
 
 class LookupTable:
-    """The tasks with known plans.
+    """Finds the most similar task with a known plan, and adapts this plan.
 
     Args:
         public: the tasks; tasks without a plan are skipped.
@@ -319,18 +319,18 @@ class LookupTable:
         self._domain = domain
 
     def adapt_plan(self, task: Task) -> tuple[Action, ...]:
-        """Return the plan of the nearest other task about this task's objects, without unknown operators."""
+        """Return the plan of the most similar other task with this task's objects and known operators."""
         nearest = self.find_nearest(task)
         plan = () if nearest is None else tuple(_adapt_steps(nearest, task))
         arities = self._domain.arities
         return tuple([action for action in plan if arities.get(action.operator) == len(action.arguments)])
 
     def solves(self, task: Task) -> bool:
-        """Whether the plan of the nearest other task solves a task."""
+        """Whether the adapted plan of the most similar other task solves a task."""
         return solves(self._domain, task, self.adapt_plan(task))
 
     def find_nearest(self, task: Task) -> Task | None:
-        """Return the other task with the largest share of common goals; the first of several."""
+        """Return the other task with the largest share of equal goals, or the first of several such tasks."""
         goals = _lift_goals(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
         alike = _find_most_similar(goals, task, map(self._entries.__getitem__, sharing))
@@ -340,7 +340,7 @@ class LookupTable:
 def _adapt_subgoals(
     benchmark: Benchmark, table: LookupTable, answers: AnswerBook, task: Task
 ) -> Sequence[str]:
-    """Return the nearest task's subgoals with this task's objects, without subgoals on other objects."""
+    """Return the subgoals of the most similar task about this task's objects, without foreign objects."""
     nearest = table.find_nearest(task)
     if nearest is None:
         return ()
@@ -357,7 +357,7 @@ def _adapt_subgoals(
 def _adapt_goals(
     benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
-    """Return the goals of the task with the most similar instruction, without names unknown in this task."""
+    """Return the goals of the task with the most similar instruction, if this task has their names."""
     notation = benchmark.notation.goals
     nearest = _find_most_similar(Counter(list_instruction_words(task)), task, texts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
@@ -368,7 +368,7 @@ def _adapt_goals(
 
 
 def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return the function that writes a task's operators that some other task also needs."""
+    """Return a function that copies the operators of a task from another task that needs them too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].pddl for name in task.operators if uses[name] > 1]
 
@@ -379,7 +379,7 @@ def _lift_goals(task: Task) -> Counter[str]:
 
 
 def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
-    """Yield each goal of a task, and its text with objects replaced by their category."""
+    """Yield each goal of a task with a text in which categories replace objects."""
     category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
         named = {name: category[name] for name in object_names(goal.formula)}
@@ -389,19 +389,19 @@ def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
 def _find_most_similar(
     texts: Counter[str], excluded: Task, among: Iterable[tuple[Task, Counter[str]]]
 ) -> Task | None:
-    """Return the task with the largest share of common texts, except the excluded task."""
+    """Return the task, other than the excluded task, with the largest share of texts in common."""
     others = [(task, task_texts) for task, task_texts in among if task.id != excluded.id]
     nearest = max(others, key=lambda entry: _compute_similarity(texts, entry[1]), default=None)
     return None if nearest is None else nearest[0]
 
 
 def _compute_similarity(texts: Counter[str], others: Counter[str]) -> int:
-    """Return the share of common texts among all texts, in millionths."""
+    """Return the share of all texts that both tasks have, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 
 
 def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
-    """Yield the plan of a source task with the objects of a target task, as far as they exist."""
+    """Yield the steps of one task's plan with objects of another task, if matching objects exist."""
     counterparts = _match_objects(
         source, target, [index for action in source.script for index in action.arguments]
     )
@@ -413,7 +413,7 @@ def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
 
 
 def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[int, int]:
-    """Return a target object for objects of a source task: from the same goal, or of the same category."""
+    """Match each object of one task with an object of another task: of an equal goal, or else by category."""
     counterparts: dict[int, int] = {}
     goals = list(_write_goals_by_category(target))
     for formula, text in _write_goals_by_category(source):

@@ -1,4 +1,4 @@
-"""Counterparts: the household actions of the published planning operators."""
+"""Translate steps of published planning operators to household actions (their counterparts)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eai.pddl.execute import PlanStep
 from eai.world.action import Action
 
 Counterpart: TypeAlias = tuple[str, tuple[int, ...]]
-"""The action of an operator, and the positions of its objects among the operator's parameters."""
+"""The household action of a planning operator, and which parameters become its objects."""
 
 
 def translate_steps(
@@ -17,7 +17,7 @@ def translate_steps(
     counterparts: Mapping[str, Counterpart],
     index_of: Callable[[str], int | None],
 ) -> Iterator[Action]:
-    """Yield the actions of planning steps, up to the first step without an action.
+    """Yield the household action of each planning step, up to the first step without one.
 
     Args:
         steps: the steps, with as many objects as their operators have parameters.

@@ -36,14 +36,14 @@ _FILE = "errata.toml"
 
 
 def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
-    """Return a question that asks for the scored operators of its task, instead of other operators."""
+    """Return a question that asks for the operators that are scored, instead of other operators."""
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
     return "".join((before, mark, *(_write_head(task, name) for name in task.operators), end, behind))
 
 
 def _write_head(task: TransitionTask, name: str) -> str:
-    """Return the head of an operator as in the other questions, including the bracket after its name."""
+    """Return an operator with empty precondition and effect, as questions state it."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
 
@@ -98,13 +98,13 @@ class _Erratum(Options):
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """Names of the fields with a correction."""
+        """Names of the fields of an erratum that contain a correction."""
         names = ("exclude", "renamed", "problem", "plan", "question", "asks_scored")
         return tuple(name for name in names if getattr(self, name))
 
     @property
     def is_about_question(self) -> bool:
-        """Whether the erratum changes the question, and not the right answer."""
+        """Whether the erratum changes only the question, and not the right answer."""
         return self.question is not None or self.asks_scored
 
 
@@ -127,13 +127,16 @@ class Errata:
 
     @cached_property
     def _deciding(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
-        """Ids of errata that can change verdicts, by ability and task: those not about questions or plans."""
+        """Ids of errata that can change verdicts, by ability and task.
+
+        Errata that concern only questions or plans are left out.
+        """
         deciding = [entry for entry in self.entries if not entry.is_about_question and not entry.plan]
         pairs = ((key, entry.id) for entry in deciding for key in product(entry.abilities, entry.tasks))
         return {key: tuple(ids) for key, ids in group_pairs(pairs).items()}
 
     def correct_tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
-        """Return the tasks of plans and goals, corrected."""
+        """Return tasks of plans and goals with their errata corrected."""
         by_task = self._group_by_task(Ability.ACTION_SEQUENCING)
 
         def corrected(task_id: str) -> TaskT:
@@ -147,7 +150,7 @@ class Errata:
         return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
 
     def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
-        """Return the tasks of transition modeling, corrected."""
+        """Return tasks of transition modeling with their errata corrected."""
         by_task = self._group_by_task(Ability.TRANSITION_MODELING)
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
@@ -241,7 +244,7 @@ def read_errata(text: str) -> Errata:
 
 
 def _edit_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
-    """Return a plan with the corrections of an erratum; the last is applied first, to keep step numbers."""
+    """Return a plan with the corrections of an erratum, last step first, so that step numbers stay right."""
     steps = list(script)
     for edit in sorted(entry.plan, key=lambda step_edit: -step_edit.step):
         positions = slice(edit.step, edit.step + len(edit.was))

@@ -1,4 +1,7 @@
-"""The errata that decided a verdict. Records contain this value; reading records loads no errata."""
+"""Errata on which a verdict depends, as records store them.
+
+This module is separate so that reading records does not load the errata.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ErrataUse:
-    """The errata behind a verdict.
+    """The errata on which a verdict may depend.
 
     Attributes:
         version: version of the table of errata.

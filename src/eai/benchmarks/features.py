@@ -125,7 +125,7 @@ def _count_initial_facts(task: Task) -> int:
 
 
 def find_tool_operators(domain: Domain) -> frozenset[str]:
-    """Return the operators with a check for an object of some kind that the action does not name."""
+    """Return operators that need an object of some kind, such as a knife, without naming it."""
     kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
     return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))
 
@@ -136,7 +136,7 @@ def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
 
 
 def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
-    """Whether a formula requires an object of one of these kinds; negated formulas require none."""
+    """Whether a formula requires an object of one of these kinds. Negated parts require no object."""
     if isinstance(formula, Not):
         return False
     if isinstance(formula, Exists):

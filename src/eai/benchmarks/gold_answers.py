@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
-"""Consecutive parts of a gold answer, and the parts that replace them."""
+"""Consecutive parts of a gold answer, with the corrupted parts that replace them."""
 
 
 def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
@@ -53,7 +53,7 @@ def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) ->
 def make_heeding_answer(
     book: AnswerBook, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
 ) -> WrittenAnswer:
-    """Return the answer of a noisy model that repairs only errors named by the question.
+    """Return the answer of a noisy model that repairs an error only if the question names it.
 
     If the question contains the model's last answer, followed by a reason, the model repairs the first
     corrupted part of that answer with probability ``heed``. Otherwise it repeats its answer.
@@ -70,7 +70,7 @@ def make_heeding_answer(
 def yield_corrupted_versions(
     book: AnswerBook, task_id: str, rate: float, seed: str
 ) -> Iterator[WrittenAnswer]:
-    """Yield the corrupted answer, then versions with one more repaired part each, up to the gold answer."""
+    """Yield the corrupted answer, then this answer with 1, 2, ... repaired parts, up to the gold answer."""
     answer = book[task_id]
     segments = list(_corrupt_parts(book, answer.parts, rate, make_random(seed, task_id)))
     yield _join_segments(segments, answer)
@@ -114,7 +114,7 @@ def make_random(seed: str, task_id: str) -> random.Random:
 
 @dataclass(frozen=True, slots=True)
 class WrittenAnswer:
-    """An answer as its parts (steps, goals, subgoals, operators) and the function that joins them.
+    """An answer, as its parts (steps, goals, subgoals or operators) and the function that joins them.
 
     Attributes:
         parts: the parts.
@@ -128,7 +128,7 @@ class WrittenAnswer:
 
     @property
     def text(self) -> str:
-        """Text of all parts; empty if the task has no answer."""
+        """Text of the whole answer; empty if the task has no answer."""
         return "" if self.why_none else self.join(self.parts)
 
 
@@ -145,7 +145,7 @@ def make_answer_book(
 
 
 def get_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
-    """Return the function that joins the parts of an answer; answers without a notation have one part."""
+    """Return the function that joins the parts of an answer. Answers without a notation have one part."""
     match ability:
         case Ability.GOAL_INTERPRETATION:
             return benchmark.notation.goals.join
@@ -217,12 +217,12 @@ def open_planned_book(
 
 
 def no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
-    """Return the error that a built-in model has no answers for a suite."""
+    """Return the error that says that a built-in model has no answers for a suite."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
 def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
-    """Return the benchmark whose tasks have the meaningful goals of stated answers, given by task id."""
+    """Return the benchmark with goals of its tasks replaced by the goals in answers, by task id."""
 
     def change_goals(task: Task) -> Task:
         answer = stated.get(task.id)
@@ -235,7 +235,7 @@ def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
 
 
 def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return the benchmark in which some actions have been executed in the initial state of a task."""
+    """Return the benchmark with one changed task, which starts after some executed actions."""
 
     def change_initial(task: Task) -> Task:
         if task.id != task_id:
@@ -246,7 +246,7 @@ def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) 
 
 
 def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return the benchmark with one changed task: it lacks the action goals that some actions reached."""
+    """Return the benchmark with one changed task, without the action goals that actions have reached."""
     names = [action.operator for action in done]
 
     def drop_goals(task: Task) -> Task:
@@ -264,7 +264,7 @@ def _open_plan_book(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Return plans, or the subgoals of plans.
+    """Return gold plans, or the subgoals of these plans.
 
     The data set's own plans are used if ``scripts`` is true and they exist; other plans are searched.
     """

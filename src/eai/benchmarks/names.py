@@ -8,7 +8,7 @@ from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
 
 OBFUSCATED, WITH_RULES = "-obfuscated", "-rules"
-"""Endings of names of benchmarks that have the tasks of another benchmark, but prompts of their own."""
+"""Endings of names of benchmarks that have another benchmark's tasks, but different prompts."""
 
 
 class TaskReference(NamedTuple):
@@ -45,5 +45,5 @@ def suite_name(domain: str, ability: Ability) -> str:
 
 
 def plain_name(name: str) -> str:
-    """Return a name without such an ending: the name of the benchmark that has the tasks."""
+    """Return the name of the benchmark that has the tasks, without an ending for different prompts."""
     return name.removesuffix(OBFUSCATED).removesuffix(WITH_RULES)

@@ -31,7 +31,7 @@ def _find_no_problems(store: Store) -> Iterable[str]:
 
 @dataclass(frozen=True, slots=True)
 class Pack:
-    """One file of the store.
+    """A file of the data store, made from published archives.
 
     Attributes:
         name: the pack's name in `Store.open`.
@@ -48,7 +48,7 @@ class Pack:
 
     @property
     def pins(self) -> dict[str, str]:
-        """SHA-256 of each archive by requirement, as in the pack's manifest."""
+        """SHA-256 of each archive, by its requirement, as the pack's manifest lists them."""
         return {archive.requirement: archive.sha256 for archive in self.archives}
 
 
@@ -72,7 +72,7 @@ class _PackStatus:
 
 
 def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
-    """Return the registered packs of some benchmarks, or of all if None, each once."""
+    """Return the registered packs of some benchmarks, each once; packs of all benchmarks for None."""
     points = _get_entry_points()
     names = [name for name in (points if benchmarks is None else benchmarks) if name in points]
     return tuple({pack.name: pack for name in names for pack in points[name].load()}.values())
@@ -83,7 +83,7 @@ def _get_entry_points() -> Mapping[str, EntryPoint]:
 
 
 def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] | None = None) -> PackFile:
-    """Open a pack by name. If it is absent, fetch it, and all packs that need no further archives.
+    """Open a pack by name. If it is absent, fetch it and all packs that need only its archives.
 
     Args:
         name: the pack's name.
@@ -150,15 +150,15 @@ def fetch(
 
 
 def get_pack_statuses(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
-    """Return the status of each pack; an absent or damaged pack is reported and not raised."""
+    """Return the status of each pack. Absent or damaged packs raise no error."""
     return tuple(_get_status(store, pack) for pack in packs)
 
 
 def is_at_hand(store: Store, benchmark: str) -> bool:
-    """Whether a store has the packs of a benchmark, so that opening its tasks fetches nothing.
+    """Whether a store has the packs of a benchmark, so that its tasks open without a download.
 
-    A benchmark without packs of its own uses those of the benchmark with the longest name that its name
-    begins with.
+    A benchmark without own packs uses the packs of the benchmark with whose name its own name begins. The
+    longest such name counts.
     """
     prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
     packs = find_packs(sorted(prefixes, key=len)[-1:])

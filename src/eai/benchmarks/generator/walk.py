@@ -264,7 +264,7 @@ class TemporalGoalFinder:
         return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
     def _find_after_detour(self) -> _TemporalGoal | None:
-        """Return the goal that a fact holds before another goal does, although the fact is false at the end."""
+        """Return the goal that a fact, false at the end, holds before another goal is reached."""
         walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
             return None
