@@ -12,7 +12,7 @@ from studies.effects import MODELS, Answer
 
 
 def ability(run: Sequence[Answer]) -> Estimate:
-    """The ability of the second best model, as the analysis of items has it."""
+    """Return the ability of the second-best model, as the analysis of items estimates it."""
     tasks = {each.task: each.name for each in run}
     matrix = np.zeros((MODELS, len(tasks)))
     places = {task: place for place, task in enumerate(tasks)}

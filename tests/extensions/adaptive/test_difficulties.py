@@ -24,7 +24,7 @@ def test_before_anything_is_asked_an_ability_is_standard_normal() -> None:
 
 
 @pytest.mark.parametrize("score", [0.0, 1.0])
-def test_an_ability_is_where_prior_and_answer_balance(score: float) -> None:
+def test_the_prior_and_one_answer_balance_in_the_ability(score: float) -> None:
     """One answer to a task of difficulty 0: the score's excess over its chance is the prior's pull."""
     found = estimate_ability({"8": score}, DIFFICULTIES)
     chance = 1 / (1 + math.exp(-found.value))
@@ -32,7 +32,7 @@ def test_an_ability_is_where_prior_and_answer_balance(score: float) -> None:
     assert found.error == pytest.approx(1 / math.sqrt(1 + chance * (1 - chance)))
 
 
-def test_more_answers_are_more_certain_and_better_ones_a_higher_ability() -> None:
+def test_more_answers_lower_the_error_and_better_answers_raise_the_ability() -> None:
     scores = {task: float(difficulty < 1) for task, difficulty in DIFFICULTIES.items()}
     half = dict(list(scores.items())[::2])
     assert estimate_ability(scores, DIFFICULTIES).error < estimate_ability(half, DIFFICULTIES).error < 1
@@ -45,7 +45,7 @@ def test_a_hundred_right_answers_to_easy_tasks_do_not_run_away() -> None:
     assert 0 < estimate_ability(dict.fromkeys(easy, 1.0), easy).value < 3
 
 
-def test_near_copies_make_an_ability_less_certain_but_not_another() -> None:
+def test_near_copies_raise_the_error_but_keep_the_ability() -> None:
     """Of one name the variance between names is added as a whole, of n equal names an n-th of it."""
     alike = {str(place): 0.0 for place in range(10)}
     scores = {task: float(int(task) % 2) for task in alike}
@@ -65,7 +65,7 @@ def test_the_task_of_even_chance_comes_next() -> None:
     assert task == nearest
 
 
-def test_names_that_were_asked_least_come_first() -> None:
+def test_tasks_of_the_names_asked_least_come_first() -> None:
     copies = {task: "alike" if 6 <= int(task) <= 10 else task for task in DIFFICULTIES}
     assert choose_next_tasks(3, {}, DIFFICULTIES, copies) == ("8", "11", "5")
     assert choose_next_tasks(1, {"8": 0.0}, DIFFICULTIES, copies) == ("5",)
@@ -78,7 +78,7 @@ def test_no_task_is_asked_twice() -> None:
 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES)
-def test_difficulties_are_known_of_all_tasks_of_plans_and_subgoals(domain: str, ability: Ability) -> None:
+def test_all_tasks_of_plans_and_subgoals_have_difficulties(domain: str, ability: Ability) -> None:
     known = item_difficulties(domain, ability)
     assert bool(known) == (ability in PLANS)
     assert (variance_between_names(domain, ability) > 0) == (bool(known) and domain == "virtualhome")

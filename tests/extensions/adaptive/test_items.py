@@ -45,7 +45,7 @@ def nine() -> dict[str, list[dict[str, Any]]]:
     return {table.name: rows(table) for table in item_tables(answers, unflagged)}
 
 
-def test_a_suite_is_a_test_of_so_many_tasks(nine: dict[str, list[dict[str, Any]]]) -> None:
+def test_the_table_of_tests_counts_the_tasks_of_a_suite(nine: dict[str, list[dict[str, Any]]]) -> None:
     (suite,) = nine["tests"]
     counts = [suite[name] for name in ("models", "tasks", "saturated", "unsolved", "negative")]
     assert counts == [9, 100, 9, 25, 4]
@@ -53,7 +53,7 @@ def test_a_suite_is_a_test_of_so_many_tasks(nine: dict[str, list[dict[str, Any]]
     assert suite["held_out_rasch"] > 0.9 > 0.75 > suite["held_out_mean"]
 
 
-def test_null_models_are_no_models() -> None:
+def test_null_models_are_left_out_of_item_tables() -> None:
     answers = tables("behavior", Ability.ACTION_SEQUENCING, MODELS[:4]).answers
     known = [each for each in answers if each.model == MODELS[0]]
     assert known
@@ -63,7 +63,7 @@ def test_null_models_are_no_models() -> None:
     ]
 
 
-def test_models_stand_by_ability_which_is_the_order_of_their_scores(
+def test_models_are_sorted_by_ability_and_score(
     nine: dict[str, list[dict[str, Any]]],
 ) -> None:
     scores = [row["score"].value for row in nine["abilities"]]
@@ -94,7 +94,7 @@ def test_tasks_are_flagged_by_who_solves_them(nine: dict[str, list[dict[str, Any
         (PLANS, "27_2", False, []),
     ],
 )
-def test_what_nobody_solves_is_tried_by_the_planner(
+def test_the_planner_tries_tasks_that_no_model_solves(
     suite: SuiteKey, task: str, unsolved: bool, flags: list[Flag], data_store: Store
 ) -> None:
     """In 26_1 the character sits, and under eai-1.0.5 no subgoal makes it stand up."""
@@ -104,7 +104,7 @@ def test_what_nobody_solves_is_tried_by_the_planner(
 def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
     data_store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The gold answer of one task is wrong in the reference's eyes, so that a plan is looked for there."""
+    """The gold answer of one task is wrong in the reference package, so a plan is searched for it."""
     searched = []
 
     def search(self: Planner, *args: Any, **kwargs: Any) -> SearchResult[Action]:

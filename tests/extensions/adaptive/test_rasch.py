@@ -30,13 +30,13 @@ def test_the_fit_is_a_maximum_of_the_posterior() -> None:
     assert left.sum(axis=0) == pytest.approx(-fitted.difficulties / 4, abs=1e-6)
 
 
-def test_who_solves_more_is_abler_and_what_fewer_solve_is_more_difficult() -> None:
+def test_abler_models_solve_more_and_fewer_models_solve_difficult_tasks() -> None:
     fitted = fit_rasch(SCORES)
     assert fitted.abilities[0] > fitted.abilities[1] == pytest.approx(fitted.abilities[2])
     assert list(np.argsort(fitted.difficulties)[[0, -1]]) == [0, 4]
 
 
-def test_what_a_model_can_do_by_name_is_told_from_chance() -> None:
+def test_variance_between_names_is_separated_from_chance() -> None:
     """Twelve names of ten tasks; a model's ability differs by name with variance 1, or not at all."""
     draw = np.random.default_rng(5)
     names = [str(task // 10) for task in range(120)]

@@ -16,7 +16,7 @@ from sweeps import sweep
 
 
 @sweep
-def test_an_adaptive_run_ends_where_the_ability_is_known_and_goes_on_where_it_was_interrupted(
+def test_an_adaptive_run_ends_at_the_target_error_and_resumes_after_an_interruption(
     data_store: Store, tmp_path: Path
 ) -> None:
     named = ("--domain", "behavior", "--ability", "action_sequencing", "--adaptive", 0.5, "--out", tmp_path)
@@ -56,7 +56,7 @@ def test_an_adaptive_run_ends_where_the_ability_is_known_and_goes_on_where_it_wa
         ),
     ],
 )
-def test_what_has_no_difficulties_is_not_asked_adaptively(
+def test_an_adaptive_run_refuses_suites_without_difficulties(
     tmp_path: Path, options: tuple[object, ...], message: str
 ) -> None:
     named = ("--domain", "behavior", "--adaptive", 0.3, "--out", tmp_path)

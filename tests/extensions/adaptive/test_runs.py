@@ -39,10 +39,10 @@ class Result:
 
 
 @pytest.mark.parametrize("excluded", [True, False])
-def test_what_does_not_count_is_asked_once_and_says_nothing(
+def test_excluded_tasks_are_asked_once_and_do_not_change_the_ability(
     data_store: Store, tmp_path: Path, *, excluded: bool
 ) -> None:
-    """A task that is left out of statistics, and one that cannot be answered, which ends the run."""
+    """An excluded task is left out of the estimate; an unanswerable task also ends the run."""
     suite = open_suite(*SUITE, source=Source(data_store))
     odd = min(known := item_difficulties(*SUITE), key=lambda task: (abs(known[task]), task))
     rounds: list[list[str]] = []

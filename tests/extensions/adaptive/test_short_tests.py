@@ -38,7 +38,7 @@ def test_easy_and_difficult_tasks_are_chosen_in_proportion(tool: ModuleType) -> 
     assert tool.choose(found, 8) == tool.choose(found, 9) == found.tasks
 
 
-def test_models_that_all_tasks_order_are_ordered(tool: ModuleType) -> None:
+def test_a_short_test_keeps_the_order_of_models(tool: ModuleType) -> None:
     steps = [[float(task < 3 * model) for task in range(18)] for model in range(7)]
     found = tool.cross_validate(scores(steps), 6)
     assert found.chosen.ordered.percent == 100
@@ -46,7 +46,7 @@ def test_models_that_all_tasks_order_are_ordered(tool: ModuleType) -> None:
     assert found.drawn.ordered.percent < 100
 
 
-def test_chosen_tasks_say_how_high_a_score_is_and_drawn_ones_say_it_worse(tool: ModuleType) -> None:
+def test_chosen_tasks_predict_scores_better_than_random_tasks(tool: ModuleType) -> None:
     """Every third of eighteen steps: of 3k steps climbed exactly k are asked, so that shares are equal."""
     steps = [[float(task < 3 * model) for task in range(18)] for model in range(7)]
     found = tool.cross_validate(scores(steps), 6)

@@ -63,5 +63,5 @@ LAMP = shown("lamp", "GO lamp_1; LIGHT lamp_1; GO lamp_2; LIGHT lamp_2", "lit la
 
 
 def shelves() -> Benchmark:
-    """The benchmark with the three."""
+    """The benchmark with three demonstrations."""
     return Benchmark("shelves", DOMAIN, given(CUP, JAR, LAMP))

@@ -34,7 +34,7 @@ def saying(monkeypatch: pytest.MonkeyPatch, *commands: str) -> None:
 
 
 def solved(domain: Path, problem: Path) -> bool:
-    """Whether a planner solves a problem of a domain, both as they were written."""
+    """Whether a planner solves a written problem of a written domain."""
     task = PlanningTask(read_domain(domain.read_text()), read_problem(problem.read_text()))
     planner = make_planner(PlannerChoice.BUILT_IN, 10)
     return planner is not None and planner.solve(task).outcome is PlannerOutcome.SOLVED
@@ -73,7 +73,7 @@ def test_from_demonstrations_to_a_task_file(eai: Command, monkeypatch: pytest.Mo
     assert all((Path("again") / each.name).read_bytes() == each.read_bytes() for each in problems)
 
 
-def test_choosing_goes_on_where_it_was_left(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_choosing_resumes_from_the_saved_decisions(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     saying(monkeypatch, "keep 1")
     assert eai(*CHOOSE).out.endswith("the input ended; written to decisions.toml\n")
     saying(monkeypatch, "drop 2")
@@ -109,7 +109,7 @@ def test_unusable_input_is_one_line(eai: Command, arguments: tuple[str, ...], wh
 
 @pytest.mark.skipif(sys.platform == "win32", reason="interrupts are sent otherwise there")
 @pytest.mark.parametrize("command", ["differences", "differences --count", "choose"])
-def test_a_predicate_that_there_is_not_is_not_left_out_in_silence(eai: Command, command: str) -> None:
+def test_leaving_out_an_unknown_predicate_is_an_error(eai: Command, command: str) -> None:
     title = ("--title", "Tidy up")
     outcome = eai("data", "annotate", *command.split(), *SHELVES, *title, "--without", "onn")
     assert (outcome.status, outcome.out) == (2, "")
@@ -127,7 +127,7 @@ def test_a_predicate_that_there_is_not_is_not_left_out_in_silence(eai: Command, 
         ('[title."Tidy up"]\ncandidates = [[["small(cup)"]]]', "'small' is no changing predicate of 1"),
     ],
 )
-def test_decisions_about_what_is_not_declared_are_refused(eai: Command, decided: str, why: str) -> None:
+def test_decisions_with_undeclared_names_are_refused(eai: Command, decided: str, why: str) -> None:
     Path("decisions.toml").write_text(decided)
     for option in (["--assigned"], [], ["--check"]):
         outcome = eai("data", "annotate", "goals", *option, *SHELVES)

@@ -59,7 +59,7 @@ def test_patterns_are_read_as_they_are_written(text: str) -> None:
 @pytest.mark.parametrize(
     "text", ["", "ON", "ON()", "ON(a b)", "ON(a, b, c)", "ON({a)", "do ", "ON(a) or ON(b)"]
 )
-def test_what_is_no_pattern_is_refused(text: str) -> None:
+def test_a_malformed_pattern_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="expected a pattern such as"):
         parse_pattern(text)
 
@@ -77,13 +77,11 @@ def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
         (shown("there and back", "GO lamp_1; GO shelf; GO lamp_1"), ["near robot lamp_1"]),
     ],
 )
-def test_a_difference_is_what_changed_objects_are_and_what_relations_are_new(
-    task: Task, facts: list[str]
-) -> None:
+def test_a_difference_has_facts_of_changed_objects_and_new_relations(task: Task, facts: list[str]) -> None:
     assert told(find_difference(task, DOMAIN).facts, task) == facts
 
 
-def test_the_end_that_the_data_set_says_counts() -> None:
+def test_the_annotated_final_state_takes_precedence() -> None:
     said = replace(CUP, annotated_final=CUP.initial)
     assert find_difference(said, DOMAIN).facts == ()
 
@@ -98,12 +96,12 @@ def test_the_end_that_the_data_set_says_counts() -> None:
         ),
     ],
 )
-def test_what_shows_nothing_is_no_demonstration(task: Task, why: str) -> None:
+def test_a_task_without_an_executable_plan_is_no_demonstration(task: Task, why: str) -> None:
     with pytest.raises(InputError, match=re.escape(why)):
         find_difference(task, DOMAIN)
 
 
-def test_frequencies_are_by_class_and_by_the_properties_of_one_end() -> None:
+def test_patterns_are_counted_by_class_and_by_the_properties_of_one_object() -> None:
     found = {str(pattern): times for pattern, times in count_patterns(SHARED, ["near"]).items()}
     assert found == {
         "lit(lamp)": 3,
@@ -116,7 +114,7 @@ def test_frequencies_are_by_class_and_by_the_properties_of_one_end() -> None:
 
 
 def candidate(*entries: str) -> Candidate:
-    """Entries with alternatives, ``lit(lamp) or on(cup, shelf)``."""
+    """Return a candidate from entries with alternatives, such as ``lit(lamp) or on(cup, shelf)``."""
     return tuple(tuple(map(parse_pattern, entry.split(" or "))) for entry in entries)
 
 
@@ -135,14 +133,14 @@ def candidate(*entries: str) -> Candidate:
         ([], [None, None, None]),
     ],
 )
-def test_the_first_candidate_that_is_met_in_all_is_assigned(
+def test_the_first_completely_met_candidate_is_assigned(
     candidates: list[tuple[str, ...]], numbers: list[int | None]
 ) -> None:
     meanings = [candidate(*entries) for entries in candidates]
     assert [find_met_candidate(meanings, found) for found in SHARED] == numbers
 
 
-def test_goals_follow_from_all_that_meets_an_entry() -> None:
+def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
     known = {"Tidy up": TitleDecisions((candidate("lit(lamp)", "do LIGHT"),))}
     made = list(annotate(group_by_title(shelves().tasks(Source())), DOMAIN, known))
     goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
@@ -197,7 +195,7 @@ def test_commands_make_candidates() -> None:
         ("add do LIGHT or lit(lamp)", "an entry cannot mix actions with states and relations"),
     ],
 )
-def test_a_wrong_command_is_told_and_changes_nothing(command: str, why: str) -> None:
+def test_a_wrong_command_is_reported_and_changes_nothing(command: str, why: str) -> None:
     with pytest.raises(InputError, match=re.escape(why)):
         decided(command)
 
@@ -226,19 +224,19 @@ def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
         ('[title."T"]\nkept = []', "title.T.kept: unknown"),
     ],
 )
-def test_a_file_that_is_none_of_decisions_is_refused(tmp_path: Path, text: str, why: str) -> None:
+def test_a_malformed_decision_file_is_refused(tmp_path: Path, text: str, why: str) -> None:
     path = tmp_path / "decisions.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=re.escape(why)):
         read_decisions(path)
 
 
-def test_a_title_that_nobody_has_is_told() -> None:
+def test_an_unknown_title_is_reported() -> None:
     with pytest.raises(InputError, match="no demonstration is called 'Tidy'; did you mean Tidy up"):
         group_by_title(shelves().tasks(Source()), "Tidy")
 
 
-def test_the_quality_of_annotations_is_told() -> None:
+def test_a_check_reports_wrong_goals_plans_and_operators() -> None:
     found = check_annotations(shelves(), Source(planner=PlannerChoice.BUILT_IN))
     assert [each.problem for each in found] == []
     wrong = replace(CUP, goals=LAMP.goals, annotated_final=CUP.initial)

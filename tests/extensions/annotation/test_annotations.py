@@ -49,7 +49,7 @@ def test_a_task_rated_once_adds_to_the_mean_only(tmp_path: Path) -> None:
         (HEADER + "t,a,x,4\n\nt,a,x,5\n", "line 4, column rater: 'a' already rated 't' in 'x' in line 2"),
     ],
 )
-def test_what_is_wrong_is_named_with_line_and_column(tmp_path: Path, text: str, message: str) -> None:
+def test_errors_in_ratings_name_line_and_column(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         read_ratings(written(tmp_path, text))
     assert message in str(caught.value)
@@ -81,7 +81,7 @@ def test_the_command_writes_tables_and_plots(eai: Command, tmp_path: Path) -> No
     assert [row["weighted_mse"] for row in rows] == [1.0, None]
 
 
-def test_the_figures_are_told_as_json(eai: Command, tmp_path: Path) -> None:
+def test_the_figures_are_printed_as_json(eai: Command, tmp_path: Path) -> None:
     ratings, out = written(tmp_path, GOOD), tmp_path / "out"
     (told,) = json.loads(eai("analyze", "annotations", ratings, "--no-plots", "--json", "--out", out).out)
     rows = read_table(Path(told["folder"]) / "annotations.csv")

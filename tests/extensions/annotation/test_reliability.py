@@ -25,7 +25,7 @@ def test_alpha_of_krippendorffs_example() -> None:
     assert krippendorff_alpha(units(*KRIPPENDORFF)) == pytest.approx(0.849, abs=5e-4)
 
 
-def test_alpha_is_what_its_definition_says() -> None:
+def test_alpha_equals_its_definition() -> None:
     rated = [unit for unit in units(*KRIPPENDORFF) if len(unit) > 1]
     all_ratings = [rating for unit in rated for rating in unit]
     n = len(all_ratings)
@@ -44,7 +44,7 @@ def test_alpha_is_what_its_definition_says() -> None:
         ([], None),
     ],
 )
-def test_alpha_of_few(rated: list[list[float]], alpha: float | None) -> None:
+def test_alpha_of_few_ratings(rated: list[list[float]], alpha: float | None) -> None:
     assert krippendorff_alpha(rated) == alpha
 
 
@@ -56,7 +56,7 @@ def test_alpha_of_few(rated: list[list[float]], alpha: float | None) -> None:
         ([[4], [5]], None),
     ],
 )
-def test_the_weighted_error_is_of_what_was_rated_more_than_once(
+def test_the_weighted_error_uses_tasks_rated_more_than_once(
     rated: list[list[float]], mse: float | None
 ) -> None:
     assert find_weighted_mse(rated) == mse

@@ -39,7 +39,7 @@ def right(data_store: Store) -> str:
 
 @pytest.fixture
 def submit(tmp_path: Path, right: str) -> Callable[..., Path]:
-    """Makes a submission of one right answer; of a text, its files are changed."""
+    """Return a function that makes a submission of one right answer, with its files changed as given."""
 
     def submitted(name: str = "mine", model: str = "M", more: str = "", **files: str) -> Path:
         folder = tmp_path / "board" / name
@@ -59,7 +59,7 @@ def made(eai: Command, tmp_path: Path) -> str:
 
 
 def rows_of(page: str) -> list[list[str]]:
-    """The cells of the first table's rows, without marks."""
+    """Return the cells of the first table's rows, without marks."""
     body = page[page.index("<tbody>") : page.index("</tbody>")]
     plain = re.compile(r"<sup>.*?</sup>|<[^>]+>")
     return [
@@ -88,7 +88,7 @@ def test_answers_are_scored_here_and_missing_ones_are_failures(
     assert "Percent, ranked by Task. In brackets" in page
 
 
-def test_what_a_submission_says_of_its_results_counts_for_nothing(
+def test_results_stated_in_a_submission_are_ignored(
     submit: Callable[..., Path], eai: Command, tmp_path: Path
 ) -> None:
     lies = {"summary.json": '{"task_success": 100}', "records.jsonl": "{}\n"}
@@ -244,7 +244,7 @@ def test_a_hostile_submission_is_refused_in_one_line(
 
 
 @pytest.mark.parametrize("name", ["<b>", "a b", "eai_lookup", "x" * 65])
-def test_a_name_that_is_none_is_refused(
+def test_an_invalid_submission_name_is_refused(
     name: str, submit: Callable[..., Path], eai: Command, tmp_path: Path
 ) -> None:
     submit(name)

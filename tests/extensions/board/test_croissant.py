@@ -17,7 +17,7 @@ TABLES = {"tasks": task_rows, "operators": operator_rows}
 
 
 def plain(value: object) -> object:
-    """What the library hands out, as it stands in the files."""
+    """Return the values of the library as they are written in the files."""
     return value.decode() if isinstance(value, bytes) else [plain(part) for part in list(value)]  # type: ignore[call-overload]
 
 
@@ -65,6 +65,6 @@ def test_the_same_data_are_the_same_bytes(
         assert file.read_bytes() == (written / file.name).read_bytes()
 
 
-def test_no_identifier_is_a_number() -> None:
+def test_no_row_id_reads_as_a_number() -> None:
     assert make_row_id("27_2") == "scene_1_27_2"
     assert make_row_id("tidy_1") == "tidy_1"

@@ -81,7 +81,7 @@ def test_the_hub_reads_a_score_a_suite(tmp_path: Path) -> None:
     assert entry["source"] == {"url": "https://lab.example/logs", "name": "A Lab"}
 
 
-def test_what_is_no_result_of_a_suite_is_not_published(tmp_path: Path) -> None:
+def test_results_of_incomplete_suites_are_not_published(tmp_path: Path) -> None:
     records = write_runs(tmp_path / "runs", [action_run()]) / "run0" / "records.jsonl"
     lines = records.read_text(encoding="utf-8").splitlines(keepends=True)
     records.write_text("".join(lines[:-1]), encoding="utf-8")

@@ -118,14 +118,14 @@ def test_a_member_that_cannot_be_read_is_named_and_the_others_are_checked(
     assert found[1].problem == "holds more than 32,000,000 bytes"
 
 
-def test_what_is_no_zip_is_refused(data_store: Store, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_zip_is_refused(data_store: Store, tmp_path: Path) -> None:
     for path in (tmp_path / "none.zip", tmp_path):
         with pytest.raises(InputError, match="expected a zip that can be read"):
             check_submission(path, data_store)
 
 
 def write_run(folder: Path, model: str, complete: dict[str, Rows]) -> None:
-    """The answers of a run, rows in reverse and without scene prefix."""
+    """Write the answers of a run, with rows in reverse and without scene prefixes."""
     for file, rows in complete.items():
         domain, _, ability = file.removesuffix("_outputs.json").partition("_")
         place = folder / domain / ability / model
@@ -134,7 +134,7 @@ def write_run(folder: Path, model: str, complete: dict[str, Rows]) -> None:
         (place / f"{model}_outputs.json").write_text(json.dumps(plain[::-1]))
 
 
-def test_what_is_built_is_complete_and_the_same_each_time(
+def test_a_built_submission_is_complete_and_reproducible(
     data_store: Store, tmp_path: Path, complete: dict[str, Rows]
 ) -> None:
     write_run(tmp_path / "run", "gpt", complete)
@@ -151,7 +151,7 @@ def test_what_is_built_is_complete_and_the_same_each_time(
         assert all(name.startswith("outputs/") for name in archive.namelist())
 
 
-def test_the_model_must_be_known_and_one(
+def test_a_submission_needs_exactly_one_known_model(
     data_store: Store, tmp_path: Path, complete: dict[str, Rows]
 ) -> None:
     for model in ("gpt", "llama"):
@@ -163,7 +163,7 @@ def test_the_model_must_be_known_and_one(
 
 
 @pytest.mark.parametrize("name", ["..", "../other", "/other", "a/b", ""])
-def test_folders_are_plain_names(
+def test_the_folder_of_a_submission_is_not_a_path(
     data_store: Store, tmp_path: Path, complete: dict[str, Rows], name: str
 ) -> None:
     write_run(tmp_path / "run", "m", complete)
@@ -174,7 +174,7 @@ def test_folders_are_plain_names(
     assert not (tmp_path / "s.zip").exists()
 
 
-def test_what_a_phase_asks_is_what_its_prompts_ask(data_store: Store, tmp_path: Path) -> None:
+def test_the_prompts_of_a_phase_determine_the_expected_rows(data_store: Store, tmp_path: Path) -> None:
     asked = ["scene_1_27_2", "scene_2_22_1", "scene_7_135_2"]
     kit, run = tmp_path / "llm_prompts", tmp_path / "run/virtualhome/action_sequencing/m"
     for folder, name, key in (
@@ -195,6 +195,6 @@ def test_what_a_phase_asks_is_what_its_prompts_ask(data_store: Store, tmp_path: 
     ]
 
 
-def test_a_folder_without_prompts_is_no_phase(data_store: Store, tmp_path: Path) -> None:
+def test_a_prompts_folder_without_prompts_is_refused(data_store: Store, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a folder with <domain>_<ability>_prompts"):
         submission_files(data_store, tmp_path)

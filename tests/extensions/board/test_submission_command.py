@@ -30,7 +30,9 @@ def test_an_incomplete_run_is_built_and_its_gaps_are_named(
     assert (checked.status, checked.out.splitlines()) == (2, lines[1:])
 
 
-def test_what_is_no_submission_is_said_in_one_line(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_an_invalid_submission_is_reported_in_one_line(
+    eai: Command, data_store: Store, tmp_path: Path
+) -> None:
     for arguments in (
         ("export", "submission", tmp_path / "none.zip"),
         ("export", "submission", tmp_path / "none", "--out", tmp_path / "s.zip"),

@@ -11,6 +11,6 @@ LAMPS = ROOT / "examples" / "lamps"
 
 @pytest.fixture
 def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
-    """The example of a world of one's own."""
+    """Return the example benchmark of the documentation."""
     monkeypatch.chdir(LAMPS)
     return find_benchmark("lamps:lamps")

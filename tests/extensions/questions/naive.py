@@ -107,7 +107,7 @@ class World:
 
 
 def read_world(prompt: str, domain: Domain) -> World:
-    """The world that a prompt tells of."""
+    """Read the world that a prompt describes."""
     objects, facts, rules = prompt.split("\n\n")[:3]
     found = _OBJECT.findall(objects)
     assert len(found) == len(objects.splitlines()) - 1
@@ -125,14 +125,14 @@ def read_world(prompt: str, domain: Domain) -> World:
 
 
 def _spread(arguments: str) -> Iterator[tuple[str, ...]]:
-    """``a, {b, c}`` as (a, b) and (a, c)."""
+    """Return ``a, {b, c}`` as (a, b) and (a, c)."""
     parts = [part for part in re.findall(r"\{[^}]*\}|[^,{}]+", arguments) if part.strip()]
     options = [part.strip("{}").split(",") if part.startswith("{") else [part] for part in parts]
     return (tuple(name.strip() for name in names) for names in product(*options))
 
 
 def answer_of(question: Question, domain: Domain, goals: list[Formula]) -> frozenset[str]:
-    """All right answers to a question; ``goals`` are those of its task, which the prompt has as text."""
+    """Return all right answers to a question; ``goals`` are the goals of its task, as formulas."""
     world = read_world(question.prompt, domain)
     asked = _Asked(question, world, goals)
     right = asked.right()

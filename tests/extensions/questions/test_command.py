@@ -21,6 +21,6 @@ def test_questions_are_asked_of_every_domain_that_is_large_enough(eai: Command, 
     assert outcome.status == 0 or NONE in outcome.err
 
 
-def test_what_is_written_is_told(eai: Command) -> None:
+def test_the_command_reports_the_written_questions(eai: Command) -> None:
     outcome = eai("export", "questions", "--domain", "lamps:lamps", "--n", "4", "--out", "q.jsonl", "--json")
     assert json.loads(outcome.out).items() >= {"file": "q.jsonl", "questions": 4}.items()

@@ -63,7 +63,7 @@ WORLD_MODEL = Ability("world_model")
 
 
 def scored(folder: Path, questions: Sequence[Question], answers: Mapping[str, str]) -> list[Record]:
-    """The records of answers to questions, which stand in a file."""
+    """Return the records of answers to questions from a file."""
     file = folder / f"{len(list(folder.iterdir()))}.jsonl"
     file.write_bytes(questions_to_bytes(questions))
     suite = open_suite(str(file), WORLD_MODEL)
@@ -80,7 +80,7 @@ def parts(rate: Rate) -> tuple[float, float]:
     return rate.numerator, rate.denominator
 
 
-def test_rates_are_of_all_that_was_asked(tmp_path: Path) -> None:
+def test_rates_count_all_questions(tmp_path: Path) -> None:
     found = rates(scored(tmp_path, QUESTIONS, ANSWERS))
     assert parts(found["right"]) == (4, 8)
     assert parts(found["state"]) == (3, 7)
@@ -91,7 +91,7 @@ def test_rates_are_of_all_that_was_asked(tmp_path: Path) -> None:
     assert parts(found["f1"]) == (6, 8)  # 3 right, none wrong, 2 missed
 
 
-def test_no_answer_is_not_an_unreadable_one(tmp_path: Path) -> None:
+def test_a_missing_answer_is_not_unreadable(tmp_path: Path) -> None:
     unreadable = dict.fromkeys(["yes_no-0", "choice-2", "open-4"], "hard to say")
     records = scored(tmp_path, QUESTIONS, unreadable)
     assert parts(rates(records)["parsing"]) == (3, len(QUESTIONS))
@@ -104,7 +104,7 @@ def test_guessing_is_a_random_choice_or_the_most_common_answer(tmp_path: Path) -
     assert found["backward.chance.guess"].percent == 100
 
 
-def test_a_shortcut_guesses_where_there_is_none(tmp_path: Path) -> None:
+def test_an_absent_shortcut_counts_as_a_guess(tmp_path: Path) -> None:
     questions = [
         asked(n, QuestionForm.CHOICE, ("A",), shortcuts={"names": n < 2, "longest": 0.25}) for n in range(4)
     ] + [asked(4, QuestionForm.YES_NO, ("yes",), shortcuts={"longest": 0})]
@@ -131,7 +131,7 @@ def test_rates_by_depth(tmp_path: Path) -> None:
     assert counts == {"1": (2, 5), "2-3": (1, 1), "4-7": (0, 0), "8+": (0, 1)}
 
 
-def test_a_record_says_what_was_asked_and_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_a_record_of_a_question_round_trips(tmp_path: Path) -> None:
     records = scored(tmp_path, QUESTIONS, ANSWERS)
     assert [record.task_id for record in records] == [question.id for question in QUESTIONS]
     assert [record_from_json(record_to_json(record)) for record in records] == records
@@ -149,7 +149,7 @@ def test_other_questions_of_the_same_ids_are_not_compared(tmp_path: Path) -> Non
     assert (found.tasks, found.only_in_first) == (5, tuple(each.id for each in others))
 
 
-def test_a_file_of_questions_is_asked_of_nothing_else(tmp_path: Path) -> None:
+def test_a_question_file_serves_only_the_world_model_ability(tmp_path: Path) -> None:
     file = tmp_path / "q.jsonl"
     file.write_bytes(questions_to_bytes(QUESTIONS))
     assert find_benchmark(str(file)).name == "d-q"
@@ -159,7 +159,7 @@ def test_a_file_of_questions_is_asked_of_nothing_else(tmp_path: Path) -> None:
         open_suite("virtualhome", WORLD_MODEL)
 
 
-def test_how_even_answers_are() -> None:
+def test_entropy_measures_how_evenly_answers_are_spread() -> None:
     assert answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.YES_NO) == 1.0
     assert answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.CHOICE) == 0.5
     assert answer_entropy(QUESTIONS, QuestionKind.BACKWARD, QuestionForm.OPEN) is None
@@ -172,7 +172,7 @@ def test_how_even_answers_are() -> None:
     assert answer_entropy(plans, QuestionKind.VALIDATION, QuestionForm.OPEN) == pytest.approx(1.0)
 
 
-def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_does() -> None:
+def test_entropy_ignores_the_failing_step_of_an_outcome() -> None:
     def entropy(kind: QuestionKind, *told: str) -> float | None:
         asked = [
             QUESTIONS[0].model_copy(
@@ -187,7 +187,7 @@ def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_d
     assert entropy(QuestionKind.STATE, "at ball", "at box") == 1
 
 
-def test_a_task_file_is_none_of_questions(tmp_path: Path) -> None:
+def test_a_task_file_is_no_question_file(tmp_path: Path) -> None:
     file = tmp_path / "tasks.jsonl"
     file.write_text('{"id":"one","version":1,"base":"lamps:lamps"}\n', encoding="utf-8")
     assert open_questions(file) is None
@@ -197,5 +197,5 @@ def test_a_task_file_is_none_of_questions(tmp_path: Path) -> None:
     ("answers", "chosen"),
     [(["yes", "no", " no\n"], 1), (['["a"]', 'So:\n["b"]', '["b"]'], 1), (["yes", "no"], 0)],
 )
-def test_answers_to_questions_are_no_json(answers: list[str], chosen: int) -> None:
+def test_answers_to_questions_need_no_json(answers: list[str], chosen: int) -> None:
     assert majority_index(answers, Ability("world_model")) == chosen

@@ -42,7 +42,7 @@ def differing(benchmark: Benchmark, source: Source, number: int, seed: int = 0) 
     ]
 
 
-def test_in_a_world_of_ones_own(lamps: Benchmark) -> None:
+def test_gold_answers_of_the_example_world_are_right(lamps: Benchmark) -> None:
     assert differing(lamps, Source(), 4 * CELLS) == []
 
 
@@ -69,7 +69,7 @@ PROBLEM = """
 """
 
 
-def test_in_pddl(tmp_path: Path) -> None:
+def test_gold_answers_of_pddl_worlds_are_right(tmp_path: Path) -> None:
     (tmp_path / "domain.pddl").write_text(DOMAIN)
     (tmp_path / "p1.pddl").write_text(PROBLEM)
     blocks = find_benchmark(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path / 'p1.pddl'}")
@@ -77,8 +77,8 @@ def test_in_pddl(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", [QuestionKind.FORWARD, QuestionKind.STATE])
-def test_what_held_before_does_not_tell(kind: QuestionKind, data_store: Store) -> None:
-    """Who says that all is as it was is right about half the time."""
+def test_facts_that_held_before_do_not_reveal_the_answer(kind: QuestionKind, data_store: Store) -> None:
+    """An answer that nothing has changed is right about half the time."""
     behavior = find_benchmark("behavior")
     right = 0
     for question in Writer(behavior, Source(data_store)).write((kind,), (QuestionForm.YES_NO,), 160):
@@ -90,5 +90,5 @@ def test_what_held_before_does_not_tell(kind: QuestionKind, data_store: Store) -
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", *swept("behavior")])
-def test_in_households(domain: str, data_store: Store) -> None:
+def test_gold_answers_of_households_are_right(domain: str, data_store: Store) -> None:
     assert differing(find_benchmark(domain), Source(data_store), CELLS, seed=1) == []

@@ -30,10 +30,10 @@ def written(benchmark: Benchmark, each: int) -> list[str]:
     return told(list(Writer(benchmark).write(number=each * CELLS, seed=1)))
 
 
-def test_of_a_world_of_ones_own(lamps: Benchmark) -> None:
+def test_questions_about_the_example_world_match_the_golden_file(lamps: Benchmark) -> None:
     assert_golden(Path(__file__).with_name("golden_lamps.txt"), written(lamps, 2))
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_of_the_households(domain: str, data_store: Store) -> None:
+def test_questions_about_households_match_the_golden_files(domain: str, data_store: Store) -> None:
     assert_golden(Path(__file__).with_name(f"golden_{domain}.txt"), written(find_benchmark(domain), 4))

@@ -44,7 +44,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ({"prompt": ""}, r"line 3: prompt: expected a text that is not empty"),
     ],
 )
-def test_a_bad_line_is_told_by_file_line_and_field(
+def test_an_error_in_a_question_file_names_line_and_field(
     tmp_path: Path, change: dict[str, Any], message: str
 ) -> None:
     (good,) = lines(FACTS)
@@ -58,14 +58,14 @@ def test_a_bad_line_is_told_by_file_line_and_field(
     ("content", "message"),
     [(b"{", "line 1: the line: Invalid JSON"), (b"\n", "at least one question"), (b"\xff", "line 1")],
 )
-def test_what_holds_no_question_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_file_without_questions_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
     file = tmp_path / "questions.jsonl"
     file.write_bytes(content)
     with pytest.raises(InputError, match=message):
         read_questions(file)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_questions(tmp_path / "none.jsonl")
 
@@ -125,7 +125,7 @@ ANY = question(QuestionForm.OPEN, "GO(box)", "GO(ball)", accept="any")
         (question(QuestionForm.OPEN, "1", "3"), "[1, 3]", True, (2, 0, 0)),
     ],
 )
-def test_an_answer_is_as_right_as_its_parts(
+def test_an_answer_is_graded_by_its_items(
     asked: Question, text: str, exact: bool, counts: tuple[int, int, int]
 ) -> None:
     graded = grade_answer(asked, text)
@@ -146,9 +146,7 @@ def test_an_answer_is_as_right_as_its_parts(
         (FACTS, '[["at", "robot", "box"]]', 2),
     ],
 )
-def test_what_cannot_be_read_is_wrong_and_repaired_by_no_guess(
-    asked: Question, text: str, missed: int
-) -> None:
+def test_an_unreadable_answer_is_wrong_and_not_guessed(asked: Question, text: str, missed: int) -> None:
     graded = grade_answer(asked, text)
     assert (graded.exact, graded.counts, graded.readable) == (False, Confusion(0, 0, missed), False)
 

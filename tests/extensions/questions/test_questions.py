@@ -24,14 +24,16 @@ def written(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     return file
 
 
-def test_options_alone_write(eai: Command, written: Path, tmp_path: Path) -> None:
+def test_equal_options_write_equal_questions(eai: Command, written: Path, tmp_path: Path) -> None:
     again = tmp_path / "again" / "questions.jsonl"
     arguments = ("--domain", "lamps:lamps", "--n", 72, "--seed", 0, "--out", again)
     assert eai("export", "questions", *arguments).status == 0
     assert again.read_bytes() == written.read_bytes()
 
 
-def test_no_order_of_a_set_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_questions_do_not_depend_on_the_order_of_sets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(LAMPS)
     written = set()
     for seed in "123":
@@ -52,7 +54,7 @@ def test_kinds_and_forms_can_be_chosen(eai: Command, written: Path, tmp_path: Pa
     assert {question["form"] for question in questions} == {"open"}
 
 
-def test_what_shortcuts_give_is_printed(eai: Command, written: Path, tmp_path: Path) -> None:
+def test_the_rates_of_shortcuts_are_printed(eai: Command, written: Path, tmp_path: Path) -> None:
     arguments = ("export", "questions", "--domain", "lamps:lamps", "--n", 72, "--out", tmp_path / "q.jsonl")
     assert "Best rate without knowledge of the world, in percent" in eai(*arguments).out
     chance = json.loads(eai(*arguments, "--json").out)["chance"]
@@ -94,7 +96,7 @@ def test_with_and_without_the_rules_are_compared(eai: Command, written: Path, tm
     assert "no task of world_model, protocol strict that both have scored answers to" in refused.err
 
 
-def test_help_tells_how_to_write(eai: Command) -> None:
+def test_help_names_the_command_that_writes_questions(eai: Command) -> None:
     for arguments in (("--help",), ()):
         told = eai("export", "questions", *arguments)
         assert "write" in told.out + told.err
@@ -153,7 +155,7 @@ def test_a_question_without_an_answer_is_wrong(eai: Command, written: Path, tmp_
         (("--domain", "lamp", "--out", "q.jsonl"), "'lamp' is not a benchmark"),
     ],
 )
-def test_what_cannot_be_used_is_told_in_a_line(
+def test_unusable_question_files_are_reported_in_one_line(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], message: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -162,7 +164,7 @@ def test_what_cannot_be_used_is_told_in_a_line(
     assert message in outcome.err
 
 
-def test_without_an_ability_it_is_said_which_to_give(eai: Command, written: Path, tmp_path: Path) -> None:
+def test_a_run_without_an_ability_names_the_one_to_give(eai: Command, written: Path, tmp_path: Path) -> None:
     refused = in_own_process("run", "--domain", written, "--model", "eai/oracle", "--out", tmp_path / "o")
     assert (refused.status, refused.err) == (
         2,
@@ -171,7 +173,7 @@ def test_without_an_ability_it_is_said_which_to_give(eai: Command, written: Path
     )
 
 
-def test_what_is_answered_is_not_asked_again(written: Path, tmp_path: Path) -> None:
+def test_answered_questions_are_not_asked_again(written: Path, tmp_path: Path) -> None:
     for limit in (("--limit", 5), (), ()):
         outcome = in_own_process("run", *ASKED, written, *NOISY, "--out", tmp_path / "o", *limit)
         assert outcome.status == 0, outcome.err
@@ -180,9 +182,7 @@ def test_what_is_answered_is_not_asked_again(written: Path, tmp_path: Path) -> N
     assert len(list((tmp_path / "o" / "logs").glob("*.eval"))) == 2  # the last run needed no other
 
 
-def test_an_answer_to_no_question_is_told_what_ids_are_like(
-    eai: Command, written: Path, tmp_path: Path
-) -> None:
+def test_an_unknown_id_is_reported_with_an_example_id(eai: Command, written: Path, tmp_path: Path) -> None:
     first = json.loads(written.read_text().splitlines()[0])
     answers = tmp_path / "me_outputs.json"
     answers.write_text(json.dumps([{"identifier": "27_2", "llm_output": "yes"}]))

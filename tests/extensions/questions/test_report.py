@@ -18,7 +18,7 @@ LAMPS = ROOT / "examples" / "lamps"
 
 @pytest.fixture
 def scored(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The records of a model that is always right about the example world, and of one that mostly is."""
+    """Return the records of a model with right answers only, and of a model with mostly right answers."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(LAMPS)
     asked = list(Writer(find_benchmark("lamps:lamps")).write(number=36))

@@ -61,7 +61,7 @@ def texts(setting: QuestionSetting) -> str:
         ("; ".join(["GO lamp_1; GO lamp_2"] * 13), "; ".join(["GO lamp_1; GO lamp_2"] * 12)),
     ],
 )
-def test_the_way_is_the_tasks_own_plan(
+def test_the_path_is_the_tasks_own_plan(
     light: Task, opened: Callable[[Task], QuestionSetting], script: str, way: str
 ) -> None:
     setting = opened(replace(light, script=steps(light, script)))
@@ -69,7 +69,7 @@ def test_the_way_is_the_tasks_own_plan(
     assert len(setting.states) == len(setting.path) + 1
 
 
-def test_where_there_is_no_plan_one_is_sought_among_sixty_states(
+def test_a_missing_plan_is_searched_for_in_sixty_states(
     light: Task, opened: Callable[[Task], QuestionSetting], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = settings.find_plan
@@ -87,7 +87,7 @@ def test_where_there_is_no_plan_one_is_sought_among_sixty_states(
     assert len(limits) == 1
 
 
-def test_a_way_works_if_it_reaches_goals_that_did_not_hold(
+def test_a_path_works_if_it_reaches_goals_that_did_not_hold(
     light: Task, opened: Callable[[Task], QuestionSetting]
 ) -> None:
     assert opened(replace(light, script=steps(light, WAY))).path_reaches_goals
@@ -96,7 +96,7 @@ def test_a_way_works_if_it_reaches_goals_that_did_not_hold(
     assert not opened(replace(light, initial=lit, script=steps(light, "GO lamp_1"))).path_reaches_goals
 
 
-def test_nothing_is_there_but_what_is_shown_and_used(
+def test_the_scene_has_only_shown_and_used_objects(
     light: Task, opened: Callable[[Task], QuestionSetting]
 ) -> None:
     few = opened(replace(light, relevant=(2,), script=steps(light, "GO ball"), goals=()))
@@ -136,7 +136,7 @@ def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], QuestionS
     assert setting.evaluate_goals(lit) == (False,)
 
 
-def test_actions_at_random_are_of_each_operator_alike_and_seldom_absurd(
+def test_random_actions_use_all_operators_equally_and_rarely_unsuitable_objects(
     light: Task, opened: Callable[[Task], QuestionSetting]
 ) -> None:
     setting, rng = opened(light), random.Random(0)
@@ -162,7 +162,7 @@ def test_texts_that_have_a_counterpart_with_the_other_answer() -> None:
     assert find_texts_with_counterpart(right, wrong, lambda text: text[0]) == {"a 1", "a 2", "a 3"}
 
 
-def test_some_of_many_keep_their_order() -> None:
+def test_drawn_elements_keep_their_order() -> None:
     rng, letters = random.Random(0), list("abcdef")
     assert draw_in_order(rng, letters, 6) == letters
     found = {tuple(draw_in_order(rng, letters, 5)) for _ in range(60)}
@@ -184,11 +184,11 @@ PUT(x, y)
   becomes true: inside(x, y)"""
 
 
-def test_an_operator_is_told_as_it_is_declared(lamps: Benchmark) -> None:
+def test_the_rules_of_an_operator_match_its_declaration(lamps: Benchmark) -> None:
     assert DomainRules(lamps.domain).write_rules({"PUT"}) == PUT
 
 
-def test_operators_are_told_in_the_order_of_the_declaration(lamps: Benchmark) -> None:
+def test_rules_of_operators_keep_the_order_of_the_declaration(lamps: Benchmark) -> None:
     text = DomainRules(lamps.domain).write_rules({"PUT", "GO"})
     assert text.splitlines()[0] == "GO(x)"
     assert text.endswith(PUT)
@@ -223,7 +223,7 @@ OPERATORS = (
 WORLD = DomainRules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS))
 
 
-def test_what_cannot_be_told_is_left_out() -> None:
+def test_rules_leave_out_inexpressible_operators() -> None:
     assert [operator.name for operator in WORLD.operators] == ["START", "LOOK"]
     assert WORLD.hidden_memory == {"hidden"}
     assert WORLD.fluents == {"on", "near"}
@@ -233,7 +233,7 @@ def test_what_cannot_be_told_is_left_out() -> None:
     assert WORLD.find_predicates({"LOOK"}, [ready(x)]) == {"on", "near"}
 
 
-def test_effects_are_told_with_their_conditions_and_definitions_once() -> None:
+def test_rules_state_conditions_of_effects_and_each_definition_once() -> None:
     assert WORLD.write_rules({"START", "LOOK"}) == (
         "START(x): make it run\n"
         '  requirement 1: ready(x)   [otherwise "x is not ready"]\n'
@@ -252,7 +252,7 @@ def test_effects_are_told_with_their_conditions_and_definitions_once() -> None:
 
 
 @pytest.mark.parametrize(("domain", "left_out"), [("virtualhome", {"PUTOBJBACK"}), ("behavior", {"CLEAN"})])
-def test_of_households_one_operator_cannot_be_told(domain: str, left_out: set[str]) -> None:
+def test_one_operator_of_households_is_inexpressible(domain: str, left_out: set[str]) -> None:
     rules = DomainRules(find_benchmark(domain).domain)
     assert set(rules.domain.arities) - rules.operator_names == left_out
     text = rules.write_rules(rules.operator_names)
@@ -269,7 +269,7 @@ def setting(lamps: Benchmark, task: str = "light") -> QuestionSetting:
     return make_setting(lamps.tasks(Source())[task], rules, planner, "0")
 
 
-def test_everything_that_some_actions_lead_to_is_found_nearest_first(lamps: Benchmark) -> None:
+def test_all_reachable_states_are_found_in_order_of_distance(lamps: Benchmark) -> None:
     world = setting(lamps)
     ways = explore_states(world, world.states[0], [TO_LAMP_1, PRESS_1, PRESS_2], 100)
     assert ways is not None
@@ -281,7 +281,7 @@ def test_everything_that_some_actions_lead_to_is_found_nearest_first(lamps: Benc
     assert ways.edges == (((0, 1),), ((1, 2),), ())
 
 
-def test_what_some_of_the_actions_lead_to_is_what_they_lead_to_by_themselves(lamps: Benchmark) -> None:
+def test_a_restricted_graph_equals_the_graph_of_its_actions(lamps: Benchmark) -> None:
     world = setting(lamps)
     actions = [TO_LAMP_1, PRESS_2, TO_LAMP_2, PRESS_1]
     at_a_lamp = world.find_next_state(world.states[0], TO_LAMP_1)
@@ -317,7 +317,7 @@ def test_distances_with_all_and_without_one_action(lamps: Benchmark) -> None:
     assert ways.find_distances([]) == {}
 
 
-def test_more_states_than_may_be_are_no_answer(lamps: Benchmark) -> None:
+def test_a_graph_with_too_many_states_is_refused(lamps: Benchmark) -> None:
     world = setting(lamps)
     assert explore_states(world, world.states[0], [TO_LAMP_1, PRESS_1], 3) is not None
     assert explore_states(world, world.states[0], [TO_LAMP_1, PRESS_1], 2) is None

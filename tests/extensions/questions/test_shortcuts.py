@@ -56,11 +56,11 @@ def posed(
         (posed(["on(cup)"], None), "operator", 0.5),
     ],
 )
-def test_what_a_shortcut_gets_right(question: ClosedQuestion, shortcut: str, share: float) -> None:
+def test_a_shortcut_is_scored_on_a_question(question: ClosedQuestion, shortcut: str, share: float) -> None:
     assert ShortcutLedger().add(question)[shortcut] == pytest.approx(share)
 
 
-def test_what_was_right_before_is_learned() -> None:
+def test_shortcuts_learn_from_earlier_questions() -> None:
     ledger = ShortcutLedger()
     for place in range(4):
         ledger.add(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
@@ -82,7 +82,7 @@ def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     assert learned["operator"] == 1, "one in three was right, and by chance one in four"
 
 
-def test_a_question_that_evens_out_is_always_welcome() -> None:
+def test_a_question_that_reduces_imbalance_has_no_excess() -> None:
     ledger = ShortcutLedger()
     assert ledger.find_excess(posed(["on(cup)"], 0)) == 0
     while not ledger.find_excess(posed(["on(cup)"], 0)):
@@ -90,7 +90,7 @@ def test_a_question_that_evens_out_is_always_welcome() -> None:
     assert ledger.find_excess(posed(["on(cup)"], None)) == 0
 
 
-def test_what_is_tolerated_grows_with_every_ten_questions() -> None:
+def test_the_tolerated_imbalance_grows_with_every_ten_questions() -> None:
     right, wrong = posed(["on(cup)"], 0), posed(["on(cup)"], None)
 
     def excess(number: int) -> int:
@@ -155,7 +155,7 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
 
 
 def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
-    """No step to touch or to look at a thing is needed: these are not asked about."""
+    """No plan needs a step that touches or looks at an object, so these steps are not asked about."""
     asked: dict[str, list[str]] = {}
     writer = Writer(find_benchmark("virtualhome"), Source(data_store))
     for question in writer.write([QuestionKind.JUSTIFICATION], [QuestionForm.YES_NO], 2 * EACH, seed=5):
@@ -166,7 +166,7 @@ def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
 
 
 def most_shared(question: Question) -> float:
-    """How much of a choice is right for whoever takes the one that shares most names with the others."""
+    """Return the credit for taking the choice that shares most names with the others."""
     found = [set(re.findall(r"[\w.]+", text)) for _, text in CHOICE.findall(question.prompt)]
     counts = Counter(name for names in found for name in names)
     scores = [sum(counts[name] - 1 for name in names) for names in found]

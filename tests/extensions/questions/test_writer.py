@@ -29,7 +29,7 @@ def test_equal_arguments_give_equal_bytes_and_other_seeds_other_questions(lamps:
     assert first != other
 
 
-def test_what_was_written_before_changes_nothing(lamps: Benchmark) -> None:
+def test_questions_do_not_depend_on_earlier_calls(lamps: Benchmark) -> None:
     writer = Writer(lamps)
     list(writer.write(number=20, seed=1))
     again = questions_to_bytes(writer.write(number=40, seed=3))
@@ -56,7 +56,7 @@ def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
     }
 
 
-def test_where_the_tasks_give_no_more_there_are_fewer(lamps: Benchmark) -> None:
+def test_there_are_fewer_questions_if_the_tasks_yield_no_more(lamps: Benchmark) -> None:
     questions = list(Writer(lamps).write((QuestionKind.WHY_NOT,), (QuestionForm.OPEN,), 100_000))
     assert 10 < len(questions) < 100_000
 
@@ -68,7 +68,7 @@ def test_the_command_asks_for_as_many_as_the_library_where_nobody_says_how_many(
     assert numbers == [500, 500]
 
 
-def test_what_gives_no_question_five_times_in_a_row_is_given_up(
+def test_a_kind_is_given_up_after_five_failures_in_a_row(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tried: list[str] = []
@@ -80,7 +80,7 @@ def test_what_gives_no_question_five_times_in_a_row_is_given_up(
 
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
-def test_answers_are_even(domain: str, data_store: Store) -> None:
+def test_answers_are_spread_evenly(domain: str, data_store: Store) -> None:
     questions = list(Writer(find_benchmark(domain), Source(data_store)).write(number=12 * len(CELLS)))
     assert len(questions) == 12 * len(CELLS)
     uneven = [
