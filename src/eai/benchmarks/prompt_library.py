@@ -1,7 +1,7 @@
-"""The prompts of a suite: a set of prompts, with the user's own files in place of single prompts.
+"""Open the prompts of a suite: a named set of prompts, in which the user's own files may replace prompts.
 
-`answer_form` is the schema of the answer to a question, with the words of the question, for providers that
-enforce a schema.
+`answer_form` returns the schema of the answer to a question, for providers that enforce a schema. It allows
+only the words of the question.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ def _contains_all(question: str, words: Sequence[str]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """The source of prompts.
+    """The source of the prompts of a run.
 
     Attributes:
-        prompts: the set.
+        prompts: the set of prompts.
         folder: the folder of the user's own files, or None. ``<domain>_<ability>.json`` and
             ``<domain>_<ability>_system.json`` replace prompts and system message of a suite; template files
             replace templates of our sets.
@@ -71,7 +71,7 @@ class Library:
 
     @property
     def templates(self) -> Templates:
-        """Templates of our prompts, with the user's own in place of single templates."""
+        """Templates of our prompts, in which the user's own templates replace ours."""
         return Templates(self.folder, self.prompts)
 
     def open(
@@ -140,7 +140,7 @@ class Library:
     def _render(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
-        """Return our prompts, rendered from the domain, or as the ability poses them."""
+        """Return our prompts, rendered from the domain, or in a form that the ability defines."""
         templates, interaction = self.templates, declaration_of(ability).interaction
         if interaction.uses_operator_tasks:
             return operator_prompts(benchmark.operators(self.source), templates)
@@ -151,9 +151,9 @@ class Library:
     def _pose_questions(
         self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
-        """Return the questions of an ability with its own form.
+        """Return the questions of an ability that defines their form.
 
-        Each is made on first use: it may need pictures.
+        Each is made on first use, because it may need pictures.
         """
         world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
         templates, pictures = self.templates, declaration_of(ability).interaction.pictures
@@ -217,7 +217,7 @@ class Library:
 def _insert_beliefs(
     prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
 ) -> Mapping[str, Prompt]:
-    """Return the prompts with the believed goals in their goal sections."""
+    """Return the prompts with a model's goals in place of the task's goals."""
     section = benchmark.data.goal_sections.get(ability)
     if beliefs and section is None:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Protocols other than ``strict``: each is one value, found by name.
+"""Find protocols other than ``strict`` by name. Each protocol is one value.
 
 A distribution registers a protocol by an entry point of the group ``eai.protocols``: an `Implementation`.
 All differences of a protocol are in that value.
@@ -77,9 +77,9 @@ def find_preset(name: str) -> Implementation:
 
 
 def preset_attempts(name: str, slip: float, slip_seed: int, replans: int) -> AttemptOptions | None:
-    """Return the attempts at a task in a preset, or None if the name is empty.
+    """Return the attempts at a task of a published script, or None if its name is empty.
 
     Raises:
-        InputError: there is no such preset.
+        InputError: there is no such script.
     """
     return find_preset(name).attempts(slip, slip_seed, replans) if name else None

@@ -56,7 +56,7 @@ RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], WrittenAnswer]
 def open_random_answers(
     benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
 ) -> RandomAnswers:
-    """Return random answers: plans, the changes of their steps, or their outcomes.
+    """Return random answers of an ability: a random plan, the changes by its steps, or its final changes.
 
     A plan is a random walk: each action is drawn with equal probability from all possible actions on relevant
     objects. Its length is that of the plan of some task of the data set. Subgoals are one visible change per
@@ -99,9 +99,9 @@ def random_walk(
 
 
 def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: random.Random) -> Action | None:
-    """Return a possible action, all with equal probability, or None if no action is possible.
+    """Return a random possible action, each with equal probability, or None if no action is possible.
 
-    If there are too many actions to try all, the first possible actions have equal probability.
+    If there are too many actions to try all, one of the first possible actions is drawn.
     """
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_MAX_DRAWS):
@@ -131,7 +131,7 @@ def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random
 
 
 def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    """Return the goals that became true by the end."""
+    """Return the facts that became true by the end, as an answer to goal interpretation."""
     lexicon = GoalLexicon(task, benchmark.domain, benchmark.notation.goals)
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
@@ -142,7 +142,7 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
 
 
 def _list_changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
-    """Yield the facts in prompts that ceased to hold, negated, then those that began to hold."""
+    """Yield facts that ended between two states, negated, then facts that began. Prompts show these facts."""
     facts_before, facts_after = (
         dict.fromkeys(
             [fact for listing in wording.goal_listings for fact in listing.facts(state, prompt_objects(task))]
@@ -186,7 +186,7 @@ def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
 
 
 def _list_predicates(task: TransitionTask, action: m.PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield the predicates that apply to an operator's parameters, with suitable parameters by position."""
+    """Yield the predicates that an operator's parameters can fill, with the parameters of each argument."""
     above = m.parents(task.domain.header.types)
     kinds = {given.name: m.supertypes(above, m.type_of(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:

@@ -1,4 +1,4 @@
-"""The packs that several households read, made from the reference's wheel, and its task identifiers.
+"""Make the packs of both households of the paper from the reference's wheel, and read its task ids.
 
 Most packs copy files of the wheel byte for byte, under our own names (`packs.toml`).
 """
@@ -22,7 +22,7 @@ from eai.benchmarks.packs import Pack
 SCENE_PREFIX = "scene_1_"
 
 _OTHER_SCENE = re.compile(r"scene_(?!1_)\d+_")
-"""Prefix of task identifiers in unpublished scenes, from the challenge's final phase."""
+"""Prefix of task ids in unpublished scenes, from the challenge's final phase."""
 
 _CORRECTED_IDS = {
     "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (
@@ -33,13 +33,13 @@ _CORRECTED_IDS = {
 
 
 def task_id_of(identifier: str) -> str:
-    """Return the data set's task id for an identifier in a file of answers or prompts."""
+    """Return the data set's task id for an id in a file of answers or prompts."""
     task_id = identifier.removeprefix(SCENE_PREFIX)
     return _CORRECTED_IDS.get(task_id, task_id)
 
 
 def find_published_id(identifier: str) -> str | None:
-    """Return the data set's task id for an identifier, or None for a task of an unpublished scene."""
+    """Return the data set's task id for an id, or None for a task of an unpublished scene."""
     return None if _OTHER_SCENE.match(identifier) else task_id_of(identifier)
 
 
@@ -49,7 +49,7 @@ def _load_tables() -> Mapping[str, Mapping[str, str]]:
 
 
 def get_pack_files(pack: str) -> Mapping[str, str]:
-    """Return the wheel's file of each member of a pack."""
+    """Return, for each member of a pack, the path of its file in the wheel."""
     return _load_tables()[pack]
 
 
@@ -64,7 +64,7 @@ TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_s
 
 
 def _read_template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the member of `prompt_templates`: a string constant of a module that is parsed and never run.
+    """Return the template of prompts: a string constant of a module that is parsed and never run.
 
     Raises:
         DataError: the module is absent, or has no such constant.
@@ -77,7 +77,7 @@ def _read_template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
 
 
 def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the files of a pack, and the PDDL problems of a household as one member."""
+    """Return the files of a pack, with all PDDL problems of a household joined into one member."""
     folder = f"virtualhome_eval/resources/{household}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()

@@ -1,7 +1,7 @@
 """Find benchmarks by name, as an object of a Python module, as PDDL files or as task files.
 
 A distribution registers a benchmark by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a
-function without arguments that returns one. Openers of other references are imported on first use.
+function without arguments that returns one. Functions that open other references are imported on first use.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PDDL = "pddl"
 """Prefix of references to PDDL files, before the colon."""
 
 OPENERS = "eai.openers"
-"""Group of entry points of functions that open references ``word:rest``, by the word."""
+"""Group of entry points of functions that open references ``word:rest``; the word is their name."""
 
 REFERENCES = (
     "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:DIR, pddl:FILE,DIR, "
@@ -45,7 +45,7 @@ _SUFFIXES = (".pddl", ".jsonl", ".gz")
 """Suffixes of the files in a folder whose changes reload a benchmark."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
-"""Names of the paper's benchmarks in identifiers with capitals."""
+"""Names of the paper's benchmarks with their capital letters, for identifiers."""
 
 TITLES = CAPITALISED | {"behavior": "BEHAVIOR"}
 """Names of the paper's benchmarks in tables and on pages, known without loading them."""
@@ -87,7 +87,7 @@ def find_benchmark(reference: str) -> Benchmark:
 
 
 def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
-    """Yield path, size and time of each PDDL or task file of a reference, to notice changes."""
+    """Yield path, size and time of each file of a reference. A difference shows that a file has changed."""
     named = [] if reference in _get_entry_points() else re.split("[:,]", reference)
     is_pddl = PDDL in named[:-1]
     for path in map(Path, named):
@@ -99,7 +99,7 @@ def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
 
 
 def title_of(name: str) -> str:
-    """Return the title of a benchmark in tables and pages; of an unknown one its name."""
+    """Return the title of a benchmark in tables and pages, or its name if the benchmark is unknown."""
     if name in TITLES or name not in list_benchmarks():
         return TITLES.get(name, name)
     return find_benchmark(name).title
@@ -140,7 +140,7 @@ def _has_opener(reference: str) -> bool:
 
 
 def open_pddl(files: str) -> Benchmark:
-    """Return the benchmark of ``DOMAIN,PROBLEMS`` (a file, and a file or folder), or of one folder."""
+    """Return the benchmark of ``DOMAIN,PROBLEMS`` (a file, and a file or folder), or of one PDDL folder."""
     domain, separator, problems = files.partition(",")
     if not separator and not Path(domain).is_dir():
         expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
@@ -160,7 +160,7 @@ def open_pddl(files: str) -> Benchmark:
 
 
 def _open_own_tasks(path: Path) -> Benchmark | None:
-    """Return the benchmark of a file with an ability's own tasks, or None for other files."""
+    """Return the benchmark of a file whose tasks belong to one ability, or None for other files."""
     from eai.abilities.declaration import declaration_of
 
     for ability in find_abilities() if path.is_file() else ():
@@ -181,7 +181,7 @@ def _make_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchma
 
 
 def _open_tasks(path: Path) -> Benchmark:
-    """Return the benchmark of task files: other tasks in the world of a base, scored under ``strict``.
+    """Return the benchmark of task files: new tasks in another benchmark's world, scored under ``strict``.
 
     Tasks of goals and subgoals need answers that can be right: their answers can neither ask for a
     clarification nor say that no plan exists. Prompts and gold operators follow from the domain.
@@ -194,10 +194,10 @@ def _open_tasks(path: Path) -> Benchmark:
 
 
 def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
-    """Return the benchmark of other tasks in the world of a base; it has no reference.
+    """Return a benchmark with the world of a base benchmark and other tasks; it has no reference.
 
     Args:
-        base: the base.
+        base: the base benchmark.
         name: suffix of the benchmark's name.
         open_tasks: opens the tasks.
     """

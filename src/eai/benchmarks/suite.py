@@ -53,7 +53,7 @@ class Suite:
     source: Source = field(default_factory=Source)
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
-        """Pickle a suite as the call that opens it, as domains contain functions that cannot be pickled."""
+        """Pickle a suite as the call that opens it, because the functions of domains cannot be pickled."""
         if not self.is_portable:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
         return self.reopen, ()
@@ -65,7 +65,7 @@ class Suite:
 
     @property
     def data_sha256(self) -> str:
-        """Digest of the data behind the scorers."""
+        """SHA-256 of the data with which answers are scored."""
         return self.scorers.sha256
 
     @cached_property
@@ -97,7 +97,10 @@ class Suite:
         return self.benchmark.get_errata(self.source)
 
     def adapt_to_answers(self, answers: Iterable[str]) -> Suite:
-        """Return the suite for scoring these answers together; a protocol may choose one reading for all."""
+        """Return the suite that scores these answers together.
+
+        A protocol may choose one reading for all answers of a model.
+        """
         implementation = find_implementation(self.protocol.value)
         if implementation is None or implementation.adapt_to_answers is None:
             return self
@@ -105,7 +108,7 @@ class Suite:
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
-        """Return the scorer of a task; it is made once.
+        """Return the scorer of a task. It is made on first use.
 
         Raises:
             InputError: there is no such task.
@@ -116,7 +119,7 @@ class Suite:
         return self.scorers[task_id]
 
     def features(self, task_id: str) -> TaskFeatures | None:
-        """Return the features of a task, or None if the benchmark has only operators for it."""
+        """Return the features of a task, or None if the task asks only for operators."""
         features_of_task = self._features.get(task_id)
         compute = declaration_of(self.ability).interaction.features
         if features_of_task is None and compute is not None:
@@ -136,7 +139,7 @@ class Suite:
         return assess_or_fail(scorer, empty, lambda: scorer.assess(text))
 
     def score(self, task_id: str, text: str) -> Verdict:
-        """Return the verdict on an answer to a task, as `assess`."""
+        """Return the verdict on an answer to a task. A failing scorer fails the answer, as in `assess`."""
         return self.assess(task_id, text).verdict
 
     def score_missing_answer(self, task_id: str) -> Verdict:

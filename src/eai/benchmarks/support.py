@@ -1,4 +1,4 @@
-"""Derived predicates along supports: the carriers of an object, its containers, and its floor.
+"""Derive the objects that an object carries, its containers and its floor from relations of support.
 
 An object rests in or on at most one support, which may rest on the next, up to an unsupported root. A cycle
 of supports, which no action creates, is followed once.
@@ -20,7 +20,10 @@ X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
 def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping[int, bool]:
-    """Return all supports of an object, nearest first, as masks, with whether the first relation holds."""
+    """Return all supports of an object, nearest first, as bit masks.
+
+    Each comes with whether the first of the relations leads to it.
+    """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[int, bool] = {}
     while True:
@@ -37,7 +40,7 @@ def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping
 
 
 def make_carrying_predicates(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
-    """Return the predicates ``carries``, ``carried_by`` and ``within`` for these relations of support."""
+    """Return the predicates ``carries``, ``carried_by`` and ``within``, given the relations of support."""
     names = [relation.name for relation in supports]
 
     def carriers(state: State, arguments: tuple[int, ...]) -> int:
@@ -45,7 +48,7 @@ def make_carrying_predicates(supports: Sequence[Predicate]) -> tuple[Defined, De
         return reduce(or_, _follow_supports(state, names, arguments[0]), 0)
 
     def containers(state: State, arguments: tuple[int, ...]) -> int:
-        """Return all containers of an object or of its supports; the first relation means containment."""
+        """Return all containers of an object or of its supports; the first relation is containment."""
         chain = _follow_supports(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
@@ -71,7 +74,7 @@ def make_floor_predicate(name: str, floor: Predicate, carries: Defined, of_root:
 
 
 def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
-    """Return the function that finds an object's floor: itself, a support, or else the floor of the root."""
+    """Return a function that finds an object's floor: the object, a support, or the floor of the root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
@@ -86,7 +89,10 @@ def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], i
 
 
 def invert_lookup(values: LookupFunction) -> LookupFunction:
-    """Return the inverse of a function of states. It is cached for one state, as a search calls it often."""
+    """Return the inverse of a function from objects to objects in a state.
+
+    It is cached for one state, because a search calls it often.
+    """
     cached: tuple[State | None, Mapping[int, int]] = None, {}
 
     def sources(state: State, arguments: tuple[int, ...]) -> int:
@@ -101,7 +107,7 @@ def invert_lookup(values: LookupFunction) -> LookupFunction:
 
 
 def _invert(values: LookupFunction, state: State) -> Mapping[int, int]:
-    """Return a mask of sources for each object."""
+    """Return, for each object, a bit mask of the objects that lead to it."""
     sources: dict[int, int] = {}
     for obj in bits(state.scene.everything):
         for value in bits(values(state, (obj,))):

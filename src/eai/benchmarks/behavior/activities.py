@@ -1,10 +1,10 @@
-"""BEHAVIOR's own problem files: activities in BDDL as scenes, and planning problems made from them.
+"""Read BEHAVIOR's activities in BDDL as scenes, and make planning problems of parts of them.
 
 A scene has the facts of its problem file, and the data set's usual facts about categories: abilities, sizes,
 furniture on the floor of its room, open cartons. A problem with the name of a data set problem has that
 problem's objects.
 
-Planning problems are parts of activities, with other spellings of names. Their objects are the objects of the
+Planning problems are parts of activities and spell names in another way. Their objects are the objects of the
 goals, objects whose categories help to reach such goals, and all objects in initial conditions about them.
 """
 
@@ -34,7 +34,7 @@ _ROOM = "inroom"
 
 
 _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
-"""Model, synset and abilities of an object."""
+"""Usual model, synset and abilities of the objects of a category."""
 
 
 def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
@@ -88,7 +88,7 @@ def _build_initial(
 
 
 def _translate(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """Return a condition about objects by name. Conditions about rooms are true, as states have no rooms."""
+    """Return a condition about objects by name. Conditions about rooms become true: states have no rooms."""
     match formula:
         case f.Atom(name) if name == _ROOM:
             return f.TRUE

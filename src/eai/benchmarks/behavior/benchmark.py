@@ -1,8 +1,8 @@
-"""BEHAVIOR as a benchmark, and the goal sections of its official prompts for goals from a model's answer.
+"""The benchmark BEHAVIOR, and goal sections of its official prompts that state goals from a model's answer.
 
 The published pipeline copies the text of an answer, not its meaning, one entry a line
-(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). Three of its effects
-show only in answers of another form. Names of other things are spelt by the rule for names of objects, so
+(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). It does so here, with
+three effects on answers in an unusual form. Names of predicates are spelt by the rule for object names, so
 that ``next_to`` becomes ``next.to``. A bare word in place of a condition is split into letters, so that
 ``["not", "dusty", "bed.n.01_1"]`` becomes ``not d(u, s, t, y)``. A condition stated twice appears twice.
 Entries at which the pipeline stops are left out here.
@@ -38,7 +38,7 @@ _NOTATION = BehaviorGoals()
 
 
 def _format_plan_goals(belief: Belief) -> str:
-    """Return each entry as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
+    """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
     spelling = _map_instances(belief)
     entries = [
         [spelling.get(word, word) for word in _flatten_words(entry)] for entry in _read_entries(belief)
@@ -47,7 +47,7 @@ def _format_plan_goals(belief: Belief) -> str:
 
 
 def _format_subgoal_goals(belief: Belief) -> str:
-    """Return each entry as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
+    """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
     names = _map_instances(belief)
     categories = {obj.category for obj in belief.task.scene.objects}
 
@@ -68,7 +68,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 
 
 def _read_entries(belief: Belief) -> Iterator[object]:
-    """Yield the entries of an answer, states first; none if the answer cannot be read."""
+    """Yield the goals in an answer, states first; none if the answer cannot be read."""
     entries = _NOTATION.entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 
@@ -79,7 +79,7 @@ def _map_instances(belief: Belief) -> Mapping[str, str]:
 
 
 def _unwrap_entry(entry: object) -> object:
-    """Return the entry without lists around a single list."""
+    """Return a goal without the lists that contain only another list."""
     match entry:
         case [[*_] as inner]:
             return _unwrap_entry(inner)
@@ -106,7 +106,7 @@ def _write_object_name(name: str) -> str:
 
 
 def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bool) -> str | None:
-    """Return an entry as a formula, in brackets below a connective, or None if it is not a condition."""
+    """Return a goal as a formula, in brackets below a connective, or None if it is not a condition."""
     match entry:
         case ["not", operand, *_]:
             inner = _format_formula(operand, spelling, nested=True)

@@ -60,7 +60,7 @@ def _format_line(task_id: str, value: object) -> bytes:
 
 
 class _Converter:
-    """Reads the files that all tasks share, and puts tasks together from them."""
+    """Reads the files that tasks share, and makes the stored line of each task."""
 
     def __init__(self, wheel: Bundle, bddl: Bundle) -> None:
         self._wheel = wheel

@@ -1,4 +1,4 @@
-"""Facts about BEHAVIOR's scenes that no published file has: a table of this package, with reasons."""
+"""Load facts about BEHAVIOR's scenes that are in no published file, from a table with reasons."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ A_HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
 def require_not_in_other_hand(hand: _Hand) -> Check:
-    """Return the check that the object is not in the other hand, which would have to release it first."""
+    """Return the check that the other hand does not hold the object."""
     return missing(~hand.other(X), "{x} is in the other hand already")
 
 
@@ -65,7 +65,7 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
 
 
 def add_movement(operator: Operator) -> Operator:
-    """Return the action with an effect: the robot moves to the floor below the last argument, if any."""
+    """Return the action with an additional effect: the robot moves to the floor below its last argument."""
     target = operator.parameters[-1]
     go = Let(F, p.floor_below(target, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
     return replace(operator, effects=(*operator.effects, go))
@@ -101,7 +101,7 @@ def clear_support(obj: Variable) -> tuple[Effect, ...]:
 
 
 def grasp(hand: _Hand) -> Operator:
-    """Return the grasping action of a hand. It lifts the cargo too, except much larger objects."""
+    """Return the grasping action of a hand. Objects on the grasped object come along, unless much larger."""
     checks = (
         affordance(~p.floor(X), "{x} is a floor"),
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
@@ -136,7 +136,7 @@ def release(hand: _Hand) -> Operator:
 
 
 def require_place(hand: _Hand, target: Variable) -> tuple[Check, ...]:
-    """Return the checks of all placing: the hand is not empty, and its object does not carry the target."""
+    """Return the checks of placing actions: the hand holds an object that does not carry the target."""
     return (
         missing(~hand.empty, "that hand holds nothing"),
         missing(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
@@ -152,7 +152,7 @@ NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
 def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
-    """Yield the actions that place the held object, called ``h`` in the effects, elsewhere."""
+    """Yield the actions that put the held object elsewhere. Effects call it ``h``."""
     free, beside = require_place(hand, X), both_ways(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
@@ -185,7 +185,7 @@ def _make_placing_action(
 
 
 def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
-    """Yield the actions that move the contents of the held object; each is called ``c`` in the effects."""
+    """Yield the actions that pour out the contents of the held object. Effects call each content ``c``."""
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
@@ -278,7 +278,7 @@ def slice_() -> Operator:
 
 
 def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
-    """Return effects that replace ``x`` by its halves in all pairs of a relation, on both sides."""
+    """Return effects that replace ``x`` by its halves in all pairs of a relation, first or second."""
     parts = p.part_of(P, X)
     return (
         ForEach(C, label(X, C), (ForEach(P, parts, (Add(label(P, C)),)),)),

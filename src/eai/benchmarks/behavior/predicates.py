@@ -18,7 +18,7 @@ _SUPPORTS = ("lies_in", "lies_on")
 
 
 def make_target_lookup(relation: str) -> LookupFunction:
-    """Return the function that finds all targets of an object under a stored relation."""
+    """Return a function that finds all targets of an object in a stored relation."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         return state.relation(relation).row(arguments[0])
@@ -27,7 +27,7 @@ def make_target_lookup(relation: str) -> LookupFunction:
 
 
 def combine_halves(values: LookupFunction) -> LookupFunction:
-    """Return a lookup for goals: the targets of a sliced object are the common targets of its halves."""
+    """Return a lookup of targets for goals: a sliced object has the targets that both halves have."""
 
     def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
@@ -102,7 +102,7 @@ stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
 
 LOOSE_RELATIONS = (stands_on, stands_under, stands_by)
-"""The relations other than support, in the order of entry of initial facts."""
+"""Relations that are not support, in the order in which initial facts are entered."""
 
 STATES = (
     (cookable, is_cooked),
@@ -115,7 +115,7 @@ STATES = (
     (stainable, is_stained),
     (toggleable, is_toggled_on),
 )
-"""Pairs of an ability and its state."""
+"""Pairs of an ability and the state that it makes possible."""
 
 # Derived.
 part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
@@ -141,13 +141,13 @@ _BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, 
 
 
 def _make_goal_state(name: str, stored: Predicate) -> Defined:
-    """Return a state as goals use it: a sliced object has the state if all its halves do."""
+    """Return a state predicate for goals: a sliced object has the state if all its halves have it."""
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P)))
     return Defined(name, (X,), (stored(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
 def _make_goal_relation(name: str, stored: Predicate | Defined) -> Defined:
-    """Return a relation as goals use it: a sliced object has it if all its halves do."""
+    """Return a relation for goals: a sliced object has the relation if all its halves have it."""
     values = stored.values if isinstance(stored, Defined) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P, Y)))
     seen = (stored(X, Y) & ~halved(X)) | (halved(X) & of_parts)
@@ -162,7 +162,7 @@ STORED = {
     "under": stands_under,
     "nextto": stands_by,
 }
-"""The stored relation of each BDDL relation, in the order of entry of initial facts."""
+"""Stored relation of each BDDL relation, in the order in which initial facts are entered."""
 
 GOAL_RELATIONS = tuple(
     _make_goal_relation(name, within if stored is lies_in else stored) for name, stored in STORED.items()

@@ -38,7 +38,7 @@ _MODEL_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.sa
 """Model categories that actions check."""
 
 RELATIONS = frozenset(p.STORED)
-"""Relations of BDDL; all its other predicates are states of one object."""
+"""Relations of BDDL. All other predicates of BDDL are states of one object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +101,7 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
 def collect_initial_relations(
     record: BehaviorRecord, evidence: UnpublishedFacts
 ) -> tuple[GroundRelation, ...]:
-    """Return the initial relations of objects by name: listed, assumed and added by evidence."""
+    """Return initial relations of objects by name: those of the problem file, assumed ones and evidence."""
     listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
     remaining = tuple(relation for relation in listed if relation[:2] not in removed)
@@ -123,7 +123,7 @@ def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
 def assume_standing_relations(
     record: BehaviorRecord, evidence: UnpublishedFacts
 ) -> tuple[GroundRelation, ...]:
-    """Return relations for furniture without a place in the problem file: it stands on its room's floor."""
+    """Return the relation to the floor for furniture that the problem file places nowhere."""
     stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
     rooms = {fact.arguments[0].name: fact.arguments[1].name for fact in stated}
     floors = {
@@ -139,7 +139,7 @@ def assume_standing_relations(
 
 
 def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
-    """Yield each initial state with the name of its object."""
+    """Yield each state of an object that holds initially, with the object's name."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     for fact in record.problem.initial:
         if len(fact.arguments) == 1:
@@ -174,7 +174,7 @@ class _BehaviorTaskBuilder:
             yield Goal(_classify_goal(formula), formula)
 
     def yield_script(self) -> Iterator[Action]:
-        """Yield the human's plan; a misspelt action keeps its name."""
+        """Yield the plan that a human wrote. A misspelt action keeps its name."""
         for action, objects in self._record.plan:
             yield Action(action, tuple([self._index[name] for name in objects]))
 
@@ -221,5 +221,5 @@ class _BehaviorTaskBuilder:
 
 
 def _classify_goal(formula: Formula) -> GoalKind:
-    """Return the kind of a goal: relation if it contains a relation, else state."""
+    """Return the kind of a goal: a relation if it contains one, or else a state."""
     return GoalKind.STATE if RELATIONS.isdisjoint(predicates_of(formula)) else GoalKind.RELATION

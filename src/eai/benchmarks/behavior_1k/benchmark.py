@@ -1,4 +1,4 @@
-"""BEHAVIOR-1K as a benchmark: prompts list the household's conventions, or test knowledge of them."""
+"""The benchmark BEHAVIOR-1K. Its prompts explain conventions of the household, or test knowledge of them."""
 
 from __future__ import annotations
 

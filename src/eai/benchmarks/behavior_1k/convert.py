@@ -115,9 +115,9 @@ def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, objec
 
 
 def _read_remover(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
-    """Return the manner in which a tool removes each substance, or None if the kind has no conditions.
+    """Return how a tool removes each substance, or None if its kind states no conditions.
 
-    A few abstract kinds have none; they remove substances as a rag does.
+    A few abstract kinds state none; they remove substances as a rag does.
     """
     if not parameters:
         return None
@@ -173,7 +173,7 @@ def _read_rules(files: Bundle) -> dict[str, object]:
 
 
 def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return the product by kind; boiled water, which some rules also need, is left out."""
+    """Return the product of each kind. Boiled water, which some rules need too, is left out."""
     return {
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(
             iter(rule["output_synsets"])

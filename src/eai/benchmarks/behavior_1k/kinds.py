@@ -21,7 +21,7 @@ ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 
 RAG = "rag.n.01"
-"""The kind whose manners of removal serve for abstract kinds without conditions (`convert`)."""
+"""The kind rag, whose ways of removal also apply to abstract kinds without conditions (`convert`)."""
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"
 WASHER, DRYER = "washer.n.03", "clothes_dryer.n.01"

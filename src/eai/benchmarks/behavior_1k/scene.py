@@ -26,7 +26,7 @@ AGENT, ANY_OTHER = "agent", "_*"
 RECIPE = "recipe"
 """Category of the recipes of a scene. Recipes come last, and no answer may name them."""
 GROUND = ("floor", "lawn", "driveway")
-"""Kinds that the agent may stand on."""
+"""Kinds of objects on which the agent may stand."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 _SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
@@ -111,7 +111,7 @@ class _Activity:
 
     @cached_property
     def moved_objects(self) -> frozenset[str]:
-        """Objects that the goal may move elsewhere; chairs also if the goal wants them next to an object."""
+        """Objects that the goal may move. A chair counts also if it must be next to an object."""
         names = {
             name
             for predicate, obj, _ in self._yield_binary_atoms()
@@ -121,7 +121,7 @@ class _Activity:
         return frozenset(name for name in names if self.objects[name] not in GROUND)
 
     def yield_containers(self) -> Iterator[str]:
-        """Yield the kinds of objects with contents, initially or in the goal."""
+        """Yield the kinds of objects that contain something, initially or in the goal."""
         for predicate, names in self.yield_facts():
             if predicate == "inside":
                 yield self.synsets[self.objects[names[1]]]
@@ -206,7 +206,7 @@ class _SceneMaker:
         )
 
     def _add_products(self, wanted: Sequence[str], present: set[str]) -> None:
-        """Add all products on the way to the wanted kinds, and the recipes for them."""
+        """Add everything that must be made to get the wanted kinds, with the recipes."""
         makings = self._kinds.rules.makings
         pending, ways = list(wanted), dict[str, list[k.Making]]()
         while pending:

@@ -1,4 +1,4 @@
-"""VirtualHome as a benchmark: its official prompts, and the expected figures of its records.
+"""The benchmark VirtualHome, its official prompts, and checks of its records against published counts.
 
 For goal interpretation, the data set has a template instead of prompts. The reference prints Python sets into
 it, whose order changes from run to run; here each set has the order of the data set (reference:
@@ -54,7 +54,7 @@ _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items
 
 
 def _format_plan_goals(belief: Belief) -> str:
-    """Return the goals with objects by class and relations of scene graphs; lines of actions stand twice."""
+    """Return goals with objects by class and relations of scene graphs. Action goals appear twice."""
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
     actions = [alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)]
@@ -76,7 +76,7 @@ def _format_plan_goals(belief: Belief) -> str:
 
 
 def _format_subgoal_goals(belief: Belief) -> str:
-    """Return the goals with objects by class and id, and whether actions are required."""
+    """Return goals with objects by class and id, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
     actions = [" or ".join(alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
@@ -208,7 +208,7 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
 
 
 def _find_surroundings(task: Task) -> Iterator[int]:
-    """Yield the rooms and the objects of the annotated plan.
+    """Yield the objects that prompts show around a task's own: rooms, and objects of the annotated plan.
 
     In a pair of tasks, the objects of the plan would reveal which task has a plan.
     """

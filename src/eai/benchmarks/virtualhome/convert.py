@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 
 def _number_value(value: T, numbers: dict[T, int]) -> int:
-    """Return the number of a value, counted from 0 in order of first use; equal values share a number."""
+    """Return a number for a value. Values are counted from 0 in order of first use; equal values share it."""
     return numbers.setdefault(value, len(numbers))
 
 
@@ -166,7 +166,7 @@ class _Encoder:
         return list(chain.from_iterable(numbered))
 
     def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _PlainGraph:
-        """Return the ids and edges that all initial graphs share; an id gets its most frequent record."""
+        """Return the ids and edges that all initial graphs have. An id gets its most frequent record."""
         counts = Counter(record for source in sources for record in source.initial.objects)
         variants = group_pairs((record.id, record) for record in counts)
         shared = [
@@ -237,7 +237,7 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge]) -> set[Edge]:
-    """Return the edges of each ordered group whose order cannot be reached by appending new edges."""
+    """Return edges whose new order cannot come from appending the added edges to the old ones."""
     stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
     return {
         edge
@@ -260,7 +260,7 @@ def _find_relevant_ids(initial: _PlainGraph, final: _PlainGraph) -> tuple[list[i
 
 
 def _find_differences(before: Sequence[T], after: Sequence[T]) -> list[T]:
-    """Return the members of only one sequence: first those of `before`, then those of `after`."""
+    """Return the items that only one sequence has: first items of `before`, then items of `after`."""
     old, new = set(before), set(after)
     return [item for item in before if item not in new] + [item for item in after if item not in old]
 

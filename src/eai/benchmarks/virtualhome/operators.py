@@ -45,7 +45,7 @@ SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to
 OPENABLE = affordance(p.can_open(X) | is_a(X, "desk", "window"), "{x} cannot be opened or closed")
 IS_CLOTHES = affordance(p.clothes(X), "{x} is not clothes")
 
-# Checks that differ from the reference's, or that it lacks.
+# Checks that the reference lacks or makes in another way.
 OPEN_OR_CLOSED = affordance(p.open_(X) | p.closed(X), "{x} is neither open nor closed: it has no such state")
 ON_OR_OFF = affordance(p.on(X) | p.off(X), "{x} is neither on nor off: it has no such state")
 PLUGGED_IN_OR_OUT = affordance(
@@ -59,7 +59,7 @@ NOT_SEATED_ELSEWHERE = missing(~p.sitting(AGENT), "the character sits already, b
 NOT_IN_BED_ELSEWHERE = missing(~p.lying(AGENT), "the character lies already, but not on {x}")
 
 AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
-"""Worn, a body part, or near: FIND does not walk to such an object."""
+"""Condition that an object is worn, a body part, or near. FIND does not walk to such an object."""
 
 
 def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
@@ -164,14 +164,14 @@ ORIGINS = (
     (p.taken_from_inside, p.lies_in, p.inside),
     (p.taken_from_next_to, p.lies_next_to, p.next_to),
 )
-"""For each kind of origin: the memory predicate, the lookup of the origin, and the relation to restore."""
+"""For each relation to a former place: the memory predicate, the lookup of the place, and the relation."""
 
 
 KEEP_CONTENTS = (
     ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
     ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
 )
-"""Effects on the contents of a grabbed object: objects in it, and grabbable objects on it, stay there."""
+"""Effects of grabbing on contents: objects in the grabbed object, and grabbable objects on it, stay there."""
 
 
 def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:

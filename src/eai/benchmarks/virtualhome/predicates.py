@@ -28,7 +28,7 @@ BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
 """Number of objects that fit where one lies, by class; 1 for other classes (reference: ``LieExecutor``)."""
 
 ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
-"""Relations that define the origin of a grabbed object; the first that holds decides."""
+"""Relations that define the origin of a grabbed object. The first relation that holds decides."""
 
 
 def object_id(state: State, index: int) -> int:
@@ -74,7 +74,7 @@ def find_targets(state: State, predicate: str, source: int, candidates: int) -> 
 
 
 def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> LookupFunction:
-    """Return the lookup of an object's origins if the relation ``ORIGIN_RELATIONS[position]`` decides.
+    """Return a function that finds the origins of an object in one relation of `ORIGIN_RELATIONS`.
 
     Only the first relation that holds decides, so at most one of the three lookups yields objects. Rooms are
     no origins (reference: ``_find_first_node_from``).
@@ -205,7 +205,7 @@ somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _make_origin_predicate(position: int, name: str) -> Lookup:
-    """Return the lookup of an object's origins by one relation, if no earlier relation holds."""
+    """Return the predicate of an object's origins in one relation, if no earlier relation holds."""
     *earlier, relation = (ontop, inside, next_to)[: position + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))

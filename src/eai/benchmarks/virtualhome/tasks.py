@@ -166,7 +166,7 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 @cache
 def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
-    """Return the slots of labels in only one of the two sets."""
+    """Return the slots of the labels that only one of the two sets has."""
     return [_UNARY[name] for name in before ^ after]
 
 
