@@ -25,14 +25,14 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.gold_answers import open_planned_book
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.scenes.camera import Camera, View
+from eai.extensions.scenes.camera import Camera, CameraView
 from eai.extensions.scenes.scene import BodyScene
 from eai.planning.search import Limits
 from eai.results.rate import Rate
 from eai.studies.perception.belief import apply_scene_graphs, scene_words
 from eai.studies.perception.scene_graph import SceneGraph, graph_of
 
-VIEWS: tuple[View, ...] = ("head", "near")
+VIEWS: tuple[CameraView, ...] = ("head", "near")
 LEAST = 12
 """Minimum number of visible pixels of an object that counts as seen."""
 
@@ -113,11 +113,13 @@ def seen_of(scene: BodyScene, suite: Suite) -> Seen:
         pixels = Counter(int(i) for view in VIEWS for i in camera.objects(view).ravel())
     task, words = scene.task, scene_words(suite.benchmark)
     names = words.names(task)
-    seen = {names[i] for i in scene.told.bodies if pixels[i] >= LEAST}
-    known = seen | {names[i] for i in scene.told.floors}
+    seen = {names[i] for i in scene.locations.bodies if pixels[i] >= LEAST}
+    known = seen | {names[i] for i in scene.locations.floors}
     described = words.describe(task)
     facts = [fact for fact in described.facts if known.issuperset(fact.arguments)]
-    return Seen(graph_of(described.objects, facts), len(scene.told.bodies), len(seen), len(described.facts))
+    return Seen(
+        graph_of(described.objects, facts), len(scene.locations.bodies), len(seen), len(described.facts)
+    )
 
 
 def told(suite: Suite, seen: Mapping[str, Seen]) -> None:

@@ -12,7 +12,7 @@ from PIL import Image
 from eai.base.errors import EaiError
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.extensions.scenes.camera import Camera
-from eai.extensions.scenes.pictures import film, photographs, places
+from eai.extensions.scenes.pictures import locate_objects, render_film, render_pictures
 from eai.extensions.scenes.scene import BodyScene
 from eai.world.state import Scene
 from extensions.scenes import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
@@ -80,7 +80,7 @@ def test_what_alone_is_there_may_be_held(camera: Camera) -> None:
 
 def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:
     task, views = task_of(kitchen()), ("near", "top")
-    found = places(task, views)
+    found = locate_objects(task, views)
     assert {PLATE, COUNTER} <= set(found)
     assert SCENE.index["milk_7"] not in found
     with Camera(BodyScene(task)) as whole:
@@ -90,8 +90,8 @@ def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:
 
 def test_pictures_are_files(camera: Camera) -> None:
     task = task_of(kitchen())
-    plain, numbered = (photographs(task, ("near",), numbered=each)[0] for each in (False, True))
+    plain, numbered = (render_pictures(task, ("near",), numbered=each)[0] for each in (False, True))
     assert Image.open(io.BytesIO(plain)).size == (640, 480)
     assert plain != numbered
-    moving = Image.open(io.BytesIO(film(task, [kitchen(), kitchen(["is_dusty(basket_4)"])])))
+    moving = Image.open(io.BytesIO(render_film(task, [kitchen(), kitchen(["is_dusty(basket_4)"])])))
     assert (moving.format, getattr(moving, "n_frames", 1)) == ("GIF", 2)

@@ -39,7 +39,7 @@ def test_pictures_of_bodies_and_films_are_written(eai: Command, data_store: Stor
     endings = ("_head.png", "_near.png", "_top.png", ".gif", ".json")
     assert {path.name for path in tmp_path.iterdir()} == {f"{JARS}{end}" for end in endings}
     refused = eai(*command[:3], "virtualhome", "--tasks", "27_2", "--format", "rendered", "--out", tmp_path)
-    assert (refused.status, refused.err[:16]) == (2, "eai: no bodies: ")
+    assert (refused.status, refused.err[:26]) == (2, "eai: cannot build a scene:")
 
 
 def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: Store, tmp_path: Path) -> None:

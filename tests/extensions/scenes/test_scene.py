@@ -25,14 +25,14 @@ def scene() -> BodyScene:
 
 
 def test_all_facts_hold_and_others_do_not(scene: BodyScene) -> None:
-    assert scene.lost() == []
-    assert geometry.inside(scene, MILK, FRIDGE)
-    assert geometry.inside(scene, APPLE, BASKET)
-    assert geometry.on_top(scene, PLATE, COUNTER)
-    assert not geometry.on_top(scene, APPLE, COUNTER)
-    assert not geometry.inside(scene, PLATE, FRIDGE)
-    assert not geometry.under(scene, PLATE, TABLE)
-    assert not geometry.next_to(scene, PLATE, APPLE)
+    assert scene.list_broken_relations() == []
+    assert geometry.is_inside(scene, MILK, FRIDGE)
+    assert geometry.is_inside(scene, APPLE, BASKET)
+    assert geometry.is_on_top(scene, PLATE, COUNTER)
+    assert not geometry.is_on_top(scene, APPLE, COUNTER)
+    assert not geometry.is_inside(scene, PLATE, FRIDGE)
+    assert not geometry.is_under(scene, PLATE, TABLE)
+    assert not geometry.is_next_to(scene, PLATE, APPLE)
 
 
 def test_a_fact_that_is_broken_is_found() -> None:
@@ -40,7 +40,7 @@ def test_a_fact_that_is_broken_is_found() -> None:
     place = scene.data.xpos[scene.bodies[COUNTER]].tolist()
     scene.model.body_pos[scene.bodies[FRIDGE]] = (9.0, 9.0, 1.0)
     scene.mujoco.mj_forward(scene.model, scene.data)
-    lost = {(SCENE.objects[a].name, relation) for a, relation, _ in scene.lost()}
+    lost = {(SCENE.objects[a].name, relation) for a, relation, _ in scene.list_broken_relations()}
     assert lost == {("milk_7", "lies_in"), ("fridge_2", "on the floor of")}
     assert scene.data.xpos[scene.bodies[COUNTER]].tolist() == place
 
@@ -75,7 +75,7 @@ def test_what_finds_no_place_is_refused_with_a_reason_but_shown_later() -> None:
         BodyScene(task_of(full))
     scene = BodyScene(task_of(kitchen()))
     scene.show(full)
-    assert scene.told.carrier(FRIDGE) == ("lies_in", BASKET)
+    assert scene.locations.find_carrier(FRIDGE) == ("lies_in", BASKET)
 
 
 def test_a_thing_without_a_body_is_refused() -> None:
@@ -100,9 +100,9 @@ def test_what_is_yet_to_be_made_is_not_there() -> None:
     facts = ["floor(floor_1)", "present(floor_1)", "present(table_1)", "lies_on(bowl_1, table_1)"]
     scene = BodyScene(task_of(Scene(VOCABULARY, names).state([*facts, "lies_on(table_1, floor_1)"])))
     assert p.present.name in {each.name for each in VOCABULARY.predicates}
-    assert sorted(scene.told.bodies) == [1, 2]
-    assert geometry.on_top(scene, 2, 1)
-    assert scene.told.floor_of[1] == 0
+    assert sorted(scene.locations.bodies) == [1, 2]
+    assert geometry.is_on_top(scene, 2, 1)
+    assert scene.locations.floor_of[1] == 0
 
 
 def refusals(tasks: BehaviorTasks, step: int) -> list[str]:

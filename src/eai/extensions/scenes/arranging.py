@@ -12,113 +12,132 @@ import numpy as np
 
 from eai.base.errors import InputError
 from eai.extensions.scenes.body import Body, Box
-from eai.extensions.scenes.placing import Placing, Pose, turned
-from eai.extensions.scenes.told import BESIDE, INSIDE, UNDER, Told
+from eai.extensions.scenes.locations import BESIDE, INSIDE, UNDER, ObjectLocations
+from eai.extensions.scenes.placing import Placer, Pose, make_turn
 
-HEIGHT = 2.6
+WALL_HEIGHT = 2.6
 """Height of walls in metres."""
 
-_GAP = 0.3
+_FURNITURE_GAP = 0.3
 """Gap between pieces of furniture along a wall in metres, in which doors can swing."""
 
-_BETWEEN = 0.35
+_ROOM_DISTANCE = 0.35
 """Distance between the walls of neighbouring rooms in metres."""
 
-_HIGH, _SILL = 1.42, 0.9
+_WALL_CABINET_HEIGHT, _WINDOW_HEIGHT = 1.42, 0.9
 """Heights in metres of the lower edges of wall cabinets and windows."""
 
 
-def arranged(told: Told, names: Sequence[str], seed: str) -> tuple[Placing, Mapping[int, Box]]:
+def arrange_objects(
+    locations: ObjectLocations, names: Sequence[str], seed: str
+) -> tuple[Placer, Mapping[int, Box]]:
     """Return poses of all objects of a state, and the boxes of rooms. Random draws depend on the seed.
 
     Raises:
         InputError: the state has no floor, or an object does not fit where the state puts it.
     """
-    if not told.floors:
+    if not locations.floors:
         raise InputError("cannot build a room: the state has no floor")
-    joined = _joined(told)
-    floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *told.floors))
-    boxes, furniture = _furnished(told.bodies, {floor: _furniture(told, floor) for floor in floors}, joined)
-    placing = Placing(told, names, seed)
+    joined = _find_shared_object(locations)
+    floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
+    boxes, furniture = _furnish_rooms(
+        locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
+    )
+    placing = Placer(locations, names, seed)
     for thing, pose in furniture.items():
         placing.put(thing, pose)
     placing.furniture = frozenset(furniture)
-    place_rest(placing, told, boxes)
+    place_rest(placing, locations, boxes)
     return placing, boxes
 
 
-def place_rest(placing: Placing, told: Told, boxes: Mapping[int, Box], *, crowded: bool = False) -> None:
+def place_rest(
+    placing: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], *, crowded: bool = False
+) -> None:
     """Place the objects that have no pose yet: supports before their contents, large before small.
 
     Args:
         placing: the bodies, some of which have a pose.
-        told: the locations of objects by a state.
+        locations: the locations of objects by a state.
         boxes: the box of each room.
         crowded: whether an object that does not fit overlaps others instead of raising an error.
 
     Raises:
         InputError: an object does not fit where the state puts it.
     """
-    waiting = [i for i in told.bodies if i not in placing.poses and not told.is_held(i)]
-    for thing in sorted(waiting, key=lambda i: (told.depth(i), -_volume(told, i), i)):
+    waiting = [i for i in locations.bodies if i not in placing.poses and not locations.is_held(i)]
+    for thing in sorted(
+        waiting, key=lambda i: (locations.count_carriers(i), -_compute_volume(locations, i), i)
+    ):
         try:
-            pose = _pose(placing, told, boxes, thing)
+            pose = _find_pose(placing, locations, boxes, thing)
         except InputError:
             if not crowded:
                 raise
-            pose = _amid(placing, told, boxes, thing)
+            pose = _find_crowded_pose(placing, locations, boxes, thing)
         placing.put(thing, pose)
 
 
-def _joined(told: Told) -> dict[int, tuple[int, int]]:
+def _find_shared_object(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return an object that stands over an object of another room, with its own floor, then the other."""
-    rooms = [(roof, (told.room_of(roof), told.room_of(thing))) for thing, roof in told.relations[UNDER]]
+    rooms = [
+        (roof, (locations.find_room(roof), locations.find_room(thing)))
+        for thing, roof in locations.relations[UNDER]
+    ]
     return dict([(roof, floors) for roof, floors in rooms if floors[0] != floors[1]][:1])
 
 
-def _furniture(told: Told, floor: int) -> list[int]:
+def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
     """Return the furniture of a room: objects that nothing carries and that never move."""
-    held = set(told.hands.values())
+    held = set(locations.hands.values())
     return [
         i
-        for i, body in told.bodies.items()
+        for i, body in locations.bodies.items()
         if body.stand != "free"
-        and told.carrier(i) is None
+        and locations.find_carrier(i) is None
         and i not in held
-        and told.room_of(i) == floor
-        and not (body.stand == "middle" and _is_beside(told, i))
+        and locations.find_room(i) == floor
+        and not (body.stand == "middle" and _is_beside(locations, i))
     ]
 
 
-def _is_beside(told: Told, thing: int) -> bool:
+def _is_beside(locations: ObjectLocations, thing: int) -> bool:
     """Whether an object stands next to furniture that is placed earlier."""
-    others = [second for first, second in told.relations[BESIDE] if first == thing and second in told.bodies]
-    stands = {other: told.bodies[other].stand for other in others}
+    others = [
+        second
+        for first, second in locations.relations[BESIDE]
+        if first == thing and second in locations.bodies
+    ]
+    stands = {other: locations.bodies[other].stand for other in others}
     return any(
         stand not in ("free", "middle") or (stand == "middle" and i < thing) for i, stand in stands.items()
     )
 
 
-def _pose(placing: Placing, told: Told, boxes: Mapping[int, Box], thing: int) -> Pose:
+def _find_pose(placing: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int) -> Pose:
     """Return a free pose that satisfies the relations of an object."""
-    carrier = told.carrier(thing)
-    beside = [b for a, b in told.relations[BESIDE] if a == thing and b in placing.poses]
+    carrier = locations.find_carrier(thing)
+    beside = [b for a, b in locations.relations[BESIDE] if a == thing and b in placing.poses]
     if carrier is not None:
         relation, other = carrier
-        near = next((each for each in beside if told.carrier(each) == carrier), None)
-        return placing.inside(thing, other) if relation == INSIDE else placing.on(thing, other, near)
-    room = boxes[told.room_of(thing)]
-    roofs = [b for a, b in told.relations[UNDER] if a == thing and b in placing.poses]
+        near = next((neighbour for neighbour in beside if locations.find_carrier(neighbour) == carrier), None)
+        return (
+            placing.place_inside(thing, other) if relation == INSIDE else placing.place_on(thing, other, near)
+        )
+    room = boxes[locations.find_room(thing)]
+    roofs = [b for a, b in locations.relations[UNDER] if a == thing and b in placing.poses]
     if roofs:
-        return placing.below(thing, roofs[0], room)
-    return placing.beside(thing, beside[0], room) if beside else placing.on_floor(thing, room)
+        return placing.place_below(thing, roofs[0], room)
+    return placing.place_beside(thing, beside[0], room) if beside else placing.place_on_floor(thing, room)
 
 
-def _amid(placing: Placing, told: Told, boxes: Mapping[int, Box], thing: int) -> Pose:
+def _find_crowded_pose(
+    placing: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
+) -> Pose:
     """Return the pose in the middle of the area to which an object belongs."""
-    carrier, height = told.carrier(thing), told.bodies[thing].size[2]
+    carrier, height = locations.find_carrier(thing), locations.bodies[thing].size[2]
     if carrier is None:
-        x, y, _ = boxes[told.room_of(thing)].mean(0)
+        x, y, _ = boxes[locations.find_room(thing)].mean(0)
         return Pose((x, y, height / 2))
     relation, other = carrier
     body = placing.bodies[other]
@@ -128,13 +147,13 @@ def _amid(placing: Placing, told: Told, boxes: Mapping[int, Box], thing: int) ->
     return Pose((x, y, area[0, 2] + height / 2))
 
 
-def _volume(told: Told, thing: int) -> float:
-    width, depth, height = told.bodies[thing].size
+def _compute_volume(locations: ObjectLocations, thing: int) -> float:
+    width, depth, height = locations.bodies[thing].size
     return width * depth * height
 
 
 @dataclass(slots=True)
-class _Plan:
+class _RoomPlan:
     """A room that is being furnished. Its left front corner is the origin; y grows to the back."""
 
     bodies: Mapping[int, Body]
@@ -147,7 +166,7 @@ class _Plan:
         self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarters)
 
 
-def _furnished(
+def _furnish_rooms(
     bodies: Mapping[int, Body], rooms: Mapping[int, Sequence[int]], joined: Mapping[int, tuple[int, int]]
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
     """Return the boxes of rooms that stand side by side, and the poses of their furniture.
@@ -162,31 +181,33 @@ def _furnished(
     poses: dict[int, Pose] = {}
     left = 0.0
     for floor, things in rooms.items():
-        plan = _plan({thing: bodies[thing] for thing in things})
-        boxes[floor] = np.array([[left, 0.0, 0.0], [left + plan.width, plan.depth, HEIGHT]])
+        plan = _furnish_room({thing: bodies[thing] for thing in things})
+        boxes[floor] = np.array([[left, 0.0, 0.0], [left + plan.width, plan.depth, WALL_HEIGHT]])
         for thing, (x, y, z, quarters) in plan.poses.items():
-            poses[thing] = Pose((left + x, y, z), turned(quarters))
-        left += plan.width + (0.0 if floor in [first for first, _ in joined.values()] else _BETWEEN)
+            poses[thing] = Pose((left + x, y, z), make_turn(quarters))
+        left += plan.width + (0.0 if floor in [first for first, _ in joined.values()] else _ROOM_DISTANCE)
     for thing, (floor, _) in joined.items():
         poses[thing] = Pose((float(boxes[floor][1, 0]) - 0.02, 1.2, bodies[thing].size[2] / 2))
     return boxes, poses
 
 
-def _plan(bodies: Mapping[int, Body]) -> _Plan:
-    standing = {stand: [i for i, body in bodies.items() if body.stand == stand] for stand in _ORDER}
+def _furnish_room(bodies: Mapping[int, Body]) -> _RoomPlan:
+    standing = {stand: [i for i, body in bodies.items() if body.stand == stand] for stand in _STANDS}
     wall = sorted(standing["wall"], key=lambda i: (-bodies[i].size[2], i))
-    tall = sum([bodies[i].size[0] + _GAP for i in wall if bodies[i].size[2] > _HIGH])
-    hung = sum([bodies[i].size[0] + _GAP for i in standing["high"]])
-    along = sum([bodies[i].size[0] + _GAP for i in wall])
-    rows = _rows(bodies, standing["middle"], max(4.0, min(along + 0.4, 6.5), tall + hung + 0.4) - 0.8)
+    tall = sum([bodies[i].size[0] + _FURNITURE_GAP for i in wall if bodies[i].size[2] > _WALL_CABINET_HEIGHT])
+    hung = sum([bodies[i].size[0] + _FURNITURE_GAP for i in standing["high"]])
+    along = sum([bodies[i].size[0] + _FURNITURE_GAP for i in wall])
+    rows = _split_rows(bodies, standing["middle"], max(4.0, min(along + 0.4, 6.5), tall + hung + 0.4) - 0.8)
     widest = max([sum([bodies[i].size[0] + 0.7 for i in row]) for row in rows], default=0.0)
     width = max(4.0, min(along + 0.4, 6.5), tall + hung + 0.4, widest + 0.4)
     back = max([bodies[i].size[1] for i in wall], default=0.4)
-    besides = max(sum([bodies[i].size[0] + _GAP for i in standing[stand]]) for stand in ("door", "window"))
+    besides = max(
+        sum([bodies[i].size[0] + _FURNITURE_GAP for i in standing[stand]]) for stand in ("door", "window")
+    )
     sides = max(0.0, along + 0.4 - width) / 2 + besides
     deep = [max([bodies[i].size[1] for i in row]) + 0.6 for row in rows]
     depth = max(3.6, back + sum(deep) + 2.0, back + sides + 1.6)
-    plan = _Plan(bodies, width, depth)
+    plan = _RoomPlan(bodies, width, depth)
     _line_walls(plan, wall, standing)
     y = depth - back - 0.6
     for row in rows:
@@ -195,10 +216,10 @@ def _plan(bodies: Mapping[int, Body]) -> _Plan:
     return plan
 
 
-_ORDER = ("wall", "high", "door", "window", "middle", "free")
+_STANDS = ("wall", "high", "door", "window", "middle", "free")
 
 
-def _rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> list[list[int]]:
+def _split_rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> list[list[int]]:
     """Split objects into rows that are at most so wide. An object that is wider gets its own row."""
     rows: list[list[int]] = []
     left = 0.0
@@ -212,7 +233,7 @@ def _rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> li
     return rows
 
 
-def _put_row(plan: _Plan, row: Sequence[int], y: float) -> None:
+def _put_row(plan: _RoomPlan, row: Sequence[int], y: float) -> None:
     """Put objects side by side, centred in the room."""
     sizes = [plan.bodies[thing].size for thing in row]
     x = plan.width / 2 - (sum([size[0] for size in sizes]) + 0.7 * (len(row) - 1)) / 2
@@ -221,7 +242,7 @@ def _put_row(plan: _Plan, row: Sequence[int], y: float) -> None:
         x += width + 0.7
 
 
-def _line_walls(plan: _Plan, wall: Sequence[int], standing: Mapping[str, Sequence[int]]) -> None:
+def _line_walls(plan: _RoomPlan, wall: Sequence[int], standing: Mapping[str, Sequence[int]]) -> None:
     """Put furniture along the back wall, then along the side walls. Doors are left, windows right."""
     bodies, x = plan.bodies, 0.2
     back = max([bodies[i].size[1] for i in wall], default=0.4)
@@ -230,24 +251,26 @@ def _line_walls(plan: _Plan, wall: Sequence[int], standing: Mapping[str, Sequenc
         width, depth, _ = bodies[thing].size
         if x + width <= plan.width - 0.15:
             plan.put(thing, x + width / 2, plan.depth - depth / 2 - 0.01, 0)
-            x += width + _GAP
+            x += width + _FURNITURE_GAP
             continue
         quarters = 1 if side[1] >= side[3] else 3
         _put_aside(plan, thing, quarters, side)
     x = plan.width - 0.2
     for thing in standing["high"]:
         width, depth, _ = bodies[thing].size
-        plan.put(thing, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _HIGH)
-        x -= width + _GAP
+        plan.put(thing, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _WALL_CABINET_HEIGHT)
+        x -= width + _FURNITURE_GAP
     for thing in standing["door"]:
         _put_aside(plan, thing, 1, side)
     for thing in standing["window"]:
-        _put_aside(plan, thing, 3, side, _SILL)
+        _put_aside(plan, thing, 3, side, _WINDOW_HEIGHT)
 
 
-def _put_aside(plan: _Plan, thing: int, quarters: int, side: dict[int, float], above: float = 0.0) -> None:
+def _put_aside(
+    plan: _RoomPlan, thing: int, quarters: int, side: dict[int, float], above: float = 0.0
+) -> None:
     """Put an object with its back to the left wall (1 quarter turn) or the right wall (3)."""
     width, depth, _ = plan.bodies[thing].size
     x = depth / 2 + 0.01 if quarters == 1 else plan.width - depth / 2 - 0.01
     plan.put(thing, x, side[quarters] - width / 2, quarters, above)
-    side[quarters] -= width + _GAP
+    side[quarters] -= width + _FURNITURE_GAP

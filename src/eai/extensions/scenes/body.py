@@ -22,7 +22,7 @@ Array: TypeAlias = "np.ndarray[Any, np.dtype[np.float64]]"
 Box: TypeAlias = Array
 """An axis-aligned box in metres, as two rows of three numbers: the low corner and the high corner."""
 
-HALF = "half_"
+HALF_PREFIX = "half_"
 """Prefix of the categories of halves of objects."""
 
 _SHADES = {"own": 1.0, "light": 1.25, "dark": 0.72, "deep": 0.5}
@@ -31,7 +31,7 @@ _NUMBER = re.compile(r"(_part)?[._]\d+$")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class BodyPart:
     """A part of a body.
 
     Attributes:
@@ -67,7 +67,7 @@ class Body:
     """
 
     size: Vector
-    parts: tuple[Part, ...]
+    parts: tuple[BodyPart, ...]
     stand: str = "free"
     tops: tuple[Box, ...] = ()
     spaces: tuple[Box, ...] = ()
@@ -75,28 +75,28 @@ class Body:
     slack: float = 0.0
 
 
-def kind_of(name: str, category: str) -> str:
+def find_kind(name: str, category: str) -> str:
     """Return the kind of an object, from its name without a number or else from its category.
 
     If the whole name is no kind, its first word counts, then its last: ``bottle`` of ``olive_oil__bottle``.
     """
-    kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF) else category
+    kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF_PREFIX) else category
     words = kind.split("__")
-    known = (word for word in (kind, words[0], words[-1]) if body_of(word) is not None)
+    known = (word for word in (kind, words[0], words[-1]) if find_body(word) is not None)
     return next(known, category.partition(".")[0])
 
 
 @cache
-def body_of(kind: str) -> Body | None:
+def find_body(kind: str) -> Body | None:
     """Return the body of a kind of object or of half an object; None if the table lacks the kind."""
-    if kind.startswith(HALF):
-        whole = body_of(kind.removeprefix(HALF))
-        return None if whole is None else _half(whole)
-    known = kinds().get(kind)
-    return None if known is None else _made(_families()[known.family], known)
+    if kind.startswith(HALF_PREFIX):
+        whole = find_body(kind.removeprefix(HALF_PREFIX))
+        return None if whole is None else _halve_body(whole)
+    known = read_kinds().get(kind)
+    return None if known is None else _make_body(_read_families()[known.family], known)
 
 
-class _Kind(NamedTuple):
+class _BodyKind(NamedTuple):
     """A line of the table of kinds: the family of shapes, the size in metres and the colour."""
 
     family: str
@@ -105,36 +105,38 @@ class _Kind(NamedTuple):
 
 
 @cache
-def kinds() -> Mapping[str, _Kind]:
+def read_kinds() -> Mapping[str, _BodyKind]:
     """Return the size, colour and family of shapes of each kind of object."""
-    found: dict[str, _Kind] = {}
+    table: dict[str, _BodyKind] = {}
     for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             kind, family, width, depth, height, colour, _ = line.split()
-            found[kind] = _Kind(family, (float(width), float(depth), float(height)), _rgb(colour))
-    return found
+            table[kind] = _BodyKind(
+                family, (float(width), float(depth), float(height)), _read_hex_colour(colour)
+            )
+    return table
 
 
 @cache
-def _families() -> Mapping[str, Any]:
+def _read_families() -> Mapping[str, Any]:
     """Return the families of shapes as they stand in the file, with the table `[colours]`."""
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 
-def _made(family: Mapping[str, Any], kind: _Kind) -> Body:
+def _make_body(family: Mapping[str, Any], kind: _BodyKind) -> Body:
     size = kind.size
     return Body(
         size,
-        tuple([part for line in family["parts"] for part in _parts(line, kind)]),
+        tuple([part for line in family["parts"] for part in _read_parts(line, kind)]),
         family.get("stand", "free"),
-        tuple([_flat(line, size) for line in family.get("tops", ())]),
-        tuple([_box(line.split(), size) for line in family.get("spaces", ())]),
-        (_box(family["below"].split(), size),) if "below" in family else (),
+        tuple([_read_flat_box(line, size) for line in family.get("tops", ())]),
+        tuple([_read_box(line.split(), size) for line in family.get("spaces", ())]),
+        (_read_box(family["below"].split(), size),) if "below" in family else (),
         float(family.get("slack", 1.0)),
     )
 
 
-def _half(whole: Body) -> Body:
+def _halve_body(whole: Body) -> Body:
     """Return the left half of a body. The cut on its right is pale."""
     width, depth, height = whole.size
     half = np.array([width / 2, depth, height])
@@ -145,16 +147,16 @@ def _half(whole: Body) -> Body:
         [[half[0] / 2, -0.4 * depth, -0.4 * height], [half[0] / 2 + 0.004, 0.4 * depth, 0.4 * height]]
     )
     parts = (
-        Part(form, np.array([-half / 2, half / 2]), 0.0, colour),
-        Part(form, cut, 0.0, (red, green, blue), is_solid=False),
+        BodyPart(form, np.array([-half / 2, half / 2]), 0.0, colour),
+        BodyPart(form, cut, 0.0, (red, green, blue), is_solid=False),
     )
     return Body((width / 2, depth, height), parts)
 
 
-def _parts(line: str, kind: _Kind) -> Iterator[Part]:
+def _read_parts(line: str, kind: _BodyKind) -> Iterator[BodyPart]:
     """Return the parts that one line of a family of shapes describes."""
     form, *rest = line.split()
-    part = Part(form, _box(rest[:6], kind.size), 0.0, kind.colour)
+    part = BodyPart(form, _read_box(rest[:6], kind.size), 0.0, kind.colour)
     copies = ""
     for word in rest[6:]:
         if word == "ghost":
@@ -166,59 +168,59 @@ def _parts(line: str, kind: _Kind) -> Iterator[Part]:
         elif word.startswith(("mirror-", "ring-")):
             copies = word
         else:
-            part = replace(part, colour=_colour(word, kind.colour))
-    yield from _copies(part, copies)
+            part = replace(part, colour=_read_colour(word, kind.colour))
+    yield from _copy_part(part, copies)
 
 
-def _copies(part: Part, word: str) -> Iterator[Part]:
+def _copy_part(part: BodyPart, word: str) -> Iterator[BodyPart]:
     """Return a part with its mirror images, or a ring of copies."""
     if word.startswith("ring-"):
         number = int(word.removeprefix("ring-"))
-        yield from [_turned(part, 2 * math.pi * i / number) for i in range(number)]
+        yield from [_rotate_part(part, 2 * math.pi * i / number) for i in range(number)]
         return
-    found = [part]
+    parts = [part]
     for axis, letter in enumerate("xy"):
         if word.startswith("mirror-") and letter in word.removeprefix("mirror-"):
-            found += [_mirrored(each, axis) for each in found]
-    yield from found
+            parts += [_mirror_part(original, axis) for original in parts]
+    yield from parts
 
 
-def rotated(at: Array, angle: float) -> Array:
+def rotate_point(at: Array, angle: float) -> Array:
     """Return a point rotated about the upright axis, by an angle in radians."""
     x, y, z = at
     return np.array([x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z])
 
 
-def _turned(part: Part, angle: float) -> Part:
+def _rotate_part(part: BodyPart, angle: float) -> BodyPart:
     """Return a part rotated about the upright axis of its body, by an angle in radians."""
     middle = part.box.mean(0)
-    return replace(part, box=part.box - middle + rotated(middle, angle), turn=part.turn + angle)
+    return replace(part, box=part.box - middle + rotate_point(middle, angle), turn=part.turn + angle)
 
 
-def _mirrored(part: Part, axis: int) -> Part:
+def _mirror_part(part: BodyPart, axis: int) -> BodyPart:
     box = part.box.copy()
     box[:, axis] = -box[::-1, axis]
     return replace(part, box=box, turn=-part.turn)
 
 
-def _box(fractions: Sequence[str], size: Vector) -> Box:
+def _read_box(fractions: Sequence[str], size: Vector) -> Box:
     """Return a box relative to the middle of a body, from six shares of the size of the body."""
     box: Box = (np.array(fractions, dtype=float).reshape(3, 2).T - 0.5) * size
     return box
 
 
-def _flat(line: str, size: Vector) -> Box:
+def _read_flat_box(line: str, size: Vector) -> Box:
     fractions = line.split()
-    return _box([*fractions, fractions[-1]], size)
+    return _read_box([*fractions, fractions[-1]], size)
 
 
-def _colour(word: str, own: Vector) -> Vector:
+def _read_colour(word: str, own: Vector) -> Vector:
     if word in _SHADES:
         red, green, blue = (min(1.0, share * _SHADES[word]) for share in own)
         return (red, green, blue)
-    return _rgb(_families()["colours"].get(word, word.removeprefix("#")))
+    return _read_hex_colour(_read_families()["colours"].get(word, word.removeprefix("#")))
 
 
-def _rgb(digits: str) -> Vector:
+def _read_hex_colour(digits: str) -> Vector:
     red, green, blue = (int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4))
     return (red, green, blue)

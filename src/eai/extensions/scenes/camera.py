@@ -12,31 +12,31 @@ import numpy as np
 
 from eai.base.errors import EaiError
 from eai.extensions.scenes.body import Array, Box, Vector
-from eai.extensions.scenes.geometry import around
+from eai.extensions.scenes.geometry import bounding_box
 from eai.extensions.scenes.placing import Pose
 from eai.extensions.scenes.scene import BodyScene
 
 if TYPE_CHECKING:
-    from eai.extensions.scenes.told import Told
+    from eai.extensions.scenes.locations import ObjectLocations
 
-SIZE = (640, 480)
+PICTURE_SIZE = (640, 480)
 """Width and height of a picture in pixels."""
 
-View: TypeAlias = Literal["head", "near", "top"]
+CameraView: TypeAlias = Literal["head", "near", "top"]
 """Viewpoint of a camera: the robot's head, near the objects of the task, or above the rooms."""
 
-_NEEDED = "rendered pictures need EGL (MUJOCO_GL=egl; on Debian: apt install libegl1 libgl1-mesa-dri)"
-_EYES = 1.6
+_EGL_ERROR = "rendered pictures need EGL (MUJOCO_GL=egl; on Debian: apt install libegl1 libgl1-mesa-dri)"
+_EYE_HEIGHT = 1.6
 """Height of the robot's eyes in metres."""
 
-_FARTHEST = 9.0
+_MAX_DISTANCE = 9.0
 """Distance in metres at which a camera stops moving back, even if objects are outside the picture."""
 
-_HANDS = {0: -0.22, 1: 0.22}
+_HAND_OFFSETS = {0: -0.22, 1: 0.22}
 """Horizontal offsets of the left and the right hand from the middle of the view."""
 
 
-class _Sight(NamedTuple):
+class _Viewpoint(NamedTuple):
     """A viewpoint: location of the eye, target, and vertical field of view in degrees."""
 
     eye: Vector
@@ -68,31 +68,33 @@ class Camera:
         EaiError: EGL is missing. The message says what to install.
     """
 
-    def __init__(self, scene: BodyScene, size: tuple[int, int] = SIZE, *, shadows: bool = True) -> None:
+    def __init__(
+        self, scene: BodyScene, size: tuple[int, int] = PICTURE_SIZE, *, shadows: bool = True
+    ) -> None:
         self.scene, self._mujoco = scene, scene.mujoco
         self._shadows = shadows
         try:
             self._renderer = self._mujoco.Renderer(scene.model, size[1], size[0])
         except Exception as error:  # of MuJoCo, of OpenGL, or because EGL is missing
-            raise EaiError(f"{_NEEDED}: {error}") from error
+            raise EaiError(f"{_EGL_ERROR}: {error}") from error
 
-    def colours(self, view: View) -> Any:
+    def colours(self, view: CameraView) -> Any:
         """Return the picture as an array: height, width, 3 colours of 8 bits."""
-        return self._drawn(view)
+        return self._draw_pose(view)
 
-    def depth(self, view: View) -> Any:
+    def depth(self, view: CameraView) -> Any:
         """Return the distance at each pixel, in metres along the view, as an array: height, width."""
         self._renderer.enable_depth_rendering()
         try:
-            return self._drawn(view)
+            return self._draw_pose(view)
         finally:
             self._renderer.disable_depth_rendering()
 
-    def objects(self, view: View) -> Any:
+    def objects(self, view: CameraView) -> Any:
         """Return the index of the object at each pixel, or -1 for none, as an array: height, width."""
         self._renderer.enable_segmentation_rendering()
         try:
-            geoms = self._drawn(view)[..., 0]
+            geoms = self._draw_pose(view)[..., 0]
         finally:
             self._renderer.disable_segmentation_rendering()
         owner = np.full(self.scene.model.ngeom + 1, -1)
@@ -110,8 +112,8 @@ class Camera:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _drawn(self, view: View) -> Any:
-        scene, sight = self.scene, _SIGHTS[view](self.scene)
+    def _draw_pose(self, view: CameraView) -> Any:
+        scene, sight = self.scene, _VIEWPOINTS[view](self.scene)
         way = np.array(sight.at) - np.array(sight.eye)
         far = float(np.linalg.norm(way))
         camera = self._mujoco.MjvCamera()
@@ -120,112 +122,118 @@ class Camera:
         camera.azimuth = math.degrees(math.atan2(way[1], way[0]))
         camera.elevation = math.degrees(math.asin(way[2] / far))
         scene.model.vis.global_.fovy = sight.angle
-        for hand, thing in scene.told.hands.items():
-            scene.move(thing, _in_hand(sight, _HANDS[hand], max(scene.told.bodies[thing].size)))
+        for hand, thing in scene.locations.hands.items():
+            scene.move(
+                thing, _place_in_hand(sight, _HAND_OFFSETS[hand], max(scene.locations.bodies[thing].size))
+            )
         self._renderer.update_scene(scene.data, camera)
         self._renderer.scene.flags[self._mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
         return self._renderer.render()
 
 
-def _from_head(scene: BodyScene) -> _Sight:
+def _view_from_head(scene: BodyScene) -> _Viewpoint:
     """Return the view from the front of the fullest room, far enough back to show all its objects."""
-    told, room = scene.told, scene.told.fullest
+    locations, room = scene.locations, scene.locations.fullest_room
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
-    seen = [thing for thing in told.bodies if told.room_of(thing) == room]
+    seen = [thing for thing in locations.bodies if locations.find_room(thing) == room]
     at = np.array([x0 + 0.52 * (x1 - x0), y0 + 0.62 * (y1 - y0), 0.6])
-    middles = _corners(scene, seen).reshape(-1, 8, 3).mean(1)
-    sight = _Sight(_vector(at + np.array([0.0, 0.0, 1.15])), _vector(at), 64)
-    return _fitted(sight, middles, np.array([-0.12, -1.0, 0.0]), 0.6 * (y1 - y0), scene.rooms[room])
+    middles = _list_corners(scene, seen).reshape(-1, 8, 3).mean(1)
+    sight = _Viewpoint(_to_vector(at + np.array([0.0, 0.0, 1.15])), _to_vector(at), 64)
+    return _move_back(sight, middles, np.array([-0.12, -1.0, 0.0]), 0.6 * (y1 - y0), scene.rooms[room])
 
 
-def _nearby(scene: BodyScene) -> _Sight:
+def _view_nearby(scene: BodyScene) -> _Viewpoint:
     """Return the view of the object that carries most others, or else of the objects of the fullest room."""
-    told = scene.told
-    place = _busiest(told)
+    locations = scene.locations
+    place = _find_main_support(locations)
     if place is None:
-        here = [i for i in told.visible if told.room_of(i) == told.fullest]
-        seen = [i for i in here if told.bodies[i].stand == "free"] or here
+        here = [i for i in locations.visible if locations.find_room(i) == locations.fullest_room]
+        seen = [i for i in here if locations.bodies[i].stand == "free"] or here
         if not seen:
-            return _from_head(scene)
+            return _view_from_head(scene)
         ahead = np.array([0.0, -1.0, 0.0])
     else:
-        on_it = [thing for thing in told.bodies if told.root(thing) == place and thing != place]
-        seen = [thing for thing in on_it if not told.is_shut_in(thing)]
-        is_furniture = told.bodies[place].stand not in ("free", "middle")
-        ahead = scene.front(place) if is_furniture else np.array([0.0, -1.0, 0.0])
-    points = _corners(scene, seen)
+        on_it = [
+            thing for thing in locations.bodies if locations.find_bottom(thing) == place and thing != place
+        ]
+        seen = [thing for thing in on_it if not locations.is_shut_in(thing)]
+        is_furniture = locations.bodies[place].stand not in ("free", "middle")
+        ahead = scene.find_front(place) if is_furniture else np.array([0.0, -1.0, 0.0])
+    points = _list_corners(scene, seen)
     if not points.size:  # the robot's hands hold all objects there
-        points = _corners(scene, told.bodies if place is None else [place])
+        points = _list_corners(scene, locations.bodies if place is None else [place])
     low, high = points.min(0), points.max(0)
     at = (low + high) / 2
-    reach = 0.9 if place is None else 0.9 + float(abs(ahead) @ (np.ptp(around(scene, place), 0))) / 2
-    eye = (float(at[0]), float(at[1]), max(_EYES, float(high[2]) + 0.35))
-    room = scene.rooms[told.fullest if place is None else told.room_of(place)]
-    return _fitted(_Sight(eye, _vector(at), 52), points, ahead, reach, room)
+    reach = 0.9 if place is None else 0.9 + float(abs(ahead) @ (np.ptp(bounding_box(scene, place), 0))) / 2
+    eye = (float(at[0]), float(at[1]), max(_EYE_HEIGHT, float(high[2]) + 0.35))
+    room = scene.rooms[locations.fullest_room if place is None else locations.find_room(place)]
+    return _move_back(_Viewpoint(eye, _to_vector(at), 52), points, ahead, reach, room)
 
 
-def _corners(scene: BodyScene, things: Collection[int]) -> Array:
+def _list_corners(scene: BodyScene, things: Collection[int]) -> Array:
     """Return the corners of the boxes around objects, three numbers each."""
-    boxes = [around(scene, thing) for thing in things if not scene.told.is_held(thing)]
+    boxes = [bounding_box(scene, thing) for thing in things if not scene.locations.is_held(thing)]
     return np.array(
         [[box[i, 0], box[j, 1], box[k, 2]] for box in boxes for i, j, k in product((0, 1), repeat=3)]
     )
 
 
-def _fitted(start: _Sight, points: Array, ahead: Array, reach: float, room: Box) -> _Sight:
-    """Move a viewpoint back, between the walls, until it shows all points or is `_FARTHEST` away."""
+def _move_back(start: _Viewpoint, points: Array, ahead: Array, reach: float, room: Box) -> _Viewpoint:
+    """Move a viewpoint back, between the walls, until it shows all points or is `_MAX_DISTANCE` away."""
     ahead = ahead / np.linalg.norm(ahead)
     while True:
         eye = np.array(start.eye) + reach * ahead
         eye[0] = np.clip(eye[0], room[0, 0] + 0.1, room[1, 0] - 0.1)
-        sight = start._replace(eye=_vector(eye))
-        if reach > _FARTHEST or _sees(sight, points):
+        sight = start._replace(eye=_to_vector(eye))
+        if reach > _MAX_DISTANCE or _shows_all(sight, points):
             return sight
         reach += 0.2
 
 
-def _sees(sight: _Sight, points: Array) -> bool:
+def _shows_all(sight: _Viewpoint, points: Array) -> bool:
     """Whether all points are in the picture, inside a margin of 6 %."""
     (way, right, above), from_eye = sight.axes, points - np.array(sight.eye)
     far = from_eye @ way
     most = 0.94 * math.tan(math.radians(sight.angle) / 2)
     across, up = from_eye @ right / far, from_eye @ above / far
     return bool(
-        (far > 0.1).all() and (abs(across) < most * SIZE[0] / SIZE[1]).all() and (abs(up) < most).all()
+        (far > 0.1).all()
+        and (abs(across) < most * PICTURE_SIZE[0] / PICTURE_SIZE[1]).all()
+        and (abs(up) < most).all()
     )
 
 
-def _vector(array: Array) -> Vector:
+def _to_vector(array: Array) -> Vector:
     x, y, z = array.tolist()
     return (x, y, z)
 
 
-def _busiest(told: Told) -> int | None:
+def _find_main_support(locations: ObjectLocations) -> int | None:
     """Return the object that carries most visible objects, or None if no object carries any."""
-    carried = [thing for thing in told.visible if told.carrier(thing) is not None]
-    many = Counter(map(told.root, carried))
+    carried = [thing for thing in locations.visible if locations.find_carrier(thing) is not None]
+    many = Counter(map(locations.find_bottom, carried))
     return max(many, key=lambda thing: (many[thing], -thing), default=None)
 
 
-def _from_above(scene: BodyScene) -> _Sight:
+def _view_from_above(scene: BodyScene) -> _Viewpoint:
     boxes = list(scene.rooms.values())
     x0, x1 = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
     y1 = max(box[1, 1] for box in boxes)
     middle, across = (x0 + x1) / 2, max((x1 - x0) * 0.76, y1)
     height = across / 2 / math.tan(math.radians(18)) + 1.5
-    return _Sight((middle, y1 / 2 - 0.35 * y1, height), (middle, y1 / 2, 0.0), 36)
+    return _Viewpoint((middle, y1 / 2 - 0.35 * y1, height), (middle, y1 / 2, 0.0), 36)
 
 
-_SIGHTS: Mapping[View, Callable[[BodyScene], _Sight]] = {
-    "head": _from_head,
-    "near": _nearby,
-    "top": _from_above,
+_VIEWPOINTS: Mapping[CameraView, Callable[[BodyScene], _Viewpoint]] = {
+    "head": _view_from_head,
+    "near": _view_nearby,
+    "top": _view_from_above,
 }
 
 
-def _in_hand(sight: _Sight, aside: float, size: float) -> Pose:
+def _place_in_hand(sight: _Viewpoint, aside: float, size: float) -> Pose:
     """Return the pose in which the camera shows an object that a hand holds."""
     way, right, above = sight.axes
     near = 0.45 + size
     at = np.array(sight.eye) + near * way + near * 1.3 * aside * right - 0.3 * near * above
-    return Pose(_vector(at))
+    return Pose(_to_vector(at))

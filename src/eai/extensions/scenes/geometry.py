@@ -18,13 +18,13 @@ import numpy as np
 
 from eai.extensions.scenes.body import Array, Box
 
-_LEVEL, _UPRIGHT = 1.0, 5.0
+_HORIZONTAL_REACH, _VERTICAL_REACH = 1.0, 5.0
 """Lengths of horizontal and vertical rays in metres."""
 
-_PLANES = 5
+_PLANE_COUNT = 5
 """Number of pairs of horizontal axes that are tried, at 0 to 90 degrees."""
 
-_NEAR = 1 / 6
+_MAX_DISTANCE_SHARE = 1 / 6
 """Maximum distance between the boxes of neighbours, as a share of the mean of their summed sides."""
 
 _UP, _DOWN = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
@@ -52,58 +52,67 @@ class _PlacedBodies(Protocol):
         """MuJoCo geoms of each object, by index: one geom for each part."""
 
 
-def on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
+def is_on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first object lies on the second."""
     if not _touches(scene, first, second):
         return False
-    middle = _middle(scene, first)
-    return _meets(scene, middle, _DOWN, second, _UPRIGHT) and not _meets(scene, middle, _UP, second, _UPRIGHT)
+    middle = _find_middle(scene, first)
+    return _meets(scene, middle, _DOWN, second, _VERTICAL_REACH) and not _meets(
+        scene, middle, _UP, second, _VERTICAL_REACH
+    )
 
 
-def under(scene: _PlacedBodies, first: int, second: int) -> bool:
+def is_under(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first object is under the second."""
-    middle = _middle(scene, first)
-    return _meets(scene, middle, _UP, second, _UPRIGHT) and not _meets(scene, middle, _DOWN, second, _UPRIGHT)
+    middle = _find_middle(scene, first)
+    return _meets(scene, middle, _UP, second, _VERTICAL_REACH) and not _meets(
+        scene, middle, _DOWN, second, _VERTICAL_REACH
+    )
 
 
-def inside(scene: _PlacedBodies, first: int, second: int) -> bool:
+def is_inside(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first object is inside the second."""
-    middle, (low, high) = _middle(scene, first), around(scene, second)
+    middle, (low, high) = _find_middle(scene, first), bounding_box(scene, second)
     if not ((middle >= low) & (middle <= high)).all():
         return False
-    levels = [[_both(scene, middle, axis, second, _LEVEL) for axis in plane] for plane in _planes()]
+    levels = [
+        [_meets_both_ways(scene, middle, axis, second, _HORIZONTAL_REACH) for axis in plane]
+        for plane in _list_planes()
+    ]
     if any(all(plane) for plane in levels):
         return True
-    return _both(scene, middle, _UP, second, _UPRIGHT) and any(any(plane) for plane in levels)
+    return _meets_both_ways(scene, middle, _UP, second, _VERTICAL_REACH) and any(
+        any(plane) for plane in levels
+    )
 
 
-def next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
+def is_next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether two objects are next to each other."""
-    boxes = [around(scene, first), around(scene, second)]
+    boxes = [bounding_box(scene, first), bounding_box(scene, second)]
     low, high = (np.array([box[i] for box in boxes]) for i in (0, 1))
     apart = np.maximum(0, low.max(0) - high.min(0))
-    if math.hypot(*apart) > (high - low).sum() / 3 * _NEAR:
+    if math.hypot(*apart) > (high - low).sum() / 3 * _MAX_DISTANCE_SHARE:
         return False
     return any(
-        _meets(scene, _middle(scene, a), sign * axis, b, _LEVEL)
+        _meets(scene, _find_middle(scene, a), sign * axis, b, _HORIZONTAL_REACH)
         for a, b in ((first, second), (second, first))
-        for plane in _planes()
+        for plane in _list_planes()
         for axis in plane
         for sign in (1, -1)
     )
 
 
-def on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
+def is_on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
     """Whether an object is on the floor of a room. Objects that hang on its walls count, too."""
-    middle, (low, high) = _middle(scene, thing), around(scene, thing)
+    middle, (low, high) = _find_middle(scene, thing), bounding_box(scene, thing)
     at_home = all(room[0, i] <= middle[i] <= room[1, i] for i in (0, 1))
     is_fixed = scene.model.body_dofnum[scene.bodies[thing]] == 0
     return bool(at_home and (is_fixed or low[2] < 0.01) and high[2] > 0)
 
 
-def around(scene: _PlacedBodies, thing: int) -> Box:
+def bounding_box(scene: _PlacedBodies, thing: int) -> Box:
     """Return the box around the solid parts of an object."""
-    geoms = _solid(scene, thing)
+    geoms = _list_solid_geoms(scene, thing)
     axes = scene.data.geom_xmat[geoms].reshape(-1, 3, 3)
     aabb = scene.model.geom_aabb[geoms]
     middle = scene.data.geom_xpos[geoms] + np.einsum("gij,gj->gi", axes, aabb[:, :3])
@@ -111,12 +120,12 @@ def around(scene: _PlacedBodies, thing: int) -> Box:
     return np.array([(middle - half).min(0), (middle + half).max(0)])
 
 
-def _middle(scene: _PlacedBodies, thing: int) -> Array:
-    found: Array = scene.data.xpos[scene.bodies[thing]]
-    return found
+def _find_middle(scene: _PlacedBodies, thing: int) -> Array:
+    middle: Array = scene.data.xpos[scene.bodies[thing]]
+    return middle
 
 
-def _solid(scene: _PlacedBodies, thing: int) -> list[int]:
+def _list_solid_geoms(scene: _PlacedBodies, thing: int) -> list[int]:
     return [geom for geom in scene.geoms[thing] if scene.model.geom_contype[geom]]
 
 
@@ -126,7 +135,7 @@ def _touches(scene: _PlacedBodies, first: int, second: int) -> bool:
     return any({*pair} == bodies for pair in owners.tolist())
 
 
-def _both(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float) -> bool:
+def _meets_both_ways(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float) -> bool:
     """Whether the rays along an axis and against it both meet an object."""
     return _meets(scene, middle, axis, other, reach) and _meets(scene, middle, -axis, other, reach)
 
@@ -134,7 +143,7 @@ def _both(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: f
 def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
     """Whether a ray meets a solid part of an object within its reach."""
     model, data, ray = scene.model, scene.data, scene.mujoco.mju_rayGeom
-    for geom in _solid(scene, other):
+    for geom in _list_solid_geoms(scene, other):
         form = int(model.geom_type[geom])
         far = ray(data.geom_xpos[geom], data.geom_xmat[geom], model.geom_size[geom], start, way, form)
         if 0 <= far <= reach:
@@ -142,9 +151,9 @@ def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: fl
     return False
 
 
-def _planes() -> list[list[Array]]:
+def _list_planes() -> list[list[Array]]:
     """Return pairs of horizontal axes at right angles."""
-    angles = [i * math.pi / 2 / (_PLANES - 1) for i in range(_PLANES)]
+    angles = [i * math.pi / 2 / (_PLANE_COUNT - 1) for i in range(_PLANE_COUNT)]
     return [
         [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]
         for a in angles

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from eai.extensions.scenes.body import Array, Body, Box, Part, Vector, rotated
+from eai.extensions.scenes.body import Array, Body, BodyPart, Box, Vector, rotate_point
 
 _TINTS: tuple[tuple[str, Vector, float], ...] = (
     ("cooked", (0.42, 0.22, 0.08), 0.6),
@@ -26,10 +26,10 @@ _SPECKS: dict[str, tuple[Vector, int, float]] = {
 }
 """States that put specks on an object: colour, number, and size relative to the object."""
 
-_GOLDEN = math.pi * (3 - math.sqrt(5))
+_GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 
-def painted(colour: Vector, states: Collection[str]) -> Vector:
+def change_colour(colour: Vector, states: Collection[str]) -> Vector:
     """Return the colour of a part, changed by the states of its object."""
     for state, towards, share in _TINTS:
         if state in states:
@@ -38,52 +38,58 @@ def painted(colour: Vector, states: Collection[str]) -> Vector:
     return colour
 
 
-def specks(body: Body) -> Iterator[Part]:
+def make_specks(body: Body) -> Iterator[BodyPart]:
     """Yield the specks that states add to a body: dust, stains, drops and frost; and a light for `on`."""
     if not any(part.when == "on" for part in body.parts):
-        yield _light(body)
+        yield _make_light(body)
     whole = [part for part in body.parts if part.is_solid and not part.when] or list(body.parts)
-    largest = sorted(whole, key=lambda part: -_size(part.box))[:3]
-    total = sum([_size(part.box) for part in largest])
+    largest = sorted(whole, key=lambda part: -_estimate_area(part.box))[:3]
+    total = sum([_estimate_area(part.box) for part in largest])
     for state, (colour, many, size) in _SPECKS.items():
         for part in largest:
-            number = max(3, round(many * _size(part.box) / total))
-            yield from _on(part, state, colour, number, size)
+            number = max(3, round(many * _estimate_area(part.box) / total))
+            yield from _spread_specks(part, state, colour, number, size)
 
 
-def _light(body: Body) -> Part:
+def _make_light(body: Body) -> BodyPart:
     width, depth, height = body.size
     at, radius = np.array([0.35 * width, -depth / 2, 0.4 * height]), max(0.004, 0.04 * min(body.size))
     box = np.array([at - radius, at + radius])
-    return Part("ball", box, 0.0, (0.1, 1.0, 0.3), is_solid=False, when="on")
+    return BodyPart("ball", box, 0.0, (0.1, 1.0, 0.3), is_solid=False, when="on")
 
 
-def _size(box: Box) -> float:
+def _estimate_area(box: Box) -> float:
     """Return about the visible area of a part in square metres."""
     x, y, z = (box[1] - box[0]) / 2
     return float(x * y + y * z + z * x)
 
 
-def _on(part: Part, state: str, colour: Vector, number: int, size: float) -> Iterator[Part]:
+def _spread_specks(
+    part: BodyPart, state: str, colour: Vector, number: int, size: float
+) -> Iterator[BodyPart]:
     """Yield evenly spread specks on the top and the front of a part."""
     half = (part.box[1] - part.box[0]) / 2
-    radius = min(0.05, max(0.0025, size * math.sqrt(_size(part.box) * 2)))
+    radius = min(0.05, max(0.0025, size * math.sqrt(_estimate_area(part.box) * 2)))
     flat = np.array([radius, radius, radius * (1.1 if state == "frozen" else 0.35)])
     for index in range(number):
-        spot = _on_box(half, index) if part.form == "box" else _on_ball(half, index, number)
-        at = rotated(spot, part.turn) + part.box.mean(0)
-        yield Part("ball", np.array([at - flat, at + flat]), 0.0, colour, is_solid=False, when=state)
+        spot = (
+            _find_point_on_box(half, index)
+            if part.form == "box"
+            else _find_point_on_ball(half, index, number)
+        )
+        at = rotate_point(spot, part.turn) + part.box.mean(0)
+        yield BodyPart("ball", np.array([at - flat, at + flat]), 0.0, colour, is_solid=False, when=state)
 
 
-def _on_box(half: Array, index: int) -> Array:
+def _find_point_on_box(half: Array, index: int) -> Array:
     """Return a point on the top of a box; every third point is on the front."""
     first = ((index * 0.754877) % 1 * 2 - 1) * 0.9
     second = ((index * 0.569840) % 1 * 2 - 1) * 0.9
     return half * ((first, -1.0, second) if index % 3 == 2 else (first, second, 1.0))
 
 
-def _on_ball(half: Array, index: int, number: int) -> Array:
+def _find_point_on_ball(half: Array, index: int, number: int) -> Array:
     """Return a point on the upper three quarters of an ellipsoid."""
     height = 1 - 1.4 * (index + 0.5) / number
     level = math.sqrt(max(0.0, 1 - height * height))
-    return half * (level * math.cos(index * _GOLDEN), level * math.sin(index * _GOLDEN), height)
+    return half * (level * math.cos(index * _GOLDEN_ANGLE), level * math.sin(index * _GOLDEN_ANGLE), height)

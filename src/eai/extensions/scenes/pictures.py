@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw
 
-from eai.extensions.scenes.camera import SIZE, Camera, View
+from eai.extensions.scenes.camera import PICTURE_SIZE, Camera, CameraView
 from eai.extensions.scenes.scene import BodyScene
 from eai.tasks.task import Task
 from eai.world.state import State
 
-_LEAST = 12
+_MIN_PIXELS = 12
 """Minimum number of visible pixels of an object that gets a numbered box or a location."""
 
 _INK, _PAPER = (20, 20, 20), (255, 235, 60)
 
 
-def photographs(
-    task: Task, views: Collection[View], *, numbered: bool = False, state: State | None = None
+def render_pictures(
+    task: Task, views: Collection[CameraView], *, numbered: bool = False, state: State | None = None
 ) -> list[bytes]:
     """Return one PNG picture for each view of a state of a task.
 
@@ -41,11 +41,11 @@ def photographs(
         drawn = [Image.fromarray(camera.colours(view)) for view in views]
         if numbered:
             for image, view in zip(drawn, views, strict=True):
-                _number(image, camera.objects(view))
-    return [_file(image, "PNG") for image in drawn]
+                _draw_numbers(image, camera.objects(view))
+    return [_encode(image, "PNG") for image in drawn]
 
 
-def film(task: Task, states: Iterable[State]) -> bytes:
+def render_film(task: Task, states: Iterable[State]) -> bytes:
     """Return the states of an episode as an animated GIF, at half the width and height of pictures.
 
     Raises:
@@ -54,14 +54,14 @@ def film(task: Task, states: Iterable[State]) -> bytes:
     """
     drawn = []
     scene = BodyScene(task)
-    with Camera(scene, (SIZE[0] // 2, SIZE[1] // 2), shadows=False) as camera:
+    with Camera(scene, (PICTURE_SIZE[0] // 2, PICTURE_SIZE[1] // 2), shadows=False) as camera:
         for state in states:
             scene.show(state)
             drawn.append(Image.fromarray(camera.colours("head")).quantize(128))
-    return _file(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
+    return _encode(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
 
 
-def places(task: Task, views: Sequence[View]) -> dict[int, tuple[int, int, int]]:
+def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[int, int, int]]:
     """Return a pixel of each object that is visible in pictures of the initial state of a task.
 
     The pixel is in the first picture that shows the object, next to the middle of its visible pixels.
@@ -70,29 +70,29 @@ def places(task: Task, views: Sequence[View]) -> dict[int, tuple[int, int, int]]
         by index of the object: the number of the picture, from 1 on, the column and the row.
 
     Raises:
-        InputError, EaiError: see `photographs`.
+        InputError, EaiError: see `render_pictures`.
     """
-    found: dict[int, tuple[int, int, int]] = {}
+    pixels: dict[int, tuple[int, int, int]] = {}
     with Camera(BodyScene(task)) as camera:
         for number, view in enumerate(views, 1):
-            for thing, rows, columns in _seen(camera.objects(view)):
+            for thing, rows, columns in _list_visible(camera.objects(view)):
                 nearest = int(np.hypot(rows - rows.mean(), columns - columns.mean()).argmin())
-                found.setdefault(thing, (number, int(columns[nearest]), int(rows[nearest])))
-    return found
+                pixels.setdefault(thing, (number, int(columns[nearest]), int(rows[nearest])))
+    return pixels
 
 
-def _seen(objects: Any) -> Iterator[tuple[int, Any, Any]]:
+def _list_visible(objects: Any) -> Iterator[tuple[int, Any, Any]]:
     """Yield each object with enough visible pixels, and the rows and columns of these pixels."""
     for thing in np.unique(objects[objects >= 0]).tolist():
         rows, columns = np.nonzero(objects == thing)
-        if len(rows) >= _LEAST:
+        if len(rows) >= _MIN_PIXELS:
             yield thing, rows, columns
 
 
-def _number(image: Image.Image, objects: Any) -> None:
+def _draw_numbers(image: Image.Image, objects: Any) -> None:
     """Draw a box with the index of the object around each visible object."""
     draw = ImageDraw.Draw(image)
-    for thing, rows, columns in _seen(objects):
+    for thing, rows, columns in _list_visible(objects):
         left, top = int(columns.min()), int(rows.min())
         draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
         around = draw.textbbox((left, max(0, top - 11)), str(thing))
@@ -100,7 +100,7 @@ def _number(image: Image.Image, objects: Any) -> None:
         draw.text((left, max(0, top - 11)), str(thing), fill=_INK)
 
 
-def _file(image: Image.Image, form: str, **options: Any) -> bytes:
+def _encode(image: Image.Image, form: str, **options: Any) -> bytes:
     file = io.BytesIO()
     image.save(file, form, **options)
     return file.getvalue()

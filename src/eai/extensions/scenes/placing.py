@@ -16,19 +16,19 @@ import numpy as np
 
 from eai.base.errors import InputError
 from eai.extensions.scenes.body import Array, Box, Vector
-from eai.extensions.scenes.told import Told
+from eai.extensions.scenes.locations import ObjectLocations
 
-_GAP = 0.004
+_SETTLING_GAP = 0.004
 """Gap under a newly placed object in metres. It closes when the scene settles."""
 
-_TRIES = 80
+_RANDOM_TRIES = 80
 """Number of random poses that are tried before objects are packed from the corners."""
 
 
-_Turn: TypeAlias = tuple[float, float, float, float]
+_Rotation: TypeAlias = tuple[float, float, float, float]
 """Rotation of a body: a quaternion, its real part first."""
 
-_Spot: TypeAlias = tuple[Box, Array, Array]
+_AreaWithBoxes: TypeAlias = tuple[Box, Array, Array]
 """An area, and the low and the high corners of all boxes that overlap it."""
 
 
@@ -36,7 +36,7 @@ class Pose(NamedTuple):
     """Location of the middle of a body, and its rotation: a quaternion, its real part first."""
 
     at: Vector
-    turn: _Turn = (1.0, 0.0, 0.0, 0.0)
+    turn: _Rotation = (1.0, 0.0, 0.0, 0.0)
 
     @property
     def axes(self) -> Array:
@@ -60,22 +60,22 @@ class Pose(NamedTuple):
         return np.array([middle - half, middle + half])
 
 
-def turned(quarters: int) -> _Turn:
+def make_turn(quarters: int) -> _Rotation:
     """Return the rotation by a number of quarter turns to the left, seen from above."""
     return (math.cos(quarters * math.pi / 4), 0.0, 0.0, math.sin(quarters * math.pi / 4))
 
 
-FLAT = tuple(turned(quarters) for quarters in range(4))
+FLAT = tuple(make_turn(quarters) for quarters in range(4))
 _R = math.sqrt(0.5)
 UPRIGHT = ((_R, _R, 0.0, 0.0), (_R, 0.0, _R, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, 0.5, -0.5, 0.5))
 """Rotations of objects that stand on a side, as a book on a shelf does."""
 
 
-class Placing:
+class Placer:
     """Finds free poses for bodies, and remembers the bodies that have been put.
 
     Args:
-        told: the bodies and their states. A state such as `open` decides which parts of a body exist.
+        locations: the bodies and their states. A state such as `open` decides which parts of a body exist.
         names: names of objects, for messages.
         seed: seed of random poses.
 
@@ -84,8 +84,8 @@ class Placing:
         furniture: the objects that do not move.
     """
 
-    def __init__(self, told: Told, names: Sequence[str], seed: str) -> None:
-        self.bodies, self.states, self.names = told.bodies, told.states, names
+    def __init__(self, locations: ObjectLocations, names: Sequence[str], seed: str) -> None:
+        self.bodies, self.states, self.names = locations.bodies, locations.states, names
         self.poses: dict[int, Pose] = {}
         self.furniture: frozenset[int] = frozenset()
         self._random = random.Random(seed)  # noqa: S311 - a place, not a secret
@@ -96,18 +96,18 @@ class Placing:
         """Put an object into a pose, where it stays."""
         self.poses[thing] = pose
         solid = [
-            part for part in self.bodies[thing].parts if part.is_solid and self.is_there(thing, part.when)
+            part for part in self.bodies[thing].parts if part.is_solid and self.has_part(thing, part.when)
         ]
         boxes = np.array([pose.box(part.box, part.turn) for part in solid]).reshape(-1, 2, 3)
         self._low = np.concatenate([self._low, boxes[:, 0]])
         self._high = np.concatenate([self._high, boxes[:, 1]])
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
-    def is_there(self, thing: int, when: str) -> bool:
+    def has_part(self, thing: int, when: str) -> bool:
         """Whether a part that depends on a state exists now; ``when`` is the state, or empty for always."""
         return not when or when in self.states[thing]
 
-    def on(self, thing: int, support: int, near: int | None = None) -> Pose:
+    def place_on(self, thing: int, support: int, near: int | None = None) -> Pose:
         """Return a free pose on a support, and next to a third object if one is given.
 
         Raises:
@@ -116,20 +116,20 @@ class Placing:
         body = self.bodies[support]
         x, y, z = (size / 2 for size in body.size)
         tops = body.tops or (np.array([[-x, -y, z], [x, y, z]]),)
-        areas = [self._roomy(thing, _raised(self.poses[support].box(top), 3.0)) for top in tops]
+        areas = [self._widen_area(thing, _set_height(self.poses[support].box(top), 3.0)) for top in tops]
         if near is not None:
-            areas = [_common(strip, area) for area in areas for strip in self._strips(thing, near)]
+            areas = [_intersect(strip, area) for area in areas for strip in self._list_strips(thing, near)]
         return self._place(thing, areas, FLAT, f"on {self.names[support]}")
 
-    def _roomy(self, thing: int, area: Box) -> Box:
+    def _widen_area(self, thing: int, area: Box) -> Box:
         """Widen an area by at most 40 % if an object is larger, so that the object juts out."""
         size, sides = np.sort(self.bodies[thing].size[:2]), np.ptp(area, 0)[:2]
-        lacking = size[np.argsort(np.argsort(sides))] + 2.5 * _GAP - sides
+        lacking = size[np.argsort(np.argsort(sides))] + 2.5 * _SETTLING_GAP - sides
         juts = np.append(np.where((lacking > 0) & (lacking < 0.4 * sides), lacking / 2, 0.0), 0.0)
         wider: Box = area + juts * np.array([[-1.0], [1.0]])
         return wider
 
-    def inside(self, thing: int, container: int) -> Pose:
+    def place_inside(self, thing: int, container: int) -> Pose:
         """Return a free pose inside a container, on top of its contents if necessary.
 
         Raises:
@@ -139,41 +139,41 @@ class Placing:
         areas = [pose.box(space) for space in body.spaces]
         closed = "closed" in self.states[container] or not body.slack
         slack = 1 if closed else 1 + body.slack
-        raised = [_raised(area, (area[1, 2] - area[0, 2]) * slack) for area in areas]
+        raised = [_set_height(area, (area[1, 2] - area[0, 2]) * slack) for area in areas]
         where = f"in {self.names[container]}"
         try:
             return self._place(thing, raised, (*FLAT, *UPRIGHT), where)
         except InputError:
             return self._place(thing, raised, (*FLAT, *UPRIGHT), where, container)
 
-    def below(self, thing: int, roof: int, room: Box) -> Pose:
+    def place_below(self, thing: int, roof: int, room: Box) -> Pose:
         """Return a free pose under an object, in a room.
 
         Raises:
             InputError: the space under the object is not free.
         """
-        areas = [_common(self.poses[roof].box(space), room) for space in self.bodies[roof].below]
+        areas = [_intersect(self.poses[roof].box(space), room) for space in self.bodies[roof].below]
         return self._place(thing, areas, FLAT, f"under {self.names[roof]}")
 
-    def beside(self, thing: int, other: int, room: Box) -> Pose:
+    def place_beside(self, thing: int, other: int, room: Box) -> Pose:
         """Return a free pose on the floor of a room, next to an object.
 
         Raises:
             InputError: the floor around the object has no free space.
         """
-        within = [_common(strip, room) for strip in self._strips(thing, other)]
+        within = [_intersect(strip, room) for strip in self._list_strips(thing, other)]
         return self._place(thing, within, FLAT, f"next to {self.names[other]}")
 
-    def _strips(self, thing: int, other: int) -> list[Box]:
+    def _list_strips(self, thing: int, other: int) -> list[Box]:
         """Return four strips, one along each side of the other object, in which the object is next to it."""
-        (x0, y0, _), (x1, y1, _) = self.around(other)
+        (x0, y0, _), (x1, y1, _) = self.find_bounds(other)
         narrow, wide = sorted(self.bodies[thing].size[:2])
         reach, more = narrow + 0.03, 0.4 * wide
         sides = [(x1, y0 - more, x1 + reach, y1 + more), (x0 - reach, y0 - more, x0, y1 + more)]
         sides += [(x0 - more, y0 - reach, x1 + more, y0), (x0 - more, y1, x1 + more, y1 + reach)]
         return [np.array([[left, front, 0], [right, back, 3]]) for left, front, right, back in sides]
 
-    def on_floor(self, thing: int, room: Box) -> Pose:
+    def place_on_floor(self, thing: int, room: Box) -> Pose:
         """Return a free pose on the floor of a room.
 
         Raises:
@@ -182,66 +182,78 @@ class Placing:
         middle = room + np.array([[0.2, 0.7, 0.0], [-0.2, -0.3, 0.0]])
         return self._place(thing, [middle, room], FLAT, "on the floor")
 
-    def around(self, thing: int) -> Box:
+    def find_bounds(self, thing: int) -> Box:
         """Return the box around the solid parts of an object that has been put."""
         own = self._owner == thing
         return np.array([self._low[own].min(0), self._high[own].max(0)])
 
     def _place(
-        self, thing: int, areas: Sequence[Box], turns: Sequence[_Turn], where: str, within: int | None = None
+        self,
+        thing: int,
+        areas: Sequence[Box],
+        turns: Sequence[_Rotation],
+        where: str,
+        within: int | None = None,
     ) -> Pose:
         """Return a free pose in one of the areas. If a container is given, it is on top of the contents."""
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
-        spots = [_spot(area, self._low[others], self._high[others]) for area in areas]
-        found = self._drawn(size, spots, turns, within) or _packed(size, spots, turns)
-        if found is None:
+        spots = [_select_boxes(area, self._low[others], self._high[others]) for area in areas]
+        pose = self._draw_pose(size, spots, turns, within) or _pack(size, spots, turns)
+        if pose is None:
             raise InputError(f"no free space for {self.names[thing]} {where}")
-        return found
+        return pose
 
-    def _drawn(
-        self, size: Array, spots: Sequence[_Spot], turns: Sequence[_Turn], within: int | None
+    def _draw_pose(
+        self, size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation], within: int | None
     ) -> Pose | None:
-        """Return the first free pose of `_TRIES` random poses, or None."""
+        """Return the first free pose of `_RANDOM_TRIES` random poses, or None."""
         draw = self._random
-        for number in range(_TRIES):
-            which = 0 if number < _TRIES // 3 else draw.randrange(len(spots)) if spots else 0
-            turn = draw.choice(turns[:4] if number < _TRIES // 2 else turns)
+        for number in range(_RANDOM_TRIES):
+            which = 0 if number < _RANDOM_TRIES // 3 else draw.randrange(len(spots)) if spots else 0
+            turn = draw.choice(turns[:4] if number < _RANDOM_TRIES // 2 else turns)
             if not spots:
                 return None
             half, (area, low, high) = np.abs(Pose((0, 0, 0), turn).axes) @ size, spots[which]
-            spare = (area[1] - area[0])[:2] / 2 - half[:2] - _GAP
+            spare = (area[1] - area[0])[:2] / 2 - half[:2] - _SETTLING_GAP
             if (spare < 0).any():
                 continue
             x, y = area.mean(0)[:2] + spare * [draw.uniform(-1, 1), draw.uniform(-1, 1)]
             base = area[0, 2]
             if within is not None:
-                below = _crossing(low, high, (x, y), half)
+                below = _find_overlapping(low, high, (x, y), half)
                 inner = below & (high[:, 2] < area[1, 2])
                 base = max([base, *high[inner, 2]])
-            pose = Pose((x, y, base + half[2] + _GAP), turn)
+            pose = Pose((x, y, base + half[2] + _SETTLING_GAP), turn)
             if pose.at[2] + half[2] <= area[1, 2] and _is_free(pose.at, half, low, high):
                 return pose
         return None
 
 
-def _packed(size: Array, spots: Sequence[_Spot], turns: Sequence[_Turn]) -> Pose | None:
+def _pack(size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]) -> Pose | None:
     """Return a free pose that touches a side of the area or of a box in it, or None."""
     for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).axes) @ size
-        z = area[0, 2] + half[2] + _GAP
+        z = area[0, 2] + half[2] + _SETTLING_GAP
         if z + half[2] > area[1, 2]:
             continue
-        for x, y in product(_stops(area, low, high, half, 0), _stops(area, low, high, half, 1)):
+        for x, y in product(
+            _list_contacts(area, low, high, half, 0), _list_contacts(area, low, high, half, 1)
+        ):
             if _is_free((x, y, z), half, low, high):
                 return Pose((x, y, z), turn)
     return None
 
 
-def _stops(area: Box, low: Array, high: Array, half: Array, axis: int) -> Iterator[float]:
+def _list_contacts(area: Box, low: Array, high: Array, half: Array, axis: int) -> Iterator[float]:
     """Return the coordinates along an axis at which a box touches a side of the area or of another box."""
-    first, last = area[0, axis] + half[axis] + _GAP, area[1, axis] - half[axis] - _GAP
-    edges = [first, last, *(high[:, axis] + half[axis] + _GAP), *(low[:, axis] - half[axis] - _GAP)]
+    first, last = area[0, axis] + half[axis] + _SETTLING_GAP, area[1, axis] - half[axis] - _SETTLING_GAP
+    edges = [
+        first,
+        last,
+        *(high[:, axis] + half[axis] + _SETTLING_GAP),
+        *(low[:, axis] - half[axis] - _SETTLING_GAP),
+    ]
     return (edge for edge in sorted(edges) if first <= edge <= last)
 
 
@@ -252,24 +264,24 @@ def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
     return not overlaps.all(1).any()
 
 
-def _crossing(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
+def _find_overlapping(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
     """Return a mask of the boxes that are above or below a rectangle."""
     middle = np.array(at)
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 
 
-def _spot(area: Box, low: Array, high: Array) -> _Spot:
+def _select_boxes(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
     """Return an area with the boxes that overlap it or are within 1 cm of it."""
     near = ((low < area[1] + 0.01) & (high > area[0] - 0.01)).all(1)
     return area, low[near], high[near]
 
 
-def _common(first: Box, second: Box) -> Box:
+def _intersect(first: Box, second: Box) -> Box:
     """Return the intersection of two boxes."""
     return np.array([np.maximum(first[0], second[0]), np.minimum(first[1], second[1])])
 
 
-def _raised(area: Box, height: float) -> Box:
+def _set_height(area: Box, height: float) -> Box:
     """Return an area with another height, in metres."""
     raised: Box = area.copy()
     raised[1, 2] = raised[0, 2] + height

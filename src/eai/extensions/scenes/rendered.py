@@ -16,9 +16,9 @@ from eai.tasks.task import Task
 from eai.world.state import State
 
 if TYPE_CHECKING:
-    from eai.extensions.scenes.camera import Camera, View
+    from eai.extensions.scenes.camera import Camera, CameraView
 
-VIEWS: tuple[View, ...] = ("head", "near", "top")
+VIEWS: tuple[CameraView, ...] = ("head", "near", "top")
 """All viewpoints: the robot's head, near the objects of the task, and above the rooms."""
 
 
@@ -26,7 +26,7 @@ _installed = partial(require_extra, "physics", "scenes with bodies need")
 
 
 def photographs_of(
-    task: Task, views: Sequence[View] = VIEWS, *, numbered: bool = False, state: State | None = None
+    task: Task, views: Sequence[CameraView] = VIEWS, *, numbered: bool = False, state: State | None = None
 ) -> tuple[Image, ...]:
     """Return one picture for each view of a state of a task.
 
@@ -41,9 +41,11 @@ def photographs_of(
         EaiError: the extra `physics` is not installed.
     """
     with _installed():
-        from eai.extensions.scenes.pictures import photographs
+        from eai.extensions.scenes.pictures import render_pictures
 
-        return tuple([Image(PNG, each) for each in photographs(task, views, numbered=numbered, state=state)])
+        return tuple(
+            [Image(PNG, picture) for picture in render_pictures(task, views, numbered=numbered, state=state)]
+        )
 
 
 def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[str, tuple[Image, ...]]:
@@ -53,16 +55,16 @@ def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[s
         InputError: no scene can be built. The message is that of the first task.
         EaiError: the extra `physics` is not installed.
     """
-    found: dict[str, tuple[Image, ...]] = {}
+    pictures_by_task: dict[str, tuple[Image, ...]] = {}
     refused: list[InputError] = []
     for task_id, task in tasks.items():
         try:
-            found[task_id] = photographs_of(task, VIEWS[:2], numbered=numbered)
+            pictures_by_task[task_id] = photographs_of(task, VIEWS[:2], numbered=numbered)
         except InputError as error:
             refused.append(error)
-    if refused and not found:
+    if refused and not pictures_by_task:
         raise refused[0]
-    return found
+    return pictures_by_task
 
 
 def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
@@ -72,9 +74,9 @@ def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
         InputError, EaiError: see `photographs_of`.
     """
     with _installed():
-        from eai.extensions.scenes.pictures import places
+        from eai.extensions.scenes.pictures import locate_objects
 
-        return places(task, VIEWS[:2])
+        return locate_objects(task, VIEWS[:2])
 
 
 def film_of(task: Task, states: Sequence[State]) -> bytes:
@@ -84,9 +86,9 @@ def film_of(task: Task, states: Sequence[State]) -> bytes:
         InputError, EaiError: see `photographs_of`.
     """
     with _installed():
-        from eai.extensions.scenes.pictures import film
+        from eai.extensions.scenes.pictures import render_film
 
-        return film(task, states)
+        return render_film(task, states)
 
 
 def film_of_answer(record: Record, suite: Suite) -> bytes:
@@ -96,10 +98,10 @@ def film_of_answer(record: Record, suite: Suite) -> bytes:
         InputError: the states are not known, or the scene cannot be built.
         EaiError: as of `photographs_of`.
     """
-    found = states_of(record, suite)
-    if found is None:
+    episode = states_of(record, suite)
+    if episode is None:
         raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
-    return film_of(*found)
+    return film_of(*episode)
 
 
 def camera_of(task: Task) -> Camera:

@@ -18,11 +18,11 @@ import numpy as np
 
 from eai.base.errors import InputError
 from eai.extensions.scenes import geometry
-from eai.extensions.scenes.arranging import HEIGHT, arranged, place_rest
-from eai.extensions.scenes.body import Array, Body, Box, Part, Vector
-from eai.extensions.scenes.looks import painted, specks
-from eai.extensions.scenes.placing import Placing, Pose
-from eai.extensions.scenes.told import BESIDE, INSIDE, ON, UNDER, Told, told_of
+from eai.extensions.scenes.arranging import WALL_HEIGHT, arrange_objects, place_rest
+from eai.extensions.scenes.body import Array, Body, BodyPart, Box, Vector
+from eai.extensions.scenes.locations import BESIDE, INSIDE, ON, UNDER, ObjectLocations, read_object_locations
+from eai.extensions.scenes.looks import change_colour, make_specks
+from eai.extensions.scenes.placing import Placer, Pose
 from eai.tasks.task import Task
 from eai.world.state import State
 
@@ -49,13 +49,13 @@ _WALLS = {
 }
 
 
-def model_text(placing: Placing, told: Told, rooms: Mapping[int, Box], away: Vector) -> str:
+def write_model(placing: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], away: Vector) -> str:
     """Return the MuJoCo model of arranged bodies as XML.
 
     Args:
         placing: the bodies with their poses.
-        told: the objects of the state. Only the lamp of the fullest room casts shadows, since shadows take
-            most of the rendering time.
+        locations: the objects of the state. Only the lamp of the fullest room casts shadows, since shadows
+            take most of the rendering time.
         rooms: the box of each room.
         away: location of objects that may appear later, and of objects without a pose.
     """
@@ -67,32 +67,41 @@ def model_text(placing: Placing, told: Told, rooms: Mapping[int, Box], away: Vec
     for floor, box in rooms.items():
         edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
-        world.extend(_room(box, placing.names[floor], walls))
-        world.append(_lamp(box, shadows=floor == told.fullest))
-    for thing, body in {**placing.bodies, **told.absent}.items():
+        world.extend(_make_room(box, placing.names[floor], walls))
+        world.append(_make_lamp(box, shadows=floor == locations.fullest_room))
+    for thing, body in {**placing.bodies, **locations.absent}.items():
         pose = placing.poses.get(thing, Pose(away))
         is_fixed = thing in placing.furniture
         states = placing.states.get(thing, frozenset())
-        world.append(_body(thing, body, pose, states, is_fixed=is_fixed, is_there=thing in placing.poses))
+        world.append(
+            _make_body_element(thing, body, pose, states, is_fixed=is_fixed, is_there=thing in placing.poses)
+        )
     return Xml.tostring(root, encoding="unicode")
 
 
-def _body(
+def _make_body_element(
     thing: int, body: Body, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
 ) -> Xml.Element:
     """Return the element of an object. Furniture and absent objects do not move."""
-    element = Xml.Element("body", name=f"b{thing}", pos=_said(pose.at), quat=_said(pose.turn))
+    element = Xml.Element(
+        "body", name=f"b{thing}", pos=_format_numbers(pose.at), quat=_format_numbers(pose.turn)
+    )
     if not is_fixed and is_there:
         Xml.SubElement(element, "freejoint")
-    for part in (*body.parts, *specks(body)):
+    for part in (*body.parts, *make_specks(body)):
         seen = not part.when or part.when in states
         meets = (_FIXED if is_fixed else _LOOSE) if part.is_solid and seen and is_there else ("0", "0")
-        element.append(_geom(part, meets, (*painted(part.colour, states), float(seen))))
+        element.append(_make_geom(part, meets, (*change_colour(part.colour, states), float(seen))))
     return element
 
 
-def _geom(part: Part, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.Element:
-    geom = Xml.Element("geom", type=_TYPES[part.form], pos=_said(part.box.mean(0).tolist()), rgba=_said(rgba))
+def _make_geom(part: BodyPart, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.Element:
+    geom = Xml.Element(
+        "geom",
+        type=_TYPES[part.form],
+        pos=_format_numbers(part.box.mean(0).tolist()),
+        rgba=_format_numbers(rgba),
+    )
     geom.set("contype", meets[0])
     geom.set("conaffinity", meets[1])
     half = ((part.box[1] - part.box[0]) / 2).tolist()
@@ -100,65 +109,69 @@ def _geom(part: Part, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.El
     if axis is not None:
         across = [half[i] for i in range(3) if i != axis]
         half = [sum(across) / 2, half[axis], 0.0]
-        geom.set("quat", _said(_TURNS.get(part.form, (1.0, 0.0, 0.0, 0.0))))
+        geom.set("quat", _format_numbers(_TURNS.get(part.form, (1.0, 0.0, 0.0, 0.0))))
     if part.turn:
         geom.set("euler", f"0 0 {part.turn:.6g}")
         geom.attrib.pop("quat", None)
     if not part.is_solid:
         geom.set("mass", "0")
-    geom.set("size", _said([max(1e-4, each) for each in half]))
+    geom.set("size", _format_numbers([max(1e-4, length) for length in half]))
     return geom
 
 
-def _room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
+def _make_room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
     """Yield the floor and the walls of a room: the back wall, and left and right as ``walls`` asks."""
     (x0, y0, _), (x1, y1, _) = box
     look = next((look for look, words in _FLOORS.items() if any(word in name for word in words)), "wood")
-    yield _slab((x0, x1, y0, y1, -0.1, 0.0), material=look)
+    yield _make_slab((x0, x1, y0, y1, -0.1, 0.0), material=look)
     wall = next((colour for word, colour in _WALLS.items() if word in name), "0.9 0.89 0.85")
     sides = [
         side for side, is_there in zip(((x0 - 0.08, x0), (x1, x1 + 0.08)), walls, strict=True) if is_there
     ]
     for side in ((x0, x1, y1, y1 + 0.08), *[(*x, y0, y1 + 0.08) for x in sides]):
-        yield _slab((*side, 0.0, HEIGHT), rgba=f"{wall} 1")
+        yield _make_slab((*side, 0.0, WALL_HEIGHT), rgba=f"{wall} 1")
     trim = "0.97 0.97 0.95 1"
-    yield _slab((x0, x1, y1 - 0.012, y1, 0.0, 0.09), rgba=trim, contype="0", conaffinity="0")
-    yield _slab((x0, x1, y0 - 0.08, y0, 0.0, HEIGHT), rgba="0 0 0 0")
+    yield _make_slab((x0, x1, y1 - 0.012, y1, 0.0, 0.09), rgba=trim, contype="0", conaffinity="0")
+    yield _make_slab((x0, x1, y0 - 0.08, y0, 0.0, WALL_HEIGHT), rgba="0 0 0 0")
 
 
-def _lamp(box: Box, *, shadows: bool) -> Xml.Element:
+def _make_lamp(box: Box, *, shadows: bool) -> Xml.Element:
     x, y, _ = box.mean(0)
     lamp = Xml.Element(
-        "light", pos=_said([x, y - 0.5, 2.9]), dir="0.05 0.15 -1", diffuse="0.4 0.4 0.38", cutoff="85"
+        "light",
+        pos=_format_numbers([x, y - 0.5, 2.9]),
+        dir="0.05 0.15 -1",
+        diffuse="0.4 0.4 0.38",
+        cutoff="85",
     )
     lamp.set("specular", "0.04 0.04 0.04")
     lamp.set("castshadow", str(shadows).lower())
     return lamp
 
 
-def _slab(sides: tuple[float, ...], **more: str) -> Xml.Element:
+def _make_slab(sides: tuple[float, ...], **more: str) -> Xml.Element:
     """Return a fixed box between six planes."""
     pairs = list(zip(sides[::2], sides[1::2], strict=True))
     size, middle = [(high - low) / 2 for low, high in pairs], [(low + high) / 2 for low, high in pairs]
-    slab = Xml.Element("geom", type="box", size=_said(size), pos=_said(middle))
+    slab = Xml.Element("geom", type="box", size=_format_numbers(size), pos=_format_numbers(middle))
     slab.attrib |= {"contype": _FIXED[0], "conaffinity": _FIXED[1], **more}
     return slab
 
 
-def _said(numbers: tuple[float, ...] | list[float]) -> str:
+def _format_numbers(numbers: tuple[float, ...] | list[float]) -> str:
     return " ".join([f"{number:.6g}" for number in numbers])
 
 
-ATTEMPTS = 8
+MAX_ATTEMPTS = 8
 """Maximum number of attempts to arrange a scene if an object falls or does not fit."""
 
-_STEPS, _CHUNK = 240, 8
+_MAX_STEPS, _DAMPING_STEPS = 240, 8
 """Maximum number of steps of 4 ms until a scene rests, and number of steps between dampings."""
 
-_STILL = 0.03
+_MAX_RESTING_SPEED = 0.03
 """Speed below which a scene is at rest, in m/s and radians/s."""
 
-_PARKED = (0.0, 0.0, -30.0)
+_ABSENT_LOCATION = (0.0, 0.0, -30.0)
 """Location of absent objects, below all rooms."""
 
 
@@ -179,7 +192,7 @@ class BodyScene:
 
     Attributes:
         task: the task.
-        told: the objects of the state shown: of the initial state at first.
+        locations: the objects of the state shown: of the initial state at first.
         rooms: the box of each room, by the index of its floor.
         attempts: number of attempts to arrange the scene.
         mujoco: the MuJoCo module.
@@ -197,10 +210,10 @@ class BodyScene:
         self.mujoco = _load_mujoco()
         self.task = task
         self._names = [thing.name for thing in task.scene.objects]
-        self.told = told_of(task.initial)
-        self._bodies = {**self.told.bodies, **self.told.absent}
+        self.locations = read_object_locations(task.initial)
+        self._bodies = {**self.locations.bodies, **self.locations.absent}
         problem: InputError | None = None
-        for self.attempts in range(1, ATTEMPTS + 1):
+        for self.attempts in range(1, MAX_ATTEMPTS + 1):
             try:
                 self._settle(f"{task.id} 0 {self.attempts}")
             except InputError as error:
@@ -215,16 +228,16 @@ class BodyScene:
         Raises:
             InputError: an object does not fit, or a relation does not hold.
         """
-        placing, self.rooms = arranged(self.told, self._names, seed)
-        self._make(placing)
-        self._rest()
-        lost = self.lost()
+        placing, self.rooms = arrange_objects(self.locations, self._names, seed)
+        self._build_model(placing)
+        self._let_settle()
+        lost = self.list_broken_relations()
         if lost:
             first, relation, second = lost[0]
             raise InputError(f"{self._names[first]} fell: it is no longer {relation} {self._names[second]}")
 
-    def _make(self, placing: Placing) -> None:
-        text = model_text(placing, self.told, self.rooms, _PARKED)
+    def _build_model(self, placing: Placer) -> None:
+        text = write_model(placing, self.locations, self.rooms, _ABSENT_LOCATION)
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
         find, kind = self.mujoco.mj_name2id, self.mujoco.mjtObj.mjOBJ_BODY
@@ -233,12 +246,12 @@ class BodyScene:
         self.geoms = {i: range(first[b], first[b] + many[b]) for i, b in self.bodies.items()}
         self.mujoco.mj_forward(self.model, self.data)
 
-    def _rest(self) -> None:
+    def _let_settle(self) -> None:
         """Simulate until all objects rest. Their motion is damped so that nothing rolls away."""
         mj, model, data = self.mujoco, self.model, self.data
-        for step in range(0, _STEPS, _CHUNK):
-            mj.mj_step(model, data, _CHUNK)
-            if step > _CHUNK and (not model.nv or abs(data.qvel).max() < _STILL):
+        for step in range(0, _MAX_STEPS, _DAMPING_STEPS):
+            mj.mj_step(model, data, _DAMPING_STEPS)
+            if step > _DAMPING_STEPS and (not model.nv or abs(data.qvel).max() < _MAX_RESTING_SPEED):
                 break
             data.qvel *= 0.75
         data.qvel[:] = 0
@@ -253,46 +266,50 @@ class BodyScene:
         Raises:
             InputError: an object has no body.
         """
-        before, told = self.told, told_of(state)
-        placing = Placing(told, self._names, f"{self.task.id} {hash(state)}")
-        kept = self._kept(before, told)
+        before, locations = self.locations, read_object_locations(state)
+        placing = Placer(locations, self._names, f"{self.task.id} {hash(state)}")
+        kept = self._list_unmoved(before, locations)
         for thing in kept:
-            placing.put(thing, self._pose(thing))
-        place_rest(placing, told, self.rooms, crowded=True)
+            placing.put(thing, self._read_pose(thing))
+        place_rest(placing, locations, self.rooms, crowded=True)
         for thing in self._bodies:
             if thing not in kept:
-                self.move(thing, placing.poses.get(thing, Pose(_PARKED)))
+                self.move(thing, placing.poses.get(thing, Pose(_ABSENT_LOCATION)))
             self._paint(thing, placing)
-        self.told = told
+        self.locations = locations
         self.mujoco.mj_forward(self.model, self.data)
 
-    def _kept(self, before: Told, told: Told) -> list[int]:
+    def _list_unmoved(self, before: ObjectLocations, locations: ObjectLocations) -> list[int]:
         """Return the objects whose location did not change, supports before their contents."""
         kept: list[int] = []
-        moved = {*before.hands.values(), *told.hands.values()}
-        for thing in sorted(told.bodies, key=told.depth):
-            carrier = told.carrier(thing)
-            stays = thing in before.bodies and thing not in moved and before.place(thing) == told.place(thing)
+        moved = {*before.hands.values(), *locations.hands.values()}
+        for thing in sorted(locations.bodies, key=locations.count_carriers):
+            carrier = locations.find_carrier(thing)
+            stays = (
+                thing in before.bodies
+                and thing not in moved
+                and before.describe_location(thing) == locations.describe_location(thing)
+            )
             if stays and (carrier is None or carrier[1] in kept):
                 kept.append(thing)
         return kept
 
-    def _pose(self, thing: int) -> Pose:
+    def _read_pose(self, thing: int) -> Pose:
         body = self.bodies[thing]
         x, y, z = self.data.xpos[body].tolist()
         a, b, c, d = self.data.xquat[body].tolist()
         return Pose((x, y, z), (a, b, c, d))
 
-    def _paint(self, thing: int, placing: Placing) -> None:
+    def _paint(self, thing: int, placing: Placer) -> None:
         """Show the parts of an object that exist in its states, in the colours of these states."""
         body = self._bodies[thing]
         states = placing.states.get(thing, frozenset())
-        for geom, part in zip(self.geoms[thing], (*body.parts, *specks(body)), strict=True):
+        for geom, part in zip(self.geoms[thing], (*body.parts, *make_specks(body)), strict=True):
             seen = thing in placing.bodies and (not part.when or part.when in states)
-            self.model.geom_rgba[geom] = (*painted(part.colour, states), float(seen))
+            self.model.geom_rgba[geom] = (*change_colour(part.colour, states), float(seen))
             self.model.geom_contype[geom] = int(seen and part.is_solid)
 
-    def front(self, thing: int) -> Array:
+    def find_front(self, thing: int) -> Array:
         """Return the horizontal direction in which the front of an object points: three numbers."""
         axes = self.data.xmat[self.bodies[thing]].reshape(3, 3)
         way: Array = -axes[:, 1] if abs(axes[2, 1]) < 0.5 else np.array([0.0, -1.0, 0.0])
@@ -308,23 +325,25 @@ class BodyScene:
             self.model.body_pos[body], self.model.body_quat[body] = pose.at, pose.turn
         self.mujoco.mj_kinematics(self.model, self.data)
 
-    def lost(self) -> list[tuple[int, str, int]]:
+    def list_broken_relations(self) -> list[tuple[int, str, int]]:
         """Return the relations of the state that do not hold by geometry."""
-        told = self.told
+        locations = self.locations
         tests = {
-            INSIDE: geometry.inside,
-            ON: geometry.on_top,
-            UNDER: geometry.under,
-            BESIDE: geometry.next_to,
+            INSIDE: geometry.is_inside,
+            ON: geometry.is_on_top,
+            UNDER: geometry.is_under,
+            BESIDE: geometry.is_next_to,
         }
         lost = [
             (first, relation, second)
             for relation, test in tests.items()
-            for first, second in told.relations[relation]
+            for first, second in locations.relations[relation]
             if not test(self, first, second)
         ]
-        on_floor = [(i, floor) for i, floor in told.floor_of.items() if told.carrier(i) is None]
-        outside = [
-            (i, "on the floor of", f) for i, f in on_floor if not geometry.on_floor(self, i, self.rooms[f])
+        on_floor = [
+            (i, floor) for i, floor in locations.floor_of.items() if locations.find_carrier(i) is None
         ]
-        return lost + [each for each in outside if each[0] not in told.hands.values()]
+        outside = [
+            (i, "on the floor of", f) for i, f in on_floor if not geometry.is_on_floor(self, i, self.rooms[f])
+        ]
+        return lost + [relation for relation in outside if relation[0] not in locations.hands.values()]

@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from eai.base.errors import InputError
-from eai.extensions.scenes.body import Body, body_of, kind_of
+from eai.extensions.scenes.body import Body, find_body, find_kind
 from eai.world.relation import bits
 from eai.world.state import State, WorldObject
 
 INSIDE, ON, UNDER, BESIDE = "lies_in", "lies_on", "stands_under", "stands_by"
 """Stored relations between the locations of two objects."""
 
-_AMONG = (INSIDE, ON, UNDER, BESIDE)
+_OBJECT_RELATIONS = (INSIDE, ON, UNDER, BESIDE)
 
 ON_FLOOR = ("stands_on", "by_floor")
 """Stored relations between an object and the floor of its room. A world has one of them."""
@@ -23,15 +23,15 @@ SUPPORTS = (INSIDE, ON)
 """Stored relations by which the second object carries the first."""
 
 _FLOORS = "floor"
-_WORDS = ("open", "dusty", "stained", "soaked", "frozen", "cooked", "burnt")
-_STATES = {"is_toggled_on": "on", **{f"is_{word}": word for word in _WORDS}}
+_STATE_WORDS = ("open", "dusty", "stained", "soaked", "frozen", "cooked", "burnt")
+_STATES = {"is_toggled_on": "on", **{f"is_{word}": word for word in _STATE_WORDS}}
 """Visible state of an object for each stored predicate."""
 
 _HANDS = ("in_left_hand", "in_right_hand")
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ObjectLocations:
     """Locations and visible states of objects in one state.
 
     Attributes:
@@ -52,7 +52,7 @@ class Told:
     states: Mapping[int, frozenset[str]]
     hands: Mapping[int, int] = field(default_factory=dict)
 
-    def carrier(self, thing: int) -> tuple[str, int] | None:
+    def find_carrier(self, thing: int) -> tuple[str, int] | None:
         """Return the object that carries an object, after the relation to it; None if nothing does."""
         for relation in SUPPORTS:
             for carried, carrier in self.relations[relation]:
@@ -60,120 +60,129 @@ class Told:
                     return relation, carrier
         return None
 
-    def place(self, thing: int) -> tuple[object, ...]:
+    def describe_location(self, thing: int) -> tuple[object, ...]:
         """Return all that the state says about the location of an object, for comparison."""
-        return (self.carrier(thing), self.floor_of.get(thing), *sorted(self._neighbours(thing)))
+        return (self.find_carrier(thing), self.floor_of.get(thing), *sorted(self._list_neighbours(thing)))
 
-    def _neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
+    def _list_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
         """Yield the objects under or beside which an object stands, each after the relation."""
         for name in (UNDER, BESIDE):
             yield from ((name, second) for first, second in self.relations[name] if first == thing)
 
-    def carriers(self, thing: int) -> Iterator[tuple[str, int]]:
-        """Yield the carrier of an object (`carrier`), the carrier of that carrier, and so on."""
+    def list_carriers(self, thing: int) -> Iterator[tuple[str, int]]:
+        """Yield the carrier of an object (`find_carrier`), the carrier of that carrier, and so on."""
         for _ in self.bodies:
-            found = self.carrier(thing)
-            if found is None:
+            carrier = self.find_carrier(thing)
+            if carrier is None:
                 return
-            yield found
-            thing = found[1]
+            yield carrier
+            thing = carrier[1]
 
-    def depth(self, thing: int) -> int:
+    def count_carriers(self, thing: int) -> int:
         """Return the number of objects that carry an object, directly or not."""
-        return len(list(self.carriers(thing)))
+        return len(list(self.list_carriers(thing)))
 
     def is_shut_in(self, thing: int) -> bool:
         """Whether an object is in a closed container, directly or not."""
-        return any(how == INSIDE and "closed" in self.states[i] for how, i in self.carriers(thing))
+        return any(how == INSIDE and "closed" in self.states[i] for how, i in self.list_carriers(thing))
 
     @property
     def visible(self) -> list[int]:
         """The objects that no hand holds and no closed container contains."""
         return [i for i in self.bodies if not self.is_held(i) and not self.is_shut_in(i)]
 
-    def room_of(self, thing: int) -> int:
+    def find_room(self, thing: int) -> int:
         """Return the floor of the room of an object."""
-        root = self.root(thing)
-        near = [root, *(other for _, other in self._neighbours(root))]
-        return next((self.floor_of[each] for each in near if each in self.floor_of), self.floors[0])
+        root = self.find_bottom(thing)
+        near = [root, *(other for _, other in self._list_neighbours(root))]
+        return next((self.floor_of[index] for index in near if index in self.floor_of), self.floors[0])
 
     @property
-    def fullest(self) -> int:
+    def fullest_room(self) -> int:
         """The floor of the room with most objects."""
-        many = Counter(map(self.room_of, self.bodies))
+        many = Counter(map(self.find_room, self.bodies))
         return max(self.floors, key=lambda floor: (many[floor], -floor))
 
     def is_held(self, thing: int) -> bool:
         """Whether a hand holds an object or its carrier. Contents of held objects are not shown."""
-        return self.root(thing) in self.hands.values()
+        return self.find_bottom(thing) in self.hands.values()
 
-    def root(self, thing: int) -> int:
+    def find_bottom(self, thing: int) -> int:
         """Return the object at the bottom of the pile on which an object lies."""
-        return [thing, *(carrier for _, carrier in self.carriers(thing))][-1]
+        return [thing, *(carrier for _, carrier in self.list_carriers(thing))][-1]
 
 
-def told_of(state: State) -> Told:
+def read_object_locations(state: State) -> ObjectLocations:
     """Read locations and visible states of all objects from a state.
 
     Raises:
         InputError: the world has no predicates for locations, or an object has no body.
     """
     vocabulary, scene = state.scene.vocabulary, state.scene
-    if not {*SUPPORTS, _FLOORS} <= {each.name for each in vocabulary.predicates}:
+    if not {*SUPPORTS, _FLOORS} <= {predicate.name for predicate in vocabulary.predicates}:
         raise InputError(f"cannot build a scene: this world lacks the predicates {INSIDE}, {ON} or floor")
     floors = tuple(bits(state.mask(_FLOORS)))
-    shapeless = {*floors, scene.agent, *_those(state, "substance"), *_those(state, "recipe")}
+    shapeless = {
+        *floors,
+        scene.agent,
+        *_list_objects_with(state, "substance"),
+        *_list_objects_with(state, "recipe"),
+    }
     things = {i: thing for i, thing in enumerate(scene.objects) if i not in shapeless}
-    kinds = {i: body_of(kind_of(thing.name, thing.category)) for i, thing in things.items()}
+    kinds = {i: find_body(find_kind(thing.name, thing.category)) for i, thing in things.items()}
     absent = {i: body for i, body in kinds.items() if body is not None and _is_absent(state, i)}
-    bodies = {i: _body(thing) for i, thing in things.items() if not _is_absent(state, i)}
-    stated = {name: _pairs(state, name, bodies) for name in (*_AMONG, *ON_FLOOR)}
+    bodies = {i: _find_body_of(thing) for i, thing in things.items() if not _is_absent(state, i)}
+    stated = {name: _list_pairs(state, name, bodies) for name in (*_OBJECT_RELATIONS, *ON_FLOOR)}
     floor_of = dict(pair for name in (*ON_FLOOR, ON) for pair in stated[name] if pair[1] in floors)
-    relations = {name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _AMONG}
-    states = {index: _states(state, index, body) for index, body in bodies.items()}
-    hands = {hand: i for hand, name in enumerate(_HANDS) for i in _those(state, name) if i in bodies}
-    return Told(bodies, absent, floors, relations, floor_of, states, hands)
+    relations = {
+        name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _OBJECT_RELATIONS
+    }
+    states = {index: _list_visible_states(state, index, body) for index, body in bodies.items()}
+    hands = {
+        hand: i for hand, name in enumerate(_HANDS) for i in _list_objects_with(state, name) if i in bodies
+    }
+    return ObjectLocations(bodies, absent, floors, relations, floor_of, states, hands)
 
 
-def _body(thing: WorldObject) -> Body:
+def _find_body_of(thing: WorldObject) -> Body:
     """Return the body of an object.
 
     Raises:
         InputError: no body is known for the kind of the object.
     """
-    kind = kind_of(thing.name, thing.category)
-    body = body_of(kind)
+    kind = find_kind(thing.name, thing.category)
+    body = find_body(kind)
     if body is None:
         raise InputError(f"{thing.name}: kinds.txt has no body for the kind {kind}")
     return body
 
 
-def _pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
+def _list_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
     """Return the pairs of a relation whose first object is present; none if the world lacks the relation."""
     known = name in state.scene.vocabulary.binary_slots
     return tuple([pair for pair in state.relation(name).pairs() if pair[0] in bodies]) if known else ()
 
 
-def _those(state: State, name: str) -> tuple[int, ...]:
+def _list_objects_with(state: State, name: str) -> tuple[int, ...]:
     """Return the objects that have a property; none if the world lacks the property."""
     return tuple(bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
 
 
 def _is_absent(state: State, index: int) -> bool:
     """Whether an object is absent: a half of an uncut object, an object cut in halves, or not yet made."""
-    if "present" in state.scene.vocabulary.unary_slots and index not in _those(state, "present"):
-        held = index in _those(state, "held")
+    if "present" in state.scene.vocabulary.unary_slots and index not in _list_objects_with(state, "present"):
+        held = index in _list_objects_with(state, "held")
         return not held and not any(state.relation(name).row(index) for name in (INSIDE, ON))
     if "part_of" not in state.scene.vocabulary.binary_slots:
         return False
-    parts, sliced = state.relation("part_of"), _those(state, "is_sliced")
+    parts, sliced = state.relation("part_of"), _list_objects_with(state, "is_sliced")
     wholes = bits(parts.row(index))
     return any(whole not in sliced for whole in wholes) or (index in sliced and bool(parts.column(index)))
 
 
-def _states(state: State, index: int, body: Body) -> frozenset[str]:
+def _list_visible_states(state: State, index: int, body: Body) -> frozenset[str]:
     """Return the visible states of an object; `closed` only if it can be opened or its body has a door."""
-    found = {word for name, word in _STATES.items() if index in _those(state, name)}
-    if "open" not in found and (index in _those(state, "openable") or not body.slack):
-        found.add("closed")
-    return frozenset(found)
+    states = {word for name, word in _STATES.items() if index in _list_objects_with(state, name)}
+    if "open" not in states and (index in _list_objects_with(state, "openable") or not body.slack):
+        states.add("closed")
+    return frozenset(states)
