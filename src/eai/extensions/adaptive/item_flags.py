@@ -55,7 +55,6 @@ def make_flag_reader(source: Source) -> FlagReader:
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
     def find_unsolved_flag(key: SuiteKey, task_id: str) -> Flag:
-        """Return the flag of a task that no model solves."""
         suite, books = open_books(key)
         for book in books:
             answer = book[task_id].text

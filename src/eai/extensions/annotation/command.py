@@ -60,7 +60,6 @@ _MAX_SHOWN_PATTERNS = 20
 def _open_demonstrations(
     domain: str, title: str | None, archive: Path | None, data: Path | None, without: Sequence[str] = ()
 ) -> tuple[Benchmark, Mapping[str, list[Task]]]:
-    """Return a benchmark and its demonstrations by title."""
     benchmark = find_benchmark(domain)
     with open_source(data, errata=ErrataChoice.NONE) as source:
         if archive is None:
@@ -227,7 +226,6 @@ def _apply_command(
 
 
 def _print_state(listing: PatternList, chosen: TitleDecisions) -> None:
-    """Print the decided candidates, and the undecided patterns."""
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
         met = sum(annotation.is_met(candidate, difference) for difference in listing.differences)
@@ -294,7 +292,6 @@ def goals(
 
 
 def _format_assignments(annotations: Sequence[Annotation]) -> Iterator[str]:
-    """Yield the number of demonstrations of a title that meet each candidate."""
     numbers = Counter((difference.task.title, candidate) for difference, candidate, _ in annotations)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"

@@ -490,7 +490,6 @@ def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
 
 
 def _refuse_unknown_names(pattern: GoalPattern, listing: PatternList) -> None:
-    """Raise if a pattern names an unknown action, predicate, class or property."""
     refuse_unknown_name(pattern, listing.domain)
     classes = {thing.category for difference in listing.differences for thing in difference.scene.objects}
     good_for = property_predicates(listing.domain.vocabulary)

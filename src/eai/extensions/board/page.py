@@ -177,7 +177,6 @@ def _score_submission(
 
 
 def _summarize(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
-    """Return the results of a response file under the name of its submission."""
     answers = replace(_read_answers(file, suite), model=name)
     records = score_run(
         suite, answers, find_tasks_without_row(suite, answers), ScoringOptions(explanations=False)
@@ -267,7 +266,6 @@ _HEADINGS_AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars",
 
 
 def _ranking_html(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
-    """Return a ranking as HTML; the metric that ranks comes first."""
     columns = sorted(table.columns, key=lambda column: column != table.primary)
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
     head = "".join(

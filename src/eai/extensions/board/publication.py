@@ -79,7 +79,6 @@ def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, st
 
 
 def _to_file_part(text: str) -> str:
-    """Return a text as part of a file name."""
     return re.sub(r"[^A-Za-z0-9.]+", "-", text)[:100]
 
 
@@ -89,7 +88,6 @@ def _content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
 
 
 def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, Any]:
-    """Return a model's results in the form of Every Eval Ever."""
     key = runs[0].key
     model = said.models[key.model]
     seconds = int(datetime.combine(said.date, datetime.min.time(), timezone.utc).timestamp())

@@ -194,7 +194,6 @@ def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[st
 
 
 def _find_only_model(run: Path, files: Sequence[Path]) -> str:
-    """Return the only model with answers in a run; files of single epochs do not count."""
     names = sorted({file.parent.name for file in files if file.name == f"{file.parent.name}{SUFFIX}"})
     if len(names) != 1:
         raise InputError(f"{run}: expected the answers of one model, found {', '.join(names) or 'none'}")

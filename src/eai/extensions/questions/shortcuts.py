@@ -173,7 +173,6 @@ class ShortcutLedger:
         return hits
 
     def _imbalance_change(self, question: ClosedQuestion) -> int:
-        """Return the change of the imbalance by a question."""
         weights = _balance_changes(question, self._find_traits(question))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
@@ -207,7 +206,6 @@ class ShortcutLedger:
         return _share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
 
     def _find_traits(self, question: ClosedQuestion) -> list[dict[_Trait, int]]:
-        """Return the traits of each statement with their weights."""
         features = [question.read_features(text) for text in question.shown]
         all_traits = [
             dict.fromkeys([("operator", label) for label in statement.labels], _TRAIT_WEIGHT)

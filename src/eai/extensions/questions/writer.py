@@ -245,7 +245,6 @@ class Writer:
 def _question_text(
     item: Item, setting: QuestionSetting, cell: _KindAndFormState, templates: Templates, choices: str = ""
 ) -> str:
-    """Return the text of a question, with the choices if they are given."""
     fluents = ", ".join(sorted(setting.rules.fluents))
     values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
     return templates.fill(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
