@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from itertools import pairwise
+from statistics import fmean
 
 from claim import Finding, by_degree, fisher
 from evidence import GI, NAMED, TM, B, Evidence, Suite, V
@@ -173,6 +174,21 @@ def arguments_of_goals(evidence: Evidence) -> Finding:
         *((counts[kind][number], counts[kind].total()) for kind, number in wanted.items()),
         text=f"goals of both worlds by the number of objects: {text}",
     )
+
+
+def objects_of_work(evidence: Evidence) -> Finding:
+    """Compare the relevant objects and the objects in scenes of tasks “Work” with those of other tasks."""
+    tasks = [task for task in find_benchmark(V).tasks(evidence.published).values() if task.goals]
+    text, more = [], []
+    for name, counts in (
+        ("objects in the scene", {task.id: len(task.scene.objects) for task in tasks}),
+        ("relevant objects", {task.id: len(task.relevant) for task in tasks}),
+    ):
+        work = [counts[task.id] for task in tasks if task.title == "Work"]
+        others = [counts[task.id] for task in tasks if task.title != "Work"]
+        more.append(fmean(work) > fmean(others))
+        text.append(f"{name} {fmean(work):.1f} against {fmean(others):.1f} in other tasks")
+    return if_so(all(more), f"mean of tasks “Work”: {', '.join(text)}", in_part=any(more))
 
 
 def facing_is_a_state(evidence: Evidence) -> Finding:
