@@ -57,13 +57,13 @@ _INSIDE = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
-"""Strings, comments and brackets inside a value. Brackets in strings and comments do not count."""
+"""Pattern of strings, comments and brackets inside a value. Brackets in strings and comments do not count."""
 _STRING_OR_COMMENT = re.compile(
     r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:\#|//)[^\n]*)""", re.DOTALL
 )
 _STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma>,)(?=\s*[\]}])""", re.DOTALL)
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
-"""Python literals that become JSON of the same value if their single quotes become double quotes."""
+"""Pattern of Python literals whose single quotes can be replaced by double quotes to get equal JSON."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
 """Text between parts of the value that only separates or numbers them."""
 _SEPARATORS = re.compile(r"[\s,;]*")
@@ -164,7 +164,7 @@ def _object_or_list(value: object) -> JsonObject | list[object] | None:
 
 
 ANY_VALUE = AnswerForm("JSON object or list", _object_or_list, is_part=holds_strings, is_single=False)
-"""Any object or list. The last one in an answer counts."""
+"""Form of an answer that may be any object or list. The last object or list in the answer counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +182,7 @@ class _DecodedJson(NamedTuple):
 
 
 class _JsonProblem(NamedTuple):
-    """Why a text is not JSON, and the position of the problem."""
+    """The reason why a text is not JSON, and the position of the problem."""
 
     reason: str
     position: int
@@ -208,7 +208,7 @@ class _TextRange(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _ReadValue(Generic[T]):
-    """A stretch that was read as a value."""
+    """A stretch of a text that was read as a value."""
 
     start: int
     end: int
@@ -227,7 +227,7 @@ def read_json(text: str, form: AnswerForm[T]) -> ParsedAnswer[T] | Unreadable:
 
 
 class _AnswerText(Generic[T]):
-    """An answer and the form that it is read for."""
+    """An answer, and the form of the value that is read from it."""
 
     def __init__(self, text: str, form: AnswerForm[T]) -> None:
         self.form = form
@@ -323,7 +323,10 @@ class _AnswerText(Generic[T]):
         return self._make_result(chosen[-1:], chosen[-1].meaning, ())
 
     def _select_relevant(self, values: list[_ReadValue[T]]) -> list[_ReadValue[T]]:
-        """Return the values that name something of the task and their neighbours; all values if none does."""
+        """Return the values that name something of the task, and their neighbours.
+
+        If no value does, return all.
+        """
         groups: list[list[_ReadValue[T]]] = []
         for value in values:
             is_neighbour = groups and _NUMBERING.fullmatch(self.text[groups[-1][-1].end : value.start])
@@ -370,7 +373,7 @@ class _AnswerText(Generic[T]):
     def _make_spans(
         self, chosen: Sequence[_ReadValue[T]], unread: _Stretch | None = None
     ) -> tuple[Span, ...]:
-        """Return how each part of the text was treated, in order.
+        """Return the treatment of each part of the text, in order.
 
         Blank parts and code fences are left out.
         """

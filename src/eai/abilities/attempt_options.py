@@ -32,7 +32,7 @@ FeedbackForm: TypeAlias = Literal["prompt", "chat"]
 """Position of feedback: at the end of one question (``prompt``) or in turns of a conversation (``chat``)."""
 
 EndCondition: TypeAlias = Literal["goal", "done"]
-"""When an episode ends: in the first state where all goals hold (``goal``), or at a command (``done``)."""
+"""Condition that ends an episode: all goals hold (``goal``), or the command to end is given (``done``)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -114,10 +114,13 @@ The question is a text, or the values for the placeholders of the ability's temp
 
 
 QuestionMaker: TypeAlias = Callable[[AbilityWorld, Any], QuestionAndAnswer]
-"""Makes the question about a task in a world, with a right answer."""
+"""Function that makes the question about a task in a world, with a right answer."""
 
 SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
-"""Makes the JSON schema of an answer that names objects by some words, or by any words if given None."""
+"""Function that makes the JSON schema of an answer.
+
+Its argument has the words for objects; None if any text may name an object.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,7 +368,7 @@ def declare_plan_ability(
 
 
 def count_fault(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return how often a kind of error that ends a plan counts."""
+    """Return the number of errors of a kind that counts, for a kind that ends a plan."""
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
     return int(verdict.error is not None and verdict.error.kind is kind)

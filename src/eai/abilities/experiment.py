@@ -169,7 +169,7 @@ class Experiment:
 
     @property
     def ordered_choices(self) -> dict[str, StudyChoice]:
-        """The choices by study, in the order of their labels."""
+        """The choices of all studies, in the order of their labels."""
         return dict(sorted(self.study.items(), key=lambda item: item[1].label_position))
 
     @property

@@ -121,7 +121,7 @@ class PartReport:
 
     @property
     def when(self) -> str:
-        """When the part was met, in words; empty if it was not met."""
+        """The moment at which the part was met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"
         if self.met_after is None:
@@ -172,7 +172,7 @@ MAX_NEAR_MISSES = 2
 
 
 def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
-    """Return near misses by missed goal: facts that the answer made true instead of the goal, as texts.
+    """Return by missed goal its near misses: facts that the answer made true instead of the goal, as texts.
 
     A near miss became true and stayed true. It is one of the following: another relation of the same objects
     in the same order; a state of the same object that ended the wanted state; or the wanted relation of the
@@ -197,7 +197,7 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
 def _find_changes(
     steps: Iterable[StepReport],
 ) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
-    """Return the facts that steps made true for good, and by each new fact the facts that ended with it.
+    """Return the facts that became true and stayed true, and for each of them the facts that ended with it.
 
     A fact that holds in both directions at the end is left out of the first result.
     """

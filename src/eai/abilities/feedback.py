@@ -25,17 +25,17 @@ from eai.tasks.wording import Wording
 from eai.world.fault import NOT_EXECUTED, FaultKind
 
 REASONS = "What went wrong in attempt"
-"""Beginning of the reasons of an attempt. The built-in model that follows feedback searches for it."""
+"""Text before the reasons why an attempt failed. The built-in model that follows feedback looks for it."""
 
 _FOLDER = "feedback"
 
 Restate: TypeAlias = Callable[[Belief], Prompt]
-"""Makes the question about a task from a belief about its present state."""
+"""Function that makes the question about a task from a belief about its present state."""
 
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[Belief, Mapping[str, str]]]
-"""Perceives a task's scene before an attempt of a number.
+"""Function that perceives the scene of a task before an attempt, given the attempt's number.
 
-Returns a belief and the metadata of the question.
+It returns a belief and the metadata of the question.
 """
 
 
@@ -125,7 +125,7 @@ class QuestionWriter:
     def _list_reasons(
         self, attempt: Attempt, goals: Sequence[GoalReport], chosen: AttemptOptions
     ) -> Iterator[str]:
-        """Yield why an attempt failed: the steps that were not executed, and the goals that were missed."""
+        """Yield reasons why an attempt failed: the steps that were not executed, and the missed goals."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
         explains = chosen.feedback == "explained"
         for number, step in enumerate(explanation.steps):

@@ -21,7 +21,7 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
 _KIND_RANKS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
-"""Rank of each kind of edit. Of equally good edits the one with the lowest rank is reported."""
+"""Rank of each kind of edit. Of equally good edits, the edit whose kind has the lowest rank is reported."""
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
 """Maximum number of steps that the search for a plan's closeness may try, per plan step and in all."""
@@ -84,7 +84,7 @@ class PlanRepairer:
 
     @property
     def _why_unknown(self) -> str | None:
-        """Why the distance of plans from success is unknown for this task; None if it can be computed."""
+        """The reason why distances from success are unknown for this task; None if they can be computed."""
         if self.task.has_no_plan:
             return "unsolvable"
         if any(goal.is_over_time for goal in self.task.goals):
@@ -129,7 +129,7 @@ class PlanRepairer:
         return self._make_repairer(()).find_min_steps(Effort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
-        """Return a repairer that may use the objects of some steps and those of the task."""
+        """Return a repairer whose steps may use the objects of some steps, and the objects of the task."""
         named = [index for step in steps if step is not None for index in step.arguments]
         return _get_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 

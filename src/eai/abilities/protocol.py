@@ -1,4 +1,7 @@
-"""The names of abilities and protocols. A suite has one of each; the protocol is the set of scoring rules."""
+"""The names of abilities and of protocols.
+
+Each suite has one ability and one set of scoring rules, its protocol.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ class _RegisteredName(str):
     __slots__ = ()
 
     def __new__(cls, name: str) -> Self:
-        """Return the one value of a name. The name need not be registered."""
+        """Return the only value for a name. The name need not be registered."""
         value = _NAMES.setdefault((cls, name), super().__new__(cls, name))
         return cast(Self, value)
 

@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # the analysis channel after a tokenizer has removed its special tokens
+        r"\Aanalysis(?=[A-Z])",  # words of the analysis channel if a tokenizer removed the special tokens
     ]
 )
 _CLOSING = "|".join(
@@ -93,7 +93,7 @@ def _end_of_template(text: str) -> int:
 
 
 def blank_out(thoughts: Iterable[_Thought], text: str) -> str:
-    """Return a text of the same length in which reasoning is blank, so that positions stay."""
+    """Replace reasoning by blanks of the same length, so that positions in the text stay valid."""
     pieces, position = [], 0
     for thought in thoughts:
         pieces += [text[position : thought.start], " " * (thought.end - thought.start)]

@@ -92,7 +92,7 @@ class Repair:
 
 
 def repair_lines(repair: Repair) -> Iterator[str]:
-    """Yield a repair in words, one sentence a line."""
+    """Yield a description of a repair, one sentence a line."""
     if repair.why_null is not None:
         yield f"smallest repair: not known ({repair.why_null.replace('_', ' ')})"
         return

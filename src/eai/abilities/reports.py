@@ -144,7 +144,7 @@ def _fault_text(check: Check, domain: Domain, action: Action, state: State) -> s
 
 
 def _describe_earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene) -> str:
-    """Describe when the missing condition of an action held.
+    """Describe the moment at which the missing condition of an action held before.
 
     ``carried_out`` has the numbers of the executed steps.
     """
@@ -224,7 +224,7 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
 
 
 def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
-    """Return a report on each part of a temporal goal, in the names of the domain; nothing without a goal."""
+    """Return a report on each part of a task's temporal goal, if any, with the names of the domain."""
     if goal is None:
         return ()
     evidence = explain(goal, to_trace(trajectory))

@@ -61,12 +61,12 @@ class Scorer(ABC):
     def score_missing_answer(self) -> Verdict:
         """Return the verdict for a missing answer: all goals are missed, and no error is counted.
 
-        A task that is excluded whatever the answer is excluded here as well.
+        A task that is excluded for every answer is excluded here, too.
         """
         return self.score("").as_missing_answer()
 
     def find_exclusion(self) -> TaskExclusion | None:
-        """Return why the task is excluded whatever the answer, or None if it is scored."""
+        """Return the reason why the task is excluded for every answer, or None if it is scored."""
         return self.score("").excluded
 
     def explain(self, text: str) -> Explanation:
@@ -170,9 +170,9 @@ def _fail(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
 
 
 def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) -> R:
-    """Return a result.
+    """Return the result of a function.
 
-    If computing it raises, log a warning and return a default, so that the verdict stands.
+    If the function raises an exception, log a warning and return a default, so that the verdict stands.
     """
     try:
         return compute(*arguments)

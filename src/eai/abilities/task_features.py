@@ -1,4 +1,4 @@
-"""The features of a task in its records."""
+"""Features of a task, such as its number of goals, which its records hold."""
 
 from __future__ import annotations
 

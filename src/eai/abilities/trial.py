@@ -77,7 +77,7 @@ class Trial:
 
     @property
     def remaining(self) -> Task:
-        """The task of the next attempt: the present state, and the remaining goals that questions state."""
+        """The task of the next attempt: the present state, and the stated goals that are still to reach."""
         stated = self._question_goals
         task = self.task if stated is None else self.task.replace_goals(stated.goals)
         if self.options.world == "restart":
@@ -140,7 +140,7 @@ class Trial:
         )
 
     def _find_goal_step(self, start: int) -> int | None:
-        """Return the number of steps after ``start`` until all goals held; None if they never did."""
+        """Return the number of steps after ``start`` until all goals first held; None if they never did."""
         whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _operator_names(whole.executed)
         executed = [step.executed for step in self.episode.trajectory_from(start).steps]

@@ -139,17 +139,17 @@ def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | N
 
 
 def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> float:
-    """Return the gain in partial success, as a share of the possible gain.
+    """Return the gain in conditions met, as a share of the possible gain.
 
     All conditions of one option can be met although a goal is missed, for example if more than exactly two
-    cups are on the table. In this case, and if all conditions hold at the start, the gain of goals is
+    cups are on the table. In this case, and if all conditions hold at the start, the gain in goals is
     returned.
 
     Args:
         partial: number of conditions met at the end in the best option, and of all its conditions; 0 met if
             nothing was executed.
-        at_start: the numbers in the initial state.
-        of_goals: gain of goals.
+        at_start: the two numbers in the initial state.
+        of_goals: gain in goals.
     """
     met, total = partial
     met_at_start, total_at_start = at_start
@@ -221,7 +221,7 @@ class Verdict:
     repair: Repair | None = None
 
     def as_missing_answer(self) -> Self:
-        """Return this verdict on an empty answer as one on a missing answer: it fails without an error."""
+        """Return this verdict on an empty answer as one on a missing answer, which fails without an error."""
         return replace(self, error=None)
 
     @property
@@ -258,12 +258,12 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class SummaryCounts:
-    """The weight of an answer in a summary, if that differs from its verdict.
+    """The counts of an answer in a summary, if they differ from its verdict.
 
     Attributes:
-        success: whether it counts as a success.
+        success: whether the answer counts as a success.
         goals: tallies of satisfied goals that count.
-        errors: how often each kind of error counts; missing kinds count 0 times.
+        errors: number of errors that count, by kind; missing kinds count 0 times.
     """
 
     success: bool
@@ -336,7 +336,7 @@ class PlanVerdict(Verdict):
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
     def as_missing_answer(self) -> Self:
-        """Return this verdict as one on a missing answer.
+        """Return this verdict as the verdict on a missing answer.
 
         No goal counts as reached, even if it holds at the start.
         """
@@ -357,7 +357,7 @@ class PlanVerdict(Verdict):
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """Why an answer cannot be read.
+    """The reason why an answer cannot be read.
 
     Attributes:
         reason: the reason in words, with its position in the text if there is one.
@@ -378,7 +378,7 @@ EMPTY_SHARE = Share(0, 0)
 
 
 ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
-"""Contribution of a full success to a share of all answers; that of a failure is `ZERO_SHARE`."""
+"""Contributions of a full success, and of a failure (`ZERO_SHARE`), to a share of all answers."""
 
 
 def share_of_one(counted: bool | float | None) -> Share:

@@ -46,7 +46,7 @@ from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.tasks.task import Task
 
 BEGUN = "begun"
-"""Field of a sample's metadata: how often its episode has begun."""
+"""Field of a sample's metadata: the number of times that its episode has begun."""
 
 _REPLIES_PER_TURN = 3
 """Maximum number of replies of a model for each turn of a game."""
@@ -55,7 +55,7 @@ _ENDED_BY_LIMIT = {"token": "tokens", "time": "time", "turn": "turns"}
 
 
 class _StoredEpisode(StoreModel):
-    """The episode so far, in Inspect's store."""
+    """The episode so far, as Inspect's store holds it."""
 
     episode: dict[str, Any] = Field(default_factory=dict)
 
@@ -134,7 +134,7 @@ def _player(harness: str | None = None) -> Solver:
     """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
-        harness: react, text or module:object; the harness of the task if None.
+        harness: react, text or module:object; None for the harness of the task.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -162,7 +162,8 @@ def _player(harness: str | None = None) -> Solver:
 
 
 player = solver(name="player")(_player)
-if registry_info(player).name == "player":  # Inspect leaves the package out of names if it is editable
+# Inspect's names lack the package if it is installed as editable
+if registry_info(player).name == "player":
     player = solver(name="eai/player")(_player)
 
 

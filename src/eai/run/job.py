@@ -30,13 +30,13 @@ PROVIDER = "eai"
 """Provider of built-in models, the part of their names before the slash."""
 
 ERRATA = "errata"
-"""Field of a question's metadata: whether errata correct the task's own answers."""
+"""Field of a question's metadata: whether errata correct the data set's answer to it."""
 
 CAPTIONER = "captioner"
 """Built-in model that lists the objects in pictures."""
 
 EXPLORERS = ("explorer", "greedy", "novel", "blind")
-"""Built-in models that only act."""
+"""Built-in models that only play episodes and answer no other questions."""
 
 MODELS = (
     *("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER),
@@ -50,7 +50,7 @@ _ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
     CAPTIONER: (SCENE_GRAPH,),
     **dict.fromkeys(EXPLORERS, ()),
 }
-"""Abilities without turns that a built-in model answers, if it does not answer all."""
+"""Abilities without turns that a built-in model answers, for models that do not answer all."""
 
 
 def can_answer(name: str, ability: Ability) -> bool:
@@ -161,7 +161,7 @@ class Job:
         return sha256_of(json.dumps(decisive))
 
     def start_conversation(self, task_id: str, epoch: int) -> Conversation:
-        """Return the questions on a task in one epoch."""
+        """Return the conversation of a task in one epoch: its questions, one after the other."""
         if self.trials is None:
             return Conversation(partial(self.prompts.__getitem__, task_id))
         return self.trials.start_conversation(task_id, epoch)

@@ -58,7 +58,7 @@ class AnswerJournal:
         return self._answers.get((request_sha256, *key, attempt))
 
     def add(self, answer: Answer) -> None:
-        """Write an answer to disk; when this returns, the end of the process cannot lose it.
+        """Write an answer to disk. A later end of the process cannot lose it.
 
         Raises:
             InputError: the file cannot be written, or was deleted.
@@ -74,7 +74,7 @@ class AnswerJournal:
         self._keep(answer)
 
     def begin(self, key: AnswerKey, request_sha256: str) -> int:
-        """Note in a file beside the journal that an episode begins, and return how often it has begun.
+        """Record in a file beside the journal that an episode begins, and return how often it has begun.
 
         Raises:
             InputError: the file cannot be read or written.
@@ -93,9 +93,10 @@ class AnswerJournal:
 
 
 ProgressWatch: TypeAlias = Callable[[int, int, int], None]
-"""Called with the number of answered tasks, of failed tasks, and of all tasks, counting every epoch.
+"""Function that is called with the numbers of answered tasks, of failed tasks, and of all tasks.
 
-Answers from the journal count as answered. A task has failed if one of its requests failed for good.
+Every epoch counts. Answers from the journal count as answered. A task has failed if one of its requests
+failed for good.
 """
 
 
@@ -137,12 +138,12 @@ class RunState:
 
     @property
     def last_answers(self) -> dict[AnswerKey, Answer]:
-        """Last answer to each task that is over, by task and epoch."""
+        """Last answer to each finished task, by task and epoch."""
         return {key: given[-1] for key, given in self.all_answers.items() if self.conversations[key].is_over}
 
     @property
     def attempts(self) -> dict[AnswerKey, tuple[Attempt, ...]]:
-        """Attempts at each task that is carried out and over, by task and epoch."""
+        """Attempts at each finished task whose answers are carried out, by task and epoch."""
         return {
             key: tuple(describe_attempts(attempts, given))
             for key, given in self.all_answers.items()
@@ -170,17 +171,17 @@ class RunState:
         self.report()
 
     def give_up(self, task_id: str, epoch: int, reason: str) -> None:
-        """Note that a request failed for good."""
+        """Record that a request failed for good."""
         self.failures[task_id, epoch] = reason
         self.report()
 
     def stop(self, reason: str) -> None:
-        """Note that no request can succeed, so that the run sends no more questions."""
+        """Record that no request can succeed, so that the run sends no more questions."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
     def report(self) -> None:
-        """Call the watch with the progress of the run."""
+        """Call the progress watch with the numbers of answered and failed tasks."""
         if self._watch is not None:
             self._watch(self._finished, len(self.failures), len(self.conversations))
 

@@ -70,10 +70,10 @@ _OPEN_BOOK = {
     "copy": open_copy_book,
     "empty": open_empty_book,
 }
-"""Function that opens the answers of a model, if they are not the data set's."""
+"""Functions that open the right answers of a model, for models that do not use the data set's answers."""
 
 _REQUIRED_METADATA = frozenset({"domain", "ability", "task_id"})
-"""Metadata of a question that a built-in model needs."""
+"""Metadata that a built-in model needs with a question."""
 
 
 class _ModelArguments(Options):
@@ -206,7 +206,7 @@ class _BuiltInModel(ModelAPI):
     def _output(
         self, input: Sequence[ChatMessage], answer: str, tools: Sequence[ToolInfo] = ()
     ) -> ModelOutput:
-        """Return an answer, or a command as a tool call, with word counts as token counts."""
+        """Return an answer as text, or a command as a tool call, with counts of words as counts of tokens."""
         name = f"{PROVIDER}/{self.model_name}"
         if not tools:
             output = ModelOutput.from_content(name, answer)
@@ -218,7 +218,7 @@ class _BuiltInModel(ModelAPI):
             output = ModelOutput.for_tool_call(
                 name, "act", {"action": action, "objects": object_names}, content=""
             )
-        # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
+        # Without usage figures, Inspect would download a tokenizer to count tokens.
         prompt_words = sum(len(message.text.split()) for message in input)
         words = len(answer.split())
         output.usage = ModelUsage(
@@ -287,7 +287,7 @@ class _BuiltInModel(ModelAPI):
 
 
 def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
-    """Return the benchmark with the task as a question states it: its state, its scene and its goals."""
+    """Return the benchmark in which the task has the state, the scene and the goals of a question."""
     benchmark, task_id = question.benchmark, question.task_id
     if question.done:
         benchmark = execute_actions(benchmark, task_id, question.done)
@@ -308,7 +308,7 @@ def _text_of(answer: WrittenAnswer) -> str:
 
 
 async def _run_in_thread(work: Callable[[], T]) -> T:
-    """Return the result of work in a thread that nobody waits for when the run is interrupted."""
+    """Run a function in a thread, and return its result. An interrupted run does not wait for the thread."""
     future: Future[T] = Future()
     future.set_running_or_notify_cancel()
 

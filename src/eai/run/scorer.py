@@ -133,7 +133,7 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
     def verdict_scorer(
         benchmark: str, protocol: str, planner: str, errata: str = ErrataChoice.CURRENT.value
     ) -> Scorer:
-        """Return a scorer that calls the library's scoring function.
+        """Return an Inspect scorer that calls this package's scoring function.
 
         Args:
             benchmark: reference of the benchmark (`find_benchmark`).
@@ -210,7 +210,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
 
 
 LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
-"""Metadata, epoch and question of the sample whose answer counts, by task."""
+"""Metadata, epoch and question of the sample that counts for each task."""
 
 
 def make_logged_record(
@@ -259,7 +259,7 @@ def _select_answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
 
 
 def _select_majority(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
-    """Return the score of a task's answer that counts; the scores come one epoch after the other."""
+    """Return the score of the answer that counts for a task. Scores come one epoch after the other."""
     answered_scores = _select_answered(scores) or scores
     return answered_scores[majority_index([score.score.answer or "" for score in answered_scores], ability)]
 
@@ -267,7 +267,7 @@ def _select_majority(scores: Sequence[SampleScore], ability: Ability) -> SampleS
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     """Return the verdicts on the answers that count, each read by the form of all answers.
 
-    Verdicts of an experiment do not change: each answer was read before the next was requested.
+    Verdicts of an experiment do not change: each answer was read before the next question was asked.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}

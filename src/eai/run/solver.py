@@ -1,4 +1,4 @@
-"""Asks a model: one request for a task, and a second one if options of the first spoilt the answer.
+"""Ask a model: one request for a task, and a second request if options of the first one spoilt the answer.
 
 Prompts become messages. Replies are repaired: reasoning may stand in the text, a stop sequence may have cut
 off the end, and usage figures may be unreadable.
@@ -69,7 +69,7 @@ def restore_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
 
 
 UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
-"""Errors of providers' libraries at a reply with an unexpected form."""
+"""Exceptions that providers' libraries raise if a reply has an unexpected form."""
 
 
 def drop_unreadable_usage(model: Model) -> Model:
@@ -129,20 +129,20 @@ def content_of(prompt: Prompt) -> str | list[Content]:
 
 
 _REFUSED_PARAMETER_STATUSES = (400, 422)
-"""HTTP statuses of servers that refuse a parameter."""
+"""HTTP statuses with which servers refuse a parameter of a request."""
 
 FINAL_STATUSES = (401, 404)
-"""HTTP statuses that a repetition does not change: wrong key, unknown model."""
+"""HTTP statuses that would not change if the request were repeated: wrong key, unknown model."""
 
 FORM_LEFT_OUT = "form_left_out"
-"""Repair of answers that could not be restricted to a schema."""
+"""Name of the repair of answers that the provider could not restrict to a schema."""
 
 ANSWERS = "answers"
 """Field of a sample's metadata: its answers in order, without reasoning."""
 
 
 class _Reply(NamedTuple):
-    """A model's reply as it came, its parts, and its usage."""
+    """A model's reply, unchanged and in its parts, with its usage."""
 
     output: ModelOutput
     parts: _ReplyParts
@@ -151,7 +151,7 @@ class _Reply(NamedTuple):
 
 @contextmanager
 def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
-    """Report an error of the block to the run: give up the task, or stop the run if none can succeed."""
+    """Report an error of the block to the run: give up the task, or stop the run if all requests fail."""
     try:
         yield
     except Exception as error:
@@ -280,7 +280,7 @@ def restore_answer(state: TaskState, answer: Answer) -> None:
 
 
 def describe_error(error: BaseException) -> str:
-    """Return one line on why a request failed; for a repeated request, why its last attempt failed."""
+    """Return one line on why a request failed; for a repeated request, on why its last try failed."""
     error = _find_last_error(error)
     lines = str(error).strip().splitlines()
     first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
@@ -326,7 +326,7 @@ def make_answer(
 
 
 def _make_restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
-    """Return request options that not every model supports: stop sequences and a schema; None if unused."""
+    """Return the options that only some models support: stop sequences and a schema; None if unused."""
     schema = job.answer_schema(task_id)
     stop = stop if job.decoding.stop else ()
     if not stop and schema is None:
@@ -366,7 +366,7 @@ async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfi
     output = await get_model().generate(messages, config=restrictions)
     if output.empty:
         raise RuntimeError(output.error or "the provider returned no choice")
-    if output.stop_reason == "model_length" and output.usage is None:  # the question was refused
+    if output.stop_reason == "model_length" and output.usage is None:  # the provider refused the question
         raise RuntimeError(f"the question is too long: {output.completion}")
     return _Reply(output, _split_output(output, restrictions.stop_seqs or ()), usage_of(output))
 

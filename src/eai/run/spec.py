@@ -103,7 +103,7 @@ class _ChosenModels(Options):
 
     @property
     def endpoints(self) -> list[Endpoint]:
-        """The models, and how to reach them."""
+        """Models with their names, addresses and arguments."""
         return [Endpoint(name, self.args, self.base_url) for name in self.name]
 
 
@@ -187,7 +187,7 @@ class RunSpec(Options):
 
     @property
     def variation(self) -> Variation:
-        """The combined options of the chosen studies.
+        """Combined options of the chosen studies.
 
         Raises:
             InputError: two studies contradict each other.
@@ -196,7 +196,7 @@ class RunSpec(Options):
 
     @property
     def experiment(self) -> Experiment:
-        """The choices of studies for records, without choices that an earlier stage adds to records."""
+        """Experiment for records: the choices of studies, without those that an earlier stage adds later."""
         variations_by_study = {
             variation.name: self.studies.get(variation.key, Variation()) for variation in list_run_studies()
         }

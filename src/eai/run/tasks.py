@@ -186,7 +186,8 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
 
     name = suite_name(reference, ability).lstrip("_")
     registered = inspect_ai.task(name=name)(suite)
-    if registry_info(registered).name == name:  # Inspect leaves the package out of names if it is editable
+    # Inspect's names lack the package if it is installed as editable
+    if registry_info(registered).name == name:
         registered = inspect_ai.task(name=f"eai/{name}")(suite)
     return registered
 
@@ -211,7 +212,7 @@ def make_trials(
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
-    """Return the experiment with all choices of several.
+    """Combine experiments into one with all of their choices.
 
     Raises:
         InputError: two experiments choose different values of the same field.
@@ -248,7 +249,7 @@ def _ask_nobody(*_: object, **__: object) -> SuiteResult:
 def _run_stage(
     stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], BeliefSet]:
-    """Return the questions with the results of an earlier stage, and the beliefs that they state.
+    """Return questions that contain the results of an earlier stage, and the beliefs that they state.
 
     Raises:
         InputError: a task has no result to state; a log would leave it out of all rates.
@@ -282,7 +283,7 @@ def _select_prompts(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[s
 
 
 SUFFIX = ".eval"
-"""End of the name of a log."""
+"""Suffix of the name of a log."""
 
 JOB = "job_sha256"
 """Field of a log's metadata: digest of its job."""
@@ -296,7 +297,7 @@ def find_log(job: Job, folder: Path) -> Path | None:
     for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):  # log names begin with the time
         try:
             header = _read_log(path, header_only=True)
-        except InputError:  # an incomplete log of a killed run
+        except InputError:  # the run was killed, so its log is incomplete
             continue
         results, metadata = header.results, header.eval.metadata or {}
         is_complete = results is not None and results.completed_samples == results.total_samples

@@ -38,14 +38,17 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
+    """Return the function that makes scorers.
+
+    The import is delayed, so that reports do not load the engine.
+    """
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
     return partial(ActionSequencing, domain=world.domain, notation=world.notation.plans)
 
 
 def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
-    """The names of a task's objects, and the form of a plan; none where an answer may be no plan."""
+    """Return the words for objects in answers, and the maker of the answer's schema; None if unknown."""
     if task is not None and task.may_be_declined:
         return world.notation.plans.words(task), lambda words: None
     words = () if task is None else world.notation.plans.words(task)

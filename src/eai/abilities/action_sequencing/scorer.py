@@ -69,7 +69,7 @@ class ActionSequencing(PlanScorer):
 
     @property
     def _is_plain(self) -> bool:
-        """Whether plans are executed and goals are tested in the way that repairs assume."""
+        """Whether plans run and goals are tested by the standard rules, as the search for repairs assumes."""
         if self.domain.begin is not begin_as_declared:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
@@ -102,7 +102,7 @@ class ActionSequencing(PlanScorer):
 
     @cached_property
     def repairer(self) -> PlanRepairer:
-        """The finder of the smallest repairs of answers."""
+        """The object that finds the smallest repairs of answers."""
         from eai.abilities.plan_repairer import PlanRepairer
 
         return PlanRepairer(self.task, self.domain, self.notation)
@@ -120,7 +120,7 @@ class ActionSequencing(PlanScorer):
         return Assessment(left_out, lambda: self._assess(text, execute).explain())
 
     def _assess(self, text: str, execute: PlanExecutor) -> Assessment:
-        """Return the assessment as if the task were not excluded."""
+        """Return the assessment of an answer, even if the task is excluded."""
         declined = read_declining(self.task, text, self.notation)
         if declined is not None:
             return self._assess_declining(*declined)
@@ -234,7 +234,7 @@ class ActionSequencing(PlanScorer):
         refused: str | None = None,
         partial: Share | None = None,
     ) -> PlanVerdict:
-        """Return the verdict by the goals that the answer reaches. Without `partial` it never ran."""
+        """Return the verdict from the goals that the answer reaches. Without `partial` the plan never ran."""
         return PlanVerdict(
             executable=error is None and refused is None,
             success=success,

@@ -68,7 +68,10 @@ def outcome(verdict: GoalVerdict) -> AnswerOutcome:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
+    """Return the function that makes scorers.
+
+    The import is delayed, so that reports do not load the engine.
+    """
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 
     return partial(GoalInterpretation, domain=world.domain, notation=world.notation.goals)

@@ -161,7 +161,7 @@ class GoalInterpretation(Scorer):
         )
 
     def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
-        """Yield in words the parts of an answer that are neither right nor wrong, and why."""
+        """Yield descriptions of the parts of an answer that are neither right nor wrong, with the reasons."""
         _, unknown, lacking = self._sort_goals(goals)
         entries = [(self.lexicon.classify(goal), str(goal)) for goal in lacking]
         yield from ill_formed_texts([*entries, *goals.ill_formed])

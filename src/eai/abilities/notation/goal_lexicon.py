@@ -80,7 +80,7 @@ class GoalLexicon:
         return prod([self.objects[name] for name in goal.names])
 
     def canonicalize(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return the one form of all goals that mean the same."""
+        """Return a canonical goal: goals with equal meanings have one canonical form."""
         if goal.predicate in self._symmetric:
             return goal._replace(names=tuple(sorted(goal.names)))
         return goal
@@ -119,7 +119,7 @@ def _object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
 
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
-    """Return the parts of a right answer: the first option of each goal about the end."""
+    """Return the parts of a right answer: the first option of each goal about the final state."""
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
     options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
@@ -165,8 +165,8 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
 class _AnswerMeaning:
     """The meaning of the words of an answer in a task.
 
-    A name of several objects means the last of them, as in a plan without numbers. A repeated goal means the
-    object before, as in the counts of goal interpretation.
+    A name of several objects means the last of them, as in a plan without object numbers. If a goal is
+    repeated, each repetition means the object before, as in the counts of goal interpretation.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -179,7 +179,7 @@ class _AnswerMeaning:
         self._times: Counter[WrittenGoal] = Counter()
 
     def formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
-        """Return the meaning of a goal below quantifiers of some names, or None if the goal is ill-formed."""
+        """Return the meaning of a goal inside quantifiers that bind some names; None if it is ill-formed."""
         if not self._lexicon.is_well_formed(said):
             return None
         terms = tuple([to_term(name, variables) for name in self._objects(said, variables)])

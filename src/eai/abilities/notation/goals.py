@@ -29,7 +29,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
 LiteralReader: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]
-"""Returns the meaning of an entry without connectives, below quantifiers that bind some names.
+"""Function that returns the meaning of an entry without connectives, inside quantifiers that bind some names.
 
 It returns None if the entry is not a literal.
 """
@@ -242,7 +242,7 @@ SpelledPredicate: TypeAlias = tuple[str, int]
 """A predicate as answers spell it, and its number of objects."""
 
 GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
-"""Returns the meaning of a goal below quantifiers that bind some names, or None if the goal is ill-formed."""
+"""Function that returns the meaning of a goal inside quantifiers that bind some names; None if ill-formed."""
 
 
 StatedConditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
@@ -445,9 +445,9 @@ class JsonGoals(GoalNotation):
 
 
 def _check_lists(sections: Sections) -> Sections | None:
-    """Return the sections if they are lists.
+    """Return the sections if they are lists, else None.
 
-    Beside a section of `SECTIONS` other members may be plain remarks.
+    An object with a section of `SECTIONS` may have other members that are plain remarks.
     """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]

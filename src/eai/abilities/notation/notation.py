@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Notation:
-    """How answers are written and things are named; by default with the names of the domain.
+    """The form of answers and the names of things; by default the names of the domain.
 
     Attributes:
         plans: notation of plans; by default a JSON list of actions with their objects.
@@ -26,7 +26,7 @@ class Notation:
         subgoals: notation of subgoals; None for formulas with the names of the domain.
         formats: description of the answer for prompts, by ability; by default that of the default notation.
         wordings: returns the names in prompts of an ability; None for the names of the domain.
-        also_observed: predicates that observations list after those in prompts of action sequencing.
+        also_observed: predicates that observations list after the predicates in prompts of action sequencing.
         english: words for instructions, and the role of the agent.
     """
 

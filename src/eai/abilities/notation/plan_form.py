@@ -225,7 +225,7 @@ def strip_names(words: Iterable[str]) -> tuple[str, ...]:
 
 
 def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
-    """Return why the first bad item in a list of steps is not a step; None if there is no bad item."""
+    """Return the reason why the first bad item in a list is not a step; None if all items are steps."""
     if isinstance(value, JsonObject):
         lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
         return (

@@ -37,7 +37,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
 ObjectLookup: TypeAlias = Callable[[object], int | None]
-"""Returns the index of the object that an expression of an answer means, or None."""
+"""Function that returns the index of the object that an expression in an answer means, or None."""
 
 
 def resolve(
@@ -100,7 +100,7 @@ class Execution(NamedTuple):
 
 
 PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]
-"""Executes a plan. An empty plan begins and ends in the present state."""
+"""Function that executes a plan. An empty plan begins and ends in the present state."""
 
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
@@ -232,7 +232,7 @@ class PddlPlans(JsonPlans):
         return False
 
     def step(self, line: str) -> WrittenStep | None:
-        """Return the step of a stripped line without remarks, or None if the line is not a step."""
+        """Return the step of a line without remarks and outer blanks, or None if the line is not a step."""
         step = _STEP.fullmatch(line)
         words = [] if step is None else step[1].split()
         return WrittenStep(words[0], tuple(words[1:])) if words else None

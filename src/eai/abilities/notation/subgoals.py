@@ -36,7 +36,7 @@ _FORMULA_LINE = re.compile(
 )
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
-"""Marks that stand beside an object or a variable, but never beside a formula."""
+"""Characters that occur next to an object or a variable, but never next to a formula."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,8 @@ class SubgoalNotation:
         if about or not named:
             changes = compare_states(before, after)
             for facts, truth in ((changes.added, True), (changes.removed, False)):
-                distinct: dict[tuple[str, frozenset[int]], Fact] = {}  # one of a fact and its mirror image
+                # a fact in both directions is written once
+                distinct: dict[tuple[str, frozenset[int]], Fact] = {}
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
                         distinct.setdefault((fact.predicate, frozenset(fact.arguments)), fact)

@@ -78,15 +78,15 @@ class _QuantifierRange:
     def usable_objects(self, variable: f.Variable) -> Sequence[int]:
         """Return the task's objects of a variable's class, which ``exists`` tries.
 
-        If the task has no such object, return all of the scene.
+        If the task has no object of the class, return all objects of the scene.
         """
         mask = self._scene.category(variable.category)
         return [i for i in self._relevant if mask >> i & 1] or tuple(bits(mask))
 
     def count_literals(self, formula: f.Formula) -> int:
-        """Return the maximum number of literals that a test of a formula looks at.
+        """Return the maximum number of literals that are evaluated in a test of a formula.
 
-        An empty class counts as one object, since formulas inside and around the quantifier are looked at.
+        An empty class counts as one object, since formulas inside and around the quantifier are evaluated.
 
         Raises:
             InputError: there are more than `MAX_LITERALS`.
@@ -152,7 +152,7 @@ def _check_limit(number: int) -> int:
 
 
 MAX_INSTRUCTIONS = 20_000
-"""Maximum length of a program. Alternatives multiply if names or variables stand for several objects."""
+"""Maximum number of instructions of a program. Alternatives multiply if names mean several objects."""
 
 _LITERALS_PER_ACTION = 100
 """Number of literals whose tests cost as much as one applied action."""
@@ -164,7 +164,7 @@ _MAX_CACHED_SUBGOALS = 32
 """Maximum number of cached subgoals of a task."""
 
 _MAX_CACHED_STATES = 16
-"""Maximum number of states for which the plans of a subgoal are cached: those of all branches of a search."""
+"""Maximum number of states for which the plans of one subgoal are cached, over all branches of a search."""
 
 
 class _FailureReason(NamedTuple):
@@ -384,7 +384,7 @@ class _ProgramBuilder:
                 raise _not_executable(formula)
 
     def _add_together(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        """Add actions in their order, before or after the conditions that must hold when all is done."""
+        """Add actions in order, before or after the conditions that must hold when all of them are done."""
         states = [part for part in parts if _speaks_of_states(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
@@ -477,7 +477,7 @@ def _require(required: _Requirement, number: int, then: int) -> Require:
 
 
 def _speaks_of_states(formula: f.Formula) -> bool:
-    """Whether a formula is about one state and mentions no action."""
+    """Whether a formula is about one state and contains no action."""
     return is_state_formula(formula) and not any(isinstance(part, f.Occurs) for part in walk(formula))
 
 

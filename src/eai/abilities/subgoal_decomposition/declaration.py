@@ -58,7 +58,10 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the maker of scorers. The import is delayed so that reports do not load the search."""
+    """Return the function that makes scorers.
+
+    The import is delayed, so that reports do not load the search.
+    """
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 

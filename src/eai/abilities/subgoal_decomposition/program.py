@@ -48,7 +48,7 @@ class SubgoalPlans(NamedTuple):
 
 
 SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
-"""Finds the plans for a subgoal in a state."""
+"""Function that finds the plans for a subgoal in a state."""
 
 
 class Perform(NamedTuple):
@@ -100,12 +100,13 @@ class Fork(NamedTuple):
 
 
 Instruction: TypeAlias = Perform | Require | Fork | None
-"""The next instruction; None if all subgoals were executed."""
+"""Type of an instruction; None stands for the end, after all subgoals."""
 
 Program: TypeAlias = Sequence[Instruction]
-"""A sequence of instructions.
+"""A sequence of instructions, which run from the last to the first.
 
-Each leads only to instructions before it. The last one runs first; number 0 is None.
+Each instruction leads only to instructions before it. The last instruction runs first; number 0 is None,
+the end.
 """
 
 
@@ -127,7 +128,7 @@ class CompiledAnswer:
 
 
 MisusedName: TypeAlias = tuple[int, Misuse]
-"""The number of a subgoal, from 0, and a name in it that is not allowed."""
+"""A misused name: the number of its subgoal, from 0, and the use that is not allowed."""
 
 
 @dataclass(frozen=True, slots=True)

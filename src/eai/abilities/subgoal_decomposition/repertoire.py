@@ -41,7 +41,7 @@ from eai.world.relation import mask_of
 from eai.world.state import Scene, State
 
 Holds: TypeAlias = Callable[[State], bool]
-"""Tests a condition in a state."""
+"""Function that tests a condition in a state."""
 
 _AGENT = 0
 """Number of the agent in an `_OperatorPattern`. The objects of the literal are numbered from 1."""
@@ -161,7 +161,7 @@ class Repertoire:
         """Return the test of a literal. The meaning of its predicate is compiled once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind(scene, literal.arguments)
-        return lambda state: truth(state, [*binding])  # quantifiers write into the copy
+        return lambda state: truth(state, [*binding])  # a copy, since quantifiers write into the binding
 
     def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, Truth]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])
@@ -297,7 +297,7 @@ class Repertoire:
 
 
 def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
-    """Yield all tuples of different arguments, in the order of the objects; some arguments are given."""
+    """Yield all tuples of different objects for arguments, in the order of objects; some are fixed before."""
     if not given:
         yield ()
         return
@@ -425,7 +425,7 @@ class CandidateAction(NamedTuple):
         return count
 
     def is_hopeless(self, failing: Sequence[int]) -> bool:
-        """Whether a failing check requires objects of another kind."""
+        """Whether a failing check requires objects of another kind, so that no action can help."""
         checks = self.info.operator.checks
         return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
 

@@ -109,7 +109,7 @@ class SubgoalDecomposition(Scorer):
         return Programs(self.task, self.lexicon, refinement, self._goal.actions)
 
     def _assess(self, text: str) -> Assessment:
-        """Return the assessment as if the task were not excluded."""
+        """Return the assessment of an answer, even if the task is excluded."""
         compiled = self.compile(text)
         if isinstance(compiled, RejectedAnswer):
             return self._refuse(compiled, compiled.repairs)

@@ -132,7 +132,7 @@ _MIN_BRANCHES_TO_MERGE = 5
 
 
 class _TriedSteps(NamedTuple):
-    """A step with a link to the earlier steps. Branches with the same beginning use the same objects."""
+    """A tried step with a link to the steps before it. Branches with equal beginnings share these objects."""
 
     step: Step
     before: _TriedSteps | None
@@ -261,7 +261,7 @@ class ExplorationLimits:
 
 
 ExplorationEnd: TypeAlias = Literal["complete", "attempts", "branches", "effort"]
-"""Why a search ended: it is complete, or reached one of its limits."""
+"""Reason for the end of a search: it is complete, or reached one of its limits."""
 
 
 @dataclass(frozen=True, slots=True)

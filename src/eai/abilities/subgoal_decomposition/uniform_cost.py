@@ -126,7 +126,7 @@ class _Movement:
         """Yield all movement paths from a state, the shortest first. They are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore(state), 1)
-        return copy(self._ways[state])  # keeps the paths that were explored before
+        return copy(self._ways[state])  # each iterator replays the known paths before it explores more
 
     def _explore(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
@@ -333,14 +333,14 @@ def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans
 
 
 class _FailedSearch:
-    """A search without a plan.
+    """A search that found no plan.
 
     Args:
         search: the search.
 
     Attributes:
         effort: number of actions applied to states, or tested after movement.
-        most_met: maximum number of parts met in one of its states.
+        most_met: maximum number of goal parts that hold in any visited state.
     """
 
     def __init__(self, search: _UniformCostSearch) -> None:
@@ -379,9 +379,8 @@ class _FailedSearch:
         if best is not None:
             return rank, self._choose_reported(best)
         first = self._nodes[0]
-        for (
-            candidate
-        ) in self._permitted.achievers:  # the action needs another one first, or only its tries fail
+        # another action must come first, or only the tries of the action fail
+        for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_reported(attempt)
             only_tries = attempt.failing == [len(candidate.info.operator.checks)]
@@ -426,7 +425,7 @@ class _FailedSearch:
         return best
 
     def _choose_reported(self, attempt: _TriedAction) -> _TriedAction | None:
-        """Return the attempt that is reported for a failed attempt, or None if no attempt is reported.
+        """Return the attempt to report in place of a failed attempt, or None if no attempt is to be reported.
 
         Actions that would establish its failing checks come first, if all of them fail. The result is None if
         the attempt is only too long, or if such an action is possible and undoes nothing.

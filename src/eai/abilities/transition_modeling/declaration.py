@@ -67,7 +67,10 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
-    """Return the outcome of an answer. If a planner was used, right operators alone are no success."""
+    """Return the outcome of an answer.
+
+    If a planner was used, right operators without a plan are no success.
+    """
     if verdict.success:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
@@ -88,7 +91,7 @@ def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
-    """Return the maker of scorers.
+    """Return the function that makes scorers.
 
     The import is delayed so that scoring plans loads no planner of operators.
     """

@@ -207,7 +207,7 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     if is_wrapped and (
         not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), ParsedAnswer)
     ):
-        return None  # cut off, or JSON of another form
+        return None  # the answer was cut off, or is JSON of another form
     last = _read_operator(body[heads[-1].start() :])
     if not is_wrapped and isinstance(last, WrittenOperator) and _CLOSING in last.repairs:
         return None
@@ -283,10 +283,10 @@ class _OperatorPart(NamedTuple):
 
 
 def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
-    """Return the parts behind the name of an operator.
+    """Return the parts of an operator after its name.
 
     Raises:
-        PddlError: the name is missing, or another text stands behind it.
+        PddlError: the name is missing, or other text stands between parts.
     """
     keywords = list(_PART.finditer(text, offset))
     between = text[offset : keywords[0].start() if keywords else len(text)].strip()
@@ -329,7 +329,7 @@ def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlActi
     """Return an operator with one more part.
 
     Raises:
-        PddlError: the list is not such a part.
+        PddlError: the list cannot be a part of this kind.
     """
     reader = PddlReader(part.text)
     match part.keyword:

@@ -151,7 +151,7 @@ class MatchingRules(ABC):
 
     @property
     def empty_result(self) -> PlannerResult:
-        """The result of planning for an answer without operators."""
+        """The planner's result for an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def solve(

@@ -18,7 +18,7 @@ from eai.world.fault import FaultKind
 
 
 class OperatorStatus(str, Enum):
-    """How one operator was treated."""
+    """Treatment of one operator of the task or the answer."""
 
     COMPARED = "compared"
     MISSING = "missing"
@@ -129,7 +129,7 @@ class OperatorVerdict(Verdict):
         return credit_parts(overall_counts(counts_by_category(self)), self.error, self._faults())
 
     def _faults(self) -> Counter[FaultKind]:
-        """Count unreadable and hallucinated operators, and the defects of the others."""
+        """Count unreadable and hallucinated operators, and the defects of all other operators."""
         faults = Counter([_STATUS_FAULTS[r.status] for r in self.operators if r.status in _STATUS_FAULTS])
         for report in self.operators:
             if report.status is OperatorStatus.COMPARED:
