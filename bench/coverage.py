@@ -41,7 +41,7 @@ def certainty(cases: Sequence[Case]) -> Certainty:
     """Return the uncertainty of a rate, which must have one."""
     found = certainty_of_rate(cases)
     if found is None:
-        raise ValueError("a rate of nothing")
+        raise ValueError("no cases: a rate needs at least one")
     return found
 
 
@@ -70,7 +70,7 @@ def plain(cases: Sequence[Case], generator: random.Random) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
     rate = deviations_of_rate(sum_by_name(cases))
     if rate is None:
-        raise ValueError("a rate of nothing")
+        raise ValueError("no cases: a rate needs at least one")
     p, observed = rate.value, rate.observed_variance
     number = p * (1 - p) / observed if observed else 1 / sum(w * w for w in rate.weights.values())
     spread = 1.96**2 / number

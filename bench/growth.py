@@ -64,7 +64,7 @@ def main() -> None:
     add_write_option(parser)
     arguments = parser.parse_args()
     if unknown := set(arguments.curves) - CURVES.keys():
-        parser.error(f"no such curve: {', '.join(sorted(unknown))}")
+        parser.error(f"unknown curves: {', '.join(sorted(unknown))}")
     taken = {}
     for name in arguments.curves or CURVES:
         sizes = [size for size in CURVES[name].sizes if size <= arguments.most]
@@ -147,7 +147,7 @@ def scoring(benchmark: Benchmark, ability: Ability, answer: object, *, fails: bo
 
     def work() -> None:
         if (suite.score(task_id, text).error is not None) != fails:
-            raise SystemExit(f"another verdict than the one that is measured: {text[:200]}")
+            raise SystemExit(f"unexpected verdict on the measured answer: {text[:200]}")
 
     return work
 

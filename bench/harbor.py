@@ -63,7 +63,7 @@ def main() -> None:
     arguments, rows = parser.parse_args(), list[list[Figure]]()
     why_not = lacking()
     if why_not is not None:
-        raise SystemExit(f"there are no boxes here: {why_not}")
+        raise SystemExit(f"cannot isolate processes on this machine: {why_not}")
     for domain in arguments.domain:
         for ability in arguments.ability:
             with tempfile.TemporaryDirectory() as place:

@@ -94,7 +94,7 @@ def succeeds(verdict: Verdict) -> bool:
 def valid(found: bool) -> bool:
     """Raise unless a plan was judged valid: all plans of this program are."""
     if not found:
-        raise SystemExit("a valid plan was refused")
+        raise SystemExit("a library or eai judged the valid plan invalid")
     return found
 
 

@@ -28,7 +28,7 @@ def milliseconds(work: Callable[[], object]) -> float:
 def valid(found: bool) -> None:
     """Raise if a library rejects the plan, which is valid."""
     if not found:
-        raise SystemExit("a valid plan was refused")
+        raise SystemExit("a library judged the valid plan invalid")
 
 
 def validating(domain: str, problem: str, plan: str) -> Callable[[], object]:

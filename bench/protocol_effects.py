@@ -193,7 +193,9 @@ class Answers:
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
             rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
             if rates != self.rates(rules_of(protocol)):
-                raise AssertionError(f"{self.model}: the parts of {protocol.value} do not make the whole")
+                raise AssertionError(
+                    f"{self.model}: the combined parts of {protocol.value} give other rates than the protocol"
+                )
 
 
 def answers_of(file: ResponseFile, tasks: TaskSet[VirtualHomeTask]) -> Answers:

@@ -117,7 +117,7 @@ def with_figures(
         ValueError: A figure has no claim.
     """
     if unknown := figures.keys() - {claim.claim for claim in claims}:
-        raise ValueError(f"no such claim: {', '.join(sorted(unknown))}")
+        raise ValueError(f"no claim of the result has this text: {', '.join(sorted(unknown))}")
     return [
         Claim(claim.claim, figures[claim.claim], measured) if claim.claim in figures else claim
         for claim in claims

@@ -108,7 +108,7 @@ def test_a_new_figure_replaces_the_figure_of_its_claim_only() -> None:
 
 
 def test_a_figure_without_a_claim_is_an_error() -> None:
-    with pytest.raises(ValueError, match="no such claim: goals"):
+    with pytest.raises(ValueError, match="no claim of the result has this text: goals"):
         with_figures([Claim("steps", 1)], {"goals": 3}, MEASURED)
 
 

@@ -127,7 +127,7 @@ def kill_or_wait(child: int, folder: Path, more: int, later: float) -> bool:
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:
             if status:
-                raise SystemExit(f"a run failed with status {status}")
+                raise SystemExit(f"a run exited with status {status}; see its output above")
             return False
         if len(lines(folder)) >= wanted:
             time.sleep(later)

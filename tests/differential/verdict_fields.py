@@ -27,7 +27,7 @@ def fields(verdict: Verdict) -> dict[str, object]:
         case OperatorVerdict():
             return _of_operators(verdict)
         case _:
-            raise TypeError(f"no fields of a {type(verdict).__name__} are known")
+            raise TypeError(f"cannot compare a {type(verdict).__name__}: add its fields here")
 
 
 def _of_plan(verdict: PlanVerdict) -> dict[str, object]:

@@ -114,7 +114,7 @@ class _Regression(Products):
                 names = [scope.get(term.name, term.name) for term in arguments]
                 self._bring_about(predicate, names) if wanted else self._undo(predicate, names)
         if not self._holds(goal, scope):
-            raise NoWayError("a goal is undone by what comes after it")
+            raise NoWayError("a later goal undoes an earlier one")
 
     def _of_category(self, category: str | None) -> list[str]:
         """Return the declared objects of a category. Objects that were placed come last."""
@@ -209,7 +209,7 @@ class _Regression(Products):
             case "on_fire":
                 self._with_any(partial(self._ignite, name), self._find_things(p.lighter), "nothing lights it")
             case _:
-                raise NoWayError(f"nothing makes anything {state}")
+                raise NoWayError(f"no method makes {state} true")
 
     def _ignite(self, name: str, tool: str) -> None:
         self._get(tool)
@@ -238,7 +238,7 @@ class _Regression(Products):
 
         def beside(one: str, there: str, *, in_place: bool) -> None:
             if in_place and (self._support(one) is None or self._support(one) != self._support(there)):
-                raise NoWayError("they are in two places")
+                raise NoWayError("the objects have no common support")
             neighbours = [n for n in self._find_targets(p.stands_by, one) if n != there]
             self._get(one)
             self._reach(there, one)
@@ -284,7 +284,7 @@ class _Regression(Products):
                 self._free_hand()
                 self._do("TOGGLE_OFF", name)
             case _:
-                raise NoWayError(f"nothing ends that anything is {predicate}")
+                raise NoWayError(f"no method makes {predicate} false")
 
     def _empty(self, name: str, place: str) -> None:
         self._get(name)

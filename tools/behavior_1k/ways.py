@@ -87,7 +87,7 @@ class Ways(SceneReader):
     def _do(self, operator: str, *names: str) -> None:
         self._steps += 1
         if self._steps > MAX_STEPS:
-            raise NoWayError("too many steps")
+            raise NoWayError(f"more than {MAX_STEPS} actions tried")
         compiled = self._domain.compiled[operator]
         binding = compiled.bind(self._state, [self._index[name] for name in names])
         if not compiled.is_possible(self._state, binding):
@@ -101,7 +101,7 @@ class Ways(SceneReader):
     def _first_of(self, ways: Iterable[Way], otherwise: str) -> None:
         """Use the first method that succeeds and undoes no reached goal, or else the first that succeeds."""
         if self._depth >= MAX_DEPTH:
-            raise NoWayError("too deep")
+            raise NoWayError(f"methods nested deeper than {MAX_DEPTH}")
         self._depth += 1
         before, kept = self._moment(), self._kept_goals()
         failed: NoWayError | None = None
@@ -146,7 +146,7 @@ class Ways(SceneReader):
             return
         free = [name for name in holding if name not in keep]
         if not free:
-            raise NoWayError("both hands are needed")
+            raise NoWayError("no free hand: both held objects are needed")
         self._do("RELEASE", free[0])
 
     def _reach(self, name: str, *keep: str) -> None:
@@ -234,7 +234,7 @@ class Ways(SceneReader):
         self._produce(substance)
         found = [name for name in self._holders(substance) if name not in without]
         if not found:
-            raise NoWayError(f"nothing that can be taken holds {substance}")
+            raise NoWayError(f"no movable object holds {substance}")
         return found[0]
 
     def _fill(self, vessel: str, tap: str) -> None:

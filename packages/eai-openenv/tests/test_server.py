@@ -113,12 +113,12 @@ def test_a_session_is_one_episode_after_the_other(client: TestClient) -> None:
 @pytest.mark.parametrize(
     ("data", "told"),
     [
-        ({"task": "os:path/action_sequencing/x"}, "is of no benchmark that this server has"),
+        ({"task": "os:path/action_sequencing/x"}, "this server has no such benchmark"),
         ({"task": "nonsense"}, "is no task: expected BENCHMARK/ABILITY/TASK"),
         ({"task": f"{LAMPS}/action_sequencing/dark"}, "lamps has no task 'dark'"),
         ({"task": f"{LAMPS}/goal_interpretation/light"}, "only tasks of action_sequencing are played"),
-        ({"split": "test"}, "there is no split 'test': expected one of all"),
-        ({"split": "all", "index": 2}, "all has 2 tasks, numbered from 0, and none of number 2"),
+        ({"split": "test"}, "unknown split 'test': expected one of all"),
+        ({"split": "all", "index": 2}, "no task 2 in split all: expected 0 to 1"),
         ({"index": -1}, "none of number -1"),
         ({"task": 5}, "reset: task: expected a string, found 5"),
         ({"index": "0"}, "reset: index: expected a whole number"),
@@ -196,7 +196,7 @@ def test_an_answer_that_takes_for_ever_delays_nobody_else(
         told = {"detail": "scoring takes longer than 60 s: ended at answers 1 to 1"}
         assert (stuck.result().status_code, stuck.result().json()) == (503, told)
         died = client.post("/reward", json=batch("die"))
-        told = {"detail": "a process that scores has died: ended at answers 1 to 1"}
+        told = {"detail": "a scoring process has died: ended at answers 1 to 1"}
         assert (died.status_code, died.json()) == (503, told)
         assert client.post("/reward", json=batch(PLAN)).json()["rewards"] == [1]
 

@@ -24,11 +24,11 @@ def serve(
         list[str],
         typer.Option(
             help="[SPLIT=]DOMAIN, such as test=tasks/test.jsonl: virtualhome, behavior, module:object or a "
-            "task file. A split without a name is called as its domain. Repeat it for several."
+            "task file. Without SPLIT, the split has the name of its domain. Repeat the option for several."
         ),
     ],
     shaping: Annotated[
-        Shaping, typer.Option(help="What answers and episodes are paid for.")
+        Shaping, typer.Option(help="Shaping of the rewards of answers and episodes.")
     ] = TRAINING.reward,
     turns: Annotated[int, typer.Option(min=1, help=GameRules.describe_option("max_steps"))] = 50,
     observe: Annotated[Observe, typer.Option(help=GameRules.describe_option("observe"))] = TRAINING.observe,
@@ -37,12 +37,14 @@ def serve(
     ] = TRAINING.feedback,
     host: Annotated[
         str,
-        typer.Option(help="Where to listen. There is no password: other than this machine at your own risk."),
+        typer.Option(help="Address to listen on. There is no password: other machines at your own risk."),
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Where to listen; 0 for any.")] = 8000,
-    sessions: Annotated[int, typer.Option(min=1, help="How many may be open at once.")] = 64,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port to listen on; 0 for any free port.")
+    ] = 8000,
+    sessions: Annotated[int, typer.Option(min=1, help="Maximum number of open sessions.")] = 64,
     idle: Annotated[float, typer.Option(min=1, help="Seconds after which an idle session is closed.")] = 600,
-    answers: Annotated[int, typer.Option(min=1, help="How many answers one request may bring.")] = 1024,
+    answers: Annotated[int, typer.Option(min=1, help="Maximum number of answers in a request.")] = 1024,
 ) -> None:
     """Serve household tasks to OpenEnv's clients, and rewards to anybody.
 

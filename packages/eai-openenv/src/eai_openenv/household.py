@@ -107,7 +107,7 @@ class Household(Environment[Act, Seen, Standing]):
             InputError: The task does not exist, or an argument is wrong.
         """
         if others:
-            raise InputError(f"reset takes task, split, index and seed, not {', '.join(sorted(others))}")
+            raise InputError(f"reset: expected task, split, index or seed, not {', '.join(sorted(others))}")
         try:
             _Wanted(seed=seed, task=task, split=split, index=index)
         except ValidationError as error:
@@ -127,7 +127,7 @@ class Household(Environment[Act, Seen, Standing]):
         """
         self._refuse_if_closed()
         if self._game is None:
-            raise InputError("no episode has begun: reset first, and in the same WebSocket session")
+            raise InputError("no episode has begun: call reset first, in the same WebSocket session")
         turn = self._game.act(action.command)
         over = self._game.over
         self._standing.step_count += 1
@@ -161,7 +161,7 @@ class Household(Environment[Act, Seen, Standing]):
 
     def _refuse_if_closed(self) -> None:
         if self._closed:
-            raise InputError("the session is closed: it ended or was idle for too long")
+            raise InputError("the session is closed: it ended or was idle for too long; open a new one")
 
     def get_metadata(self) -> EnvironmentMetadata:
         """Return the server's name, description and version."""

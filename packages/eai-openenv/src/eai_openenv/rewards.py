@@ -40,7 +40,7 @@ class Batch(BaseModel):
     @model_validator(mode="after")
     def _one_each(self) -> Batch:
         if not len(self.query) == len(self.prompts) == len(self.labels):
-            raise ValueError("expected as many query as prompts as labels")
+            raise ValueError("query, prompts and labels must have equal lengths")
         return self
 
 
@@ -64,7 +64,9 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
         """Reward answers. Equal requests have equal replies, so a client repeats an interrupted request."""
         begun = time.perf_counter()
         if len(batch.labels) > limits.answers:
-            raise HTTPException(413, f"expected at most {limits.answers} answers")
+            raise HTTPException(
+                413, f"{len(batch.labels)} answers in a request: expected at most {limits.answers}"
+            )
         labels = [tasks.known(label) for label in batch.labels]
         paid: list[float] = []
         logs: dict[str, list[float]] = {metric: [] for metric in (*METRICS, PROMPT_NOT_FOUND)}
@@ -76,7 +78,7 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
                 of_turn, took = await scorers.pay(*asked, left)
             except (TimeoutError, BrokenWorkerProcess) as error:
                 late = f"scoring takes longer than {limits.reward_seconds:g} s"
-                told = late if isinstance(error, TimeoutError) else "a process that scores has died"
+                told = late if isinstance(error, TimeoutError) else "a scoring process has died"
                 place = f"answers {start + 1} to {start + len(asked[0])}"
                 raise HTTPException(503, f"{told}: ended at {place}") from error
             left -= took

@@ -30,7 +30,7 @@ class Tasks:
 
     def __init__(self, splits: Mapping[str, str]) -> None:
         if not splits:
-            raise InputError("expected at least one benchmark")
+            raise InputError("no benchmark: name at least one to serve")
         self._benchmarks = frozenset(splits.values())
         self._of_split: dict[str, Mapping[str, Task]] = {}
         for split, benchmark in splits.items():
@@ -56,7 +56,7 @@ class Tasks:
         for one, other in combinations(goals, 2):
             if common := goals[one] & goals[other]:
                 told = f"{one.value} and {other.value} have {len(common)} goals in common"
-                raise InputError(f"{told}: see eai check --against, or give them other names")
+                raise InputError(f"{told}: see eai check --against, or rename the splits")
 
     @property
     def splits(self) -> Sequence[str]:
@@ -70,7 +70,7 @@ class Tasks:
             IndexError: The split does not exist.
         """
         if split not in self._names:
-            raise IndexError(f"there is no split {split!r}")
+            raise IndexError(f"unknown split {split!r}: expected one of {', '.join(self.splits)}")
         return self._names[split]
 
     def instruction(self, split: str, task: str) -> str:
@@ -84,7 +84,8 @@ class Tasks:
             InputError: The server does not have the benchmark.
         """
         if TaskReference.parse(task).benchmark not in self._benchmarks:
-            raise InputError(f"{task[:200]!r} is of no benchmark that this server has")
+            served = ", ".join(sorted(self._benchmarks))
+            raise InputError(f"{task[:200]!r}: this server has no such benchmark; expected one of {served}")
         return task
 
     def chosen(self, task: str | None, split: str | None, index: int | None, seed: int | None) -> str:
@@ -97,10 +98,10 @@ class Tasks:
             return self.known(task)
         name = split or self.splits[0]
         if name not in self._names:
-            raise InputError(f"there is no split {name!r}: expected one of {', '.join(self.splits)}")
+            raise InputError(f"unknown split {name!r}: expected one of {', '.join(self.splits)}")
         tasks = self._names[name]
         if index is None:
             return random.Random(seed).choice(tasks)  # noqa: S311 - chance, not secrets
         if not 0 <= index < len(tasks):
-            raise InputError(f"{name} has {len(tasks)} tasks, numbered from 0, and none of number {index}")
+            raise InputError(f"no task {index} in split {name}: expected 0 to {len(tasks) - 1}")
         return tasks[index]
