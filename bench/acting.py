@@ -34,7 +34,7 @@ from eai.tasks.source import Source
 TIMES = (1, 2, 4)
 
 
-class Course(NamedTuple):
+class EpisodeProgress(NamedTuple):
     """Whether all goals held after each number of actions, and the number of actions before `DONE`."""
 
     held: Sequence[bool]
@@ -47,7 +47,9 @@ class Course(NamedTuple):
         return self.held[min(budget, len(self.held) - 1)]
 
 
-def course(stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool) -> Course:
+def play_for_progress(
+    stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool
+) -> EpisodeProgress:
     """Play an episode with an agent for the largest budget of actions."""
     game = Game(stage.make_endless())
     agent, held, done = make(game, seed), [all(game.reached)], None
@@ -57,13 +59,13 @@ def course(stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, a
         if command == DONE and done is None:
             done = tried
         if tried == most or (command == DONE and not acts_on):
-            return Course(held, done)
+            return EpisodeProgress(held, done)
         if command != DONE:
             game.act(command)
         held.append(all(game.reached))
 
 
-def stages(name: str, rules: GameRules, sample: int) -> tuple[list[GameSetup], int]:
+def sample_setups(name: str, rules: GameRules, sample: int) -> tuple[list[GameSetup], int]:
     """Return the sampled tasks that have a reference plan, and the number of tasks without one."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
@@ -79,7 +81,7 @@ def stages(name: str, rules: GameRules, sample: int) -> tuple[list[GameSetup], i
     return playable, len(chosen) - len(playable)
 
 
-def cell(courses: Sequence[tuple[Course, int]]) -> str:
+def measure_win_shares(courses: Sequence[tuple[EpisodeProgress, int]]) -> str:
     """Return the shares of episodes won within each budget, by `DONE` and by the last state."""
     done = sum(course.by_done(budget) for course, budget in courses)
     state = sum(course.by_last_state(budget) for course, budget in courses)
@@ -102,21 +104,21 @@ def main() -> None:
     print("| suite | agent | games |", *[f"{times} L |" for times in TIMES], "budget | CPU ms a game |")
     print("|---|---|--:|", *["--:|" for _ in TIMES], "--:|--:|")
     for name in arguments.suites:
-        playable, left_out = stages(name, rules, arguments.sample)
+        playable, left_out = sample_setups(name, rules, arguments.sample)
         lengths = sorted([stage.reference.shortest or 0 for stage in playable])
         for called in arguments.agents:
             seeds, start = range(arguments.seeds if called in NULLS else 1), time.process_time()
             games = [
-                (stage, course(stage, AGENTS[called], seed, acts_on=called in NULLS))
+                (stage, play_for_progress(stage, AGENTS[called], seed, acts_on=called in NULLS))
                 for stage in playable
                 for seed in seeds
             ]
             spent = 1000 * (time.process_time() - start) / len(games)
             shown = [
-                cell([(game, times * (stage.reference.shortest or 0)) for stage, game in games])
+                measure_win_shares([(game, times * (stage.reference.shortest or 0)) for stage, game in games])
                 for times in TIMES
             ]
-            shown.append(cell([(game, stage.limit or 0) for stage, game in games]))
+            shown.append(measure_win_shares([(game, stage.limit or 0) for stage, game in games]))
             rows.append([name, called, len(games), *shown, round(spent)])
             print(f"| {' | '.join(map(str, rows[-1]))} |", flush=True)
         middle = lengths[len(lengths) // 2]

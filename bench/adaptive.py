@@ -51,14 +51,14 @@ def main() -> None:
     for suite, of_suite in group_by_suite(answers).items():
         if declaration_of(Ability(suite.ability)).has_plans:
             for target in TARGETS:
-                asked, at_random, distance, within = measured(collect_scores(of_suite), target)
+                asked, at_random, distance, within = measure_target(collect_scores(of_suite), target)
                 print(f"{suite}, {target}: {asked}, {at_random}; {distance}; {within}", flush=True)
                 rows.append([suite_title(suite.domain, suite.ability), target, asked, at_random, distance])
     if arguments.write:
         write_rows("adaptive", rows, table=1, keys=2)
 
 
-def measured(scores: SuiteScores, target: float) -> tuple[str, int, float, str]:
+def measure_target(scores: SuiteScores, target: float) -> tuple[str, int, float, str]:
     """Return the tasks asked, the tasks asked in random order, the distance in ability, and the coverage.
 
     The figures are means over the held-out models. Coverage is the share of models whose distance is within
@@ -77,19 +77,19 @@ def measured(scores: SuiteScores, target: float) -> tuple[str, int, float, str]:
         def informative(asked: Numbers, difficulties: Numbers = difficulties) -> tuple[str, ...]:
             return choose_next_tasks(TASKS_PER_ROUND, asked, difficulties, names)
 
-        known = Known(difficulties, names, variance)
-        asked = ask(own, known, target, informative)
-        (found, error), (whole, _) = known.ability(asked), known.ability(own)
+        known = HeldOutDifficulties(difficulties, names, variance)
+        asked = ask_adaptively(own, known, target, informative)
+        (estimated_ability, error), (whole, _) = known.ability(asked), known.ability(own)
         sizes.append(len(asked))
-        distances.append(found - whole)
+        distances.append(estimated_ability - whole)
         within += abs(distances[-1]) <= 1.96 * error
-        drawn += [len(ask(own, known, target, shuffled(own, seed))) for seed in range(DRAWS)]
+        drawn += [len(ask_adaptively(own, known, target, shuffled(own, seed))) for seed in range(DRAWS)]
     distance = sqrt(fmean(each * each for each in distances))
     asked_tasks = f"{median(sizes):.0f} ({min(sizes)}, {max(sizes)})"
     return asked_tasks, round(median(drawn)), round(distance, 2), f"{within}/{len(sizes)}"
 
 
-class Known(NamedTuple):
+class HeldOutDifficulties(NamedTuple):
     """Difficulties of tasks, estimated from the other models' records."""
 
     difficulties: Numbers
@@ -100,7 +100,9 @@ class Known(NamedTuple):
         return estimate_ability(scores, self.difficulties, self.names, self.variance)
 
 
-def ask(own: Numbers, known: Known, target: float, choose: Choose) -> dict[str, float]:
+def ask_adaptively(
+    own: Numbers, known: HeldOutDifficulties, target: float, choose: Choose
+) -> dict[str, float]:
     """Return the answers of an adaptive run."""
     asked: dict[str, float] = {}
     while len(asked) < len(own) and (not asked or known.ability(asked)[1] > target):

@@ -79,13 +79,13 @@ def main() -> int:
 # Goals beside bddl's own evaluation.
 
 
-class Thing(NamedTuple):
+class BddlObject(NamedTuple):
     """An object in the form that bddl's conditions expect."""
 
     name: str
 
 
-class Asked:
+class BddlAtomReader:
     """Answers bddl's questions about atoms from a state of `eai`."""
 
     def __init__(self, domain: Domain, state: State) -> None:
@@ -93,7 +93,7 @@ class Asked:
         self._readings = FormulaEvaluator(domain.vocabulary)
         self._known = domain.vocabulary
 
-    def __call__(self, predicate: str, *things: Thing) -> bool:
+    def __call__(self, predicate: str, *things: BddlObject) -> bool:
         """Return whether an atom holds."""
         variables = [f.Variable(f"v{place}") for place in range(len(things))]
         index = self.state.scene.index
@@ -120,7 +120,7 @@ def import_bddl(folder: Path) -> Any:
     return import_module("bddl.activity")
 
 
-def backend_of(asked: Asked) -> Any:
+def backend_of(asked: BddlAtomReader) -> Any:
     """Return a backend for bddl whose predicates look up atoms in a state of `eai`."""
     base = import_module("bddl.logic_base")
     unary = {each.name for each in p.GOAL_STATES} | {"future"}
@@ -138,13 +138,13 @@ def backend_of(asked: Asked) -> Any:
     return Backend()
 
 
-def conditions_of(bddl: Any, task_id: str, asked: Asked) -> list[Any]:
+def conditions_of(bddl: Any, task_id: str, asked: BddlAtomReader) -> list[Any]:
     """Return the compiled conditions of a goal. Names that end in ``_*`` stand for no object here (D13)."""
     activity = bddl.Conditions(task_id, 0, "omnigibson")
     kinds = activity.parsed_objects
     for kind, names in kinds.items():
         kinds[kind] = [name for name in names if not name.endswith(ANY_OTHER)]
-    scope = {name: Thing(name) for names in kinds.values() for name in names}
+    scope = {name: BddlObject(name) for names in kinds.values() for name in names}
     found = bddl.get_goal_conditions(activity, backend_of(asked), scope, generate_ground_options=False)
     return list({str(each.body): each for each in found}.values())
 
@@ -157,7 +157,7 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
     readings = FormulaEvaluator(domain.vocabulary)
     for task_id in chosen:
         task = tasks[task_id]
-        asked = Asked(domain, task.initial)
+        asked = BddlAtomReader(domain, task.initial)
         with contextlib.redirect_stdout(io.StringIO()):
             theirs = conditions_of(bddl, task_id, asked)
         ours = [goal.formula for goal in task.goals]
@@ -320,8 +320,8 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
     right: Counter[str] = Counter()
     shown, rows = 0, list[list[Figure]]()
     for task_id in chosen:
-        for how, mutant in mutants_of(suite.tasks[task_id], arguments.seed, arguments.each):
-            verdict = suite.score(task_id, written(mutant))
+        for how, mutant in make_mutants(suite.tasks[task_id], arguments.seed, arguments.each):
+            verdict = suite.score(task_id, write_mutant_answer(mutant))
             kind, place = kind_of(verdict)
             found[how][kind] += 1
             as_put_in = kind in mutant.kinds and (
@@ -331,7 +331,7 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
             if not as_put_in and kind != SAME and shown < arguments.show:
                 shown += 1
                 print(f"{task_id}, {how} at step {mutant.place}: {kind} at {place}, {verdict.error}")
-                print("   ", written(mutant))
+                print("   ", write_mutant_answer(mutant))
     for how, kinds in found.items():
         number = kinds.total() - kinds[SAME]
         print(f"{how}: {right[how]} of {number}; {dict(kinds.most_common())}")
@@ -345,7 +345,7 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
     return int(share < 0.98)
 
 
-def mutants_of(task: Task, seed: str, each: int) -> Iterator[tuple[str, Mutant]]:
+def make_mutants(task: Task, seed: str, each: int) -> Iterator[tuple[str, Mutant]]:
     """Return the mutants of a task's gold plan."""
     names = [thing.name for thing in task.scene.objects]
     for how, mutate in MUTATIONS.items():
@@ -357,7 +357,7 @@ def mutants_of(task: Task, seed: str, each: int) -> Iterator[tuple[str, Mutant]]
                 yield how, mutant
 
 
-def written(mutant: Mutant) -> str:
+def write_mutant_answer(mutant: Mutant) -> str:
     """Return the plan as the text of an answer."""
     steps = [json.dumps({"action": action, "object": ", ".join(names)}) for action, names in mutant.steps]
     return f"[{', '.join(steps)}]"

@@ -56,19 +56,19 @@ def main() -> None:
     for name in ("behavior", *chosen.files):
         suite = open_suite(name, Ability.ACTION_SEQUENCING)
         task_ids = suite.task_ids[:: chosen.step]
-        scenes, cost = built(suite, task_ids)
+        scenes, cost = build_scenes(suite, task_ids)
         rows.append([Path(name).name, f"{len(scenes)} of {len(task_ids)}", cost])
         if name == "behavior":
-            of_frame = frames(list(scenes.values())[::10])
+            of_frame = measure_frames(list(scenes.values())[::10])
             if chosen.write:
                 write_figures("bodies", {"CPU s of a frame of 640 x 480: with shadows, without": of_frame})
         if chosen.seen:
-            told(suite, {i: seen_of(scene, suite) for i, scene in scenes.items()})
+            print_seen_facts(suite, {i: find_seen_facts(scene, suite) for i, scene in scenes.items()})
     if chosen.write:
         write_rows("bodies", rows)
 
 
-def built(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyScene], str]:
+def build_scenes(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyScene], str]:
     """Return the scenes that can be built. Print their cost, and why the others cannot be built."""
     scenes, times = dict[str, BodyScene](), []
     for task_id in task_ids:
@@ -87,7 +87,7 @@ def built(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyScene], 
     return scenes, f"{median(times):.2f} ({max(times):.2f})"
 
 
-def frames(scenes: Sequence[BodyScene]) -> str:
+def measure_frames(scenes: Sequence[BodyScene]) -> str:
     """Print and return the cost of rendering a frame of 640 x 480 pixels."""
     costs = []
     for shadows in (True, False):
@@ -107,7 +107,7 @@ def timed(scenes: Sequence[BodyScene], *, shadows: bool) -> Iterator[float]:
                 yield time.process_time() - start
 
 
-def seen_of(scene: BodyScene, suite: Suite) -> Seen:
+def find_seen_facts(scene: BodyScene, suite: Suite) -> Seen:
     """Return the facts whose objects are all visible in a question's pictures. Floors count as visible."""
     with Camera(scene, shadows=False) as camera:
         pixels = Counter(int(i) for view in VIEWS for i in camera.objects(view).ravel())
@@ -122,7 +122,7 @@ def seen_of(scene: BodyScene, suite: Suite) -> Seen:
     )
 
 
-def told(suite: Suite, seen: Mapping[str, Seen]) -> None:
+def print_seen_facts(suite: Suite, seen: Mapping[str, Seen]) -> None:
     """Print how much is visible, and how often a planner succeeds with the visible facts alone."""
     things = Rate(sum(each.seen for each in seen.values()), sum(each.things for each in seen.values()))
     facts = Rate(

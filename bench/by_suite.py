@@ -71,7 +71,11 @@ def main() -> None:
         (d, a) for d in PAPER_BENCHMARKS for a in PAPER_ABILITIES if arguments.suite in f"{d}/{a.value}"
     ]
     if arguments.once:
-        print(json.dumps([measured(domain, ability, arguments.protocol) for domain, ability in suites]))
+        print(
+            json.dumps(
+                [measure_this_process(domain, ability, arguments.protocol) for domain, ability in suites]
+            )
+        )
         return
     builds = [sys.executable, *([arguments.beside] if arguments.beside else [])]
     print(f"{'answers a CPU second':34}" + f"{'cold':>8}{'steady':>8}{'again':>8}" * len(builds))
@@ -115,7 +119,7 @@ def _once(python: str, suite: str, protocol: Protocol) -> Speed:
     return Speed(*speed)
 
 
-def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
+def measure_this_process(domain: str, ability: Ability, protocol: Protocol) -> Speed:
     """Measure the speed of this process, which must not have scored anything yet."""
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
     first, *others = [_answers(domain, ability, model) for model in MODELS]

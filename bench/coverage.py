@@ -37,7 +37,7 @@ PAIRS = ((0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.5, 0.5), (0.8, 0.95), (0.97, 0
 Method = Callable[[Sequence[Case], random.Random], Interval]
 
 
-def certainty(cases: Sequence[Case]) -> Certainty:
+def require_certainty(cases: Sequence[Case]) -> Certainty:
     """Return the uncertainty of a rate, which must have one."""
     found = certainty_of_rate(cases)
     if found is None:
@@ -47,12 +47,12 @@ def certainty(cases: Sequence[Case]) -> Certainty:
 
 def reported(cases: Sequence[Case], generator: random.Random) -> Interval:
     """Return the interval that reports show."""
-    return certainty(cases).interval
+    return require_certainty(cases).interval
 
 
 def independent(cases: Sequence[Case], generator: random.Random) -> Interval:
     """Return the interval for independent tasks."""
-    return certainty(cases).by_task
+    return require_certainty(cases).by_task
 
 
 def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:

@@ -56,7 +56,7 @@ FIELDS = (
 )
 """Fields of every verdict that a digest covers."""
 
-OF_ERRORS = ("kind", "step", "detail")
+ERROR_FIELDS = ("kind", "step", "detail")
 """Fields of an error that its digest covers: those that errors had when digests were first taken."""
 
 REWORDED = (
@@ -77,7 +77,7 @@ REWORDED = (
 )
 """Reworded details, with the words that are hashed: those in use when the digests were first taken."""
 
-OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
+SUITE_FIELDS: Mapping[str, tuple[str, ...]] = {
     "virtualhome/action_sequencing": (),
     "behavior/action_sequencing": ("goals_satisfied",),
     "virtualhome/subgoal_decomposition": ("errors", "offences", "search", "attempts"),
@@ -108,7 +108,7 @@ def main() -> None:
     require_oracle()
     known = json.loads(DIGESTS.read_text()) if DIGESTS.exists() else {}
     found: dict[str, str] = {}
-    for name, make in _digested().items():
+    for name, make in _list_digested().items():
         if arguments.only not in name.partition(" ")[0]:
             continue
         lines = list(make())
@@ -128,20 +128,20 @@ def main() -> None:
         sys.exit(1)
 
 
-def _digested() -> dict[str, Callable[[], Iterable[str]]]:
+def _list_digested() -> dict[str, Callable[[], Iterable[str]]]:
     """Yield everything that has a digest, by name."""
     found: dict[str, Callable[[], Iterable[str]]] = {}
-    for suite, protocol in product(OWN_FIELDS, Protocol.list_names()):
+    for suite, protocol in product(SUITE_FIELDS, Protocol.list_names()):
         found[f"{suite} {protocol.value}"] = partial(_lines, suite, protocol)
     for household, protocol in product(HOUSEHOLDS, Protocol.list_names()):
-        planned = partial(_planned, household, protocol)
+        planned = partial(_plan_operators, household, protocol)
         found[f"{household}/planner {protocol.value}"] = partial(_without_plans, planned)
         found[f"{household}/planner {protocol.value} with plans"] = planned
     return {**found, **{f"{household}/plans": partial(_plans, household) for household in HOUSEHOLDS}}
 
 
 @cache
-def _planned(household: str, protocol: Protocol) -> Sequence[str]:
+def _plan_operators(household: str, protocol: Protocol) -> Sequence[str]:
     """Yield the planner's outcome and plan for the operators of each answer, file by file."""
     ability, lines = Ability.TRANSITION_MODELING, []
     for path in answer_files(f"{household}/{ability.value}"):
@@ -184,9 +184,9 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
 
 def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields to compare. Whole numbers lose their decimal point, and empty values are removed."""
-    kept = {name: _plain(fields.get(RENAMED.get(name, name))) for name in (*FIELDS, *OWN_FIELDS[suite])}
+    kept = {name: _plain(fields.get(RENAMED.get(name, name))) for name in (*FIELDS, *SUITE_FIELDS[suite])}
     if kept["error"] is not None:
-        kept["error"] = {name: kept["error"][name] for name in OF_ERRORS}
+        kept["error"] = {name: kept["error"][name] for name in ERROR_FIELDS}
         for pattern, before in REWORDED:
             kept["error"]["detail"] = pattern.sub(before, kept["error"]["detail"])
     return {name: value for name, value in kept.items() if value not in (None, [], {})}

@@ -70,9 +70,9 @@ def main() -> None:
                 most_objects=arguments.objects,
             )
             _say(like, **make(file, Generator(benchmark, spec, source), arguments.n, arguments.seed))
-        _say(like, **opened(file, find_benchmark(like).domain))
-        _say(like, **checked(file, like))
-        _say(like, **validated(file, like, arguments.val))
+        _say(like, **measure_opening(file, find_benchmark(like).domain))
+        _say(like, **find_set_faults(file, like))
+        _say(like, **validate_certificates(file, like, arguments.val))
 
 
 def _say(like: str, **found: object) -> None:
@@ -93,7 +93,7 @@ def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, 
     return {"tasks_a_cpu_second": round(number / seconds, 1), "seconds": round(seconds), "rejected": reasons}
 
 
-def opened(file: Path, domain: Domain) -> dict[str, object]:
+def measure_opening(file: Path, domain: Domain) -> dict[str, object]:
     """Return the cost of opening a set."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     start = time.process_time()
@@ -109,7 +109,7 @@ def opened(file: Path, domain: Domain) -> dict[str, object]:
     }
 
 
-def checked(file: Path, like: str) -> dict[str, object]:
+def find_set_faults(file: Path, like: str) -> dict[str, object]:
     """Return the faults of a set's tasks, read from its file."""
     benchmark = find_benchmark(like)
     domain, prior = benchmark.domain, count_prior(benchmark, benchmark.tasks(Source()).values())
@@ -130,7 +130,7 @@ def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
         yield [kind for kind in find_uses(action, task.scene) if kind not in prior.uses][:1]
 
 
-def validated(file: Path, like: str, number: int) -> dict[str, object]:
+def validate_certificates(file: Path, like: str, number: int) -> dict[str, object]:
     """Return VAL's verdicts on some certificates, and on the same certificates without their last step."""
     try:
         val = find_val()

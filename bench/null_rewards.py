@@ -106,14 +106,14 @@ def all_operators(suite: Suite, task_id: str) -> str:
     return join_operators(written)
 
 
-def declining(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
+def make_declining_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
     """Return two answers for each task: one that refuses it, and one that asks about it."""
     refused, asked = write_refusal("nothing leads there"), write_refusal("Which one?", QUESTION)
     yield "refuse", lambda task_id: refused
     yield "ask", lambda task_id: asked
 
 
-def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
+def measure_mean_reward(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
     """Return the mean reward of an answer over the tasks that can pay a reward."""
     texts = list(map(answer, suite.task_ids))
     of_plans = suite.ability is Ability.ACTION_SEQUENCING
@@ -125,16 +125,16 @@ def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
     return {shaping: mean([each for each in paid if each is not None]) for shaping, paid in values.items()}
 
 
-def playable(environment: TextEnvironment) -> list[str]:
+def list_playable_tasks(environment: TextEnvironment) -> list[str]:
     """Return the tasks that have goals."""
     tasks = environment.benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
     return [task_id for task_id in environment.task_ids if tasks[task_id].plan_exclusion is None]
 
 
-def done_at_once(name: str, reward: Shaping) -> float:
+def reward_immediate_done(name: str, reward: Shaping) -> float:
     """Return the mean reward of an agent that says `DONE` at once."""
     environment, paid = make(name, reward=reward, gamma=0.9, until="done"), []
-    for task_id in playable(environment):
+    for task_id in list_playable_tasks(environment):
         environment.reset(seed=0, options={"task_id": task_id})
         paid.append(environment.step(DONE)[1])
     return mean(paid)
@@ -150,7 +150,7 @@ def steps_to_win(name: str, observe: Observe, sweeps: int) -> list[int]:
     steps = []
     for sweep in range(sweeps):
         rng = Random(sweep)  # noqa: S311 - chance, not secrets
-        for task_id in playable(environment):
+        for task_id in list_playable_tasks(environment):
             _, info = environment.reset(seed=sweep, options={"task_id": task_id})
             taken, over = 0, False
             while not over:
@@ -176,14 +176,17 @@ def main() -> None:
     print("| suite | answer |", *[f"`{shaping.value}` |" for shaping in Shaping])
     if arguments.declining:
         suite = open_suite(arguments.declining, Ability.ACTION_SEQUENCING)
-        for called, answer in declining(suite):
-            print(f"| {suite.domain} | {called} |", *[f"{v:.3f} |" for v in paid(suite, answer).values()])
+        for called, answer in make_declining_answers(suite):
+            print(
+                f"| {suite.domain} | {called} |",
+                *[f"{v:.3f} |" for v in measure_mean_reward(suite, answer).values()],
+            )
         return
     for name, ability in product(HOUSEHOLDS, PAPER_ABILITIES):
         if arguments.suite in f"{name}/{ability.value}":
             suite = open_suite(name, ability)
             for called, answer in answers(suite):
-                earned = paid(suite, answer)
+                earned = measure_mean_reward(suite, answer)
                 row = [suite_title(name, ability.value), called]
                 print(f"| {' | '.join([*row, *(f'{value:.3f}' for value in earned.values())])} |", flush=True)
                 if called in SHOWN:
@@ -192,7 +195,7 @@ def main() -> None:
     if arguments.write:
         write_rows("null_rewards", rows, keys=2)
     for name in HOUSEHOLDS if arguments.sweeps else ():
-        print(name, {reward.value: done_at_once(name, reward) for reward in Shaping})
+        print(name, {reward.value: reward_immediate_done(name, reward) for reward in Shaping})
         for observe in get_args(Observe):
             steps = steps_to_win(name, observe, arguments.sweeps)
             won = {most: f"{100 * sum(step <= most for step in steps) / len(steps):.1f} %" for most in STEPS}

@@ -52,11 +52,11 @@ def main() -> None:
     }
     shortcuts: dict[str, Callable[[Task], object]] = {
         "all or none": lambda task: 0,
-        "length": lambda task: len(_shown(task, benchmark)) // 50,
+        "length": lambda task: len(_describe_in_prompt(task, benchmark)) // 50,
         "id": lambda task: task.id[-1],
-        "kind": lambda task: _kind(task, about[task.id]),
+        "kind": lambda task: _find_missing_kind(task, about[task.id]),
     }
-    right = {name: _right(tasks, feature) for name, feature in shortcuts.items()}
+    right = {name: _count_right(tasks, feature) for name, feature in shortcuts.items()}
     for name, number in right.items():
         print(f"{name}: {number} of {len(tasks)}")
     if arguments.write:
@@ -74,7 +74,7 @@ def main() -> None:
     print(f"the planner finds plans of {found} of {len(chosen)} tasks without one")
 
 
-def _shown(task: Task, benchmark: Benchmark) -> str:
+def _describe_in_prompt(task: Task, benchmark: Benchmark) -> str:
     """Return the part of a prompt that describes the task."""
     wording = benchmark.wording(Ability.ACTION_SEQUENCING)
     return "".join(
@@ -82,7 +82,7 @@ def _shown(task: Task, benchmark: Benchmark) -> str:
     )
 
 
-def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
+def _find_missing_kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
     """Return the predicate and category of the missing fact, or of the fact that an instruction is about."""
     match task.special:
         case Impossible(missing) if missing:
@@ -95,7 +95,7 @@ def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
     return predicate, task.scene.objects[task.scene.index[name]].category
 
 
-def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
+def _count_right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
     """Count the tasks on which a shortcut is right.
 
     It guesses the majority label that the other pairs' tasks with this feature have.

@@ -91,7 +91,7 @@ def succeeds(verdict: Verdict) -> bool:
     return isinstance(verdict, PlanVerdict) and bool(verdict.success)
 
 
-def valid(found: bool) -> bool:
+def require_valid(found: bool) -> bool:
     """Raise unless a plan was judged valid: all plans of this program are."""
     if not found:
         raise SystemExit("a library or eai judged the valid plan invalid")
@@ -104,7 +104,7 @@ def plan_of(length: int) -> list[str]:
     return [*islice(cycle(ROUND), max(0, before)), *END]
 
 
-def judging(steps: list[str]) -> dict[str, float]:
+def measure_judging(steps: list[str]) -> dict[str, float]:
     """Return the milliseconds that `eai` and VAL need to judge a plan."""
     suite = open_suite(find_benchmark(f"pddl:{DOMAIN},{PROBLEM}"), Ability.ACTION_SEQUENCING)
     ((task_id, task),) = suite.tasks.items()
@@ -120,16 +120,20 @@ def judging(steps: list[str]) -> dict[str, float]:
         plan.write_text(text + "\n")
         words = [str(find_val()), str(DOMAIN), str(PROBLEM), str(plan)]
         return {
-            "verdict": milliseconds(lambda: valid(succeeds(scorer.score(text)))),
-            "execution": milliseconds(lambda: valid(execute(domain, task.initial, actions).failure is None)),
-            "game": milliseconds(
-                lambda: valid(plays(Game(make_setup(task, suite.benchmark, rules)), actions))
+            "verdict": milliseconds(lambda: require_valid(succeeds(scorer.score(text)))),
+            "execution": milliseconds(
+                lambda: require_valid(execute(domain, task.initial, actions).failure is None)
             ),
-            "VAL": milliseconds(lambda: valid("Plan valid" in subprocess.check_output(words, text=True))),
+            "game": milliseconds(
+                lambda: require_valid(wins_game(Game(make_setup(task, suite.benchmark, rules)), actions))
+            ),
+            "VAL": milliseconds(
+                lambda: require_valid("Plan valid" in subprocess.check_output(words, text=True))
+            ),
         }
 
 
-def plays(game: Game, actions: Sequence[Action]) -> bool:
+def wins_game(game: Game, actions: Sequence[Action]) -> bool:
     """Return whether commands win a game. Each command is answered with the possible commands."""
     for action in actions:
         game.act(game.stage.commands.write(action))
@@ -137,14 +141,14 @@ def plays(game: Game, actions: Sequence[Action]) -> bool:
     return all(game.reached)
 
 
-def evaluating(length: int) -> dict[str, float]:
+def measure_evaluation(length: int) -> dict[str, float]:
     """Return the milliseconds that `eai` needs to evaluate a formula."""
     formula = read_formula(OURS, Signature(dict.fromkeys(LETTERS, 0), {}))[0]
     states = [Facts(number) for number in range(length)]
     return {"formula": milliseconds(lambda: holds(formula, Trace(states)))}
 
 
-def of_others(python: str, steps: list[str]) -> dict[str, float]:
+def measure_others(python: str, steps: list[str]) -> dict[str, float]:
     """Return the milliseconds that the other libraries need, each in the environment of PYTHON."""
     trace = [{letter: letter in Facts(number).true for letter in LETTERS} for number in range(len(steps))]
     work = {"domain": str(DOMAIN), "problem": str(PROBLEM), "formula": FORMULA, "trace": trace}
@@ -166,7 +170,11 @@ def main() -> None:
     print(f"| steps | {' | '.join(COLUMNS)} |\n{'|---:' * (1 + len(COLUMNS))}|")
     for length in arguments.steps:
         steps = plan_of(length)
-        took = {**judging(steps), **evaluating(len(steps)), **of_others(arguments.python, steps)}
+        took = {
+            **measure_judging(steps),
+            **measure_evaluation(len(steps)),
+            **measure_others(arguments.python, steps),
+        }
         cells = [f"{took[name]:.3g}" for name in COLUMNS]
         rows.append([len(steps), *cells])
         print(f"| {len(steps)} | {' | '.join(cells)} |", flush=True)

@@ -25,13 +25,13 @@ def milliseconds(work: Callable[[], object]) -> float:
     return min(found)
 
 
-def valid(found: bool) -> None:
+def require_valid(found: bool) -> None:
     """Raise if a library rejects the plan, which is valid."""
     if not found:
         raise SystemExit("a library judged the valid plan invalid")
 
 
-def validating(domain: str, problem: str, plan: str) -> Callable[[], object]:
+def make_validation(domain: str, problem: str, plan: str) -> Callable[[], object]:
     """Return a run of unified-planning's validator of sequential plans on a parsed plan."""
     from unified_planning.engines import SequentialPlanValidator, ValidationResultStatus
     from unified_planning.io import PDDLReader
@@ -40,10 +40,10 @@ def validating(domain: str, problem: str, plan: str) -> Callable[[], object]:
     opened = reader.parse_problem(domain, problem)
     steps = reader.parse_plan_string(opened, plan)
     validator = SequentialPlanValidator()
-    return lambda: valid(validator.validate(opened, steps).status is ValidationResultStatus.VALID)
+    return lambda: require_valid(validator.validate(opened, steps).status is ValidationResultStatus.VALID)
 
 
-def replaying(domain: str, problem: str, plan: str) -> Callable[[], object]:
+def make_replay(domain: str, problem: str, plan: str) -> Callable[[], object]:
     """Return a run of pyperplan's ground operators, applied one after another."""
     from pyperplan.planner import _ground, _parse
 
@@ -55,9 +55,9 @@ def replaying(domain: str, problem: str, plan: str) -> Callable[[], object]:
         state = task.initial_state
         for step in steps:
             operator = by_name[step]
-            valid(operator.applicable(state))
+            require_valid(operator.applicable(state))
             state = operator.apply(state)
-        valid(task.goal_reached(state))
+        require_valid(task.goal_reached(state))
 
     return replay
 
@@ -73,7 +73,7 @@ action debark { template :: "debark {v} {h}"; feedback :: "#done#"; }
 """
 
 
-def playing(domain: str, problem: str, plan: str) -> Callable[[], object]:
+def make_game_run(domain: str, problem: str, plan: str) -> Callable[[], object]:
     """Return a run of TextWorld's engine: each step is a command, answered with the possible commands."""
     import textworld
     from textworld.envs import PddlEnv
@@ -90,12 +90,12 @@ def playing(domain: str, problem: str, plan: str) -> Callable[[], object]:
         won = False
         for command in commands:
             _, _, won = game.step(command)
-        valid(won)
+        require_valid(won)
 
     return play
 
 
-def evaluating(formula: str, trace: list[dict[str, bool]]) -> Callable[[], object]:
+def make_evaluation(formula: str, trace: list[dict[str, bool]]) -> Callable[[], object]:
     """Return a run of flloat's evaluation of a formula on a finite trace."""
     from flloat.parser.ltlf import LTLfParser
 
@@ -106,10 +106,10 @@ def evaluating(formula: str, trace: list[dict[str, bool]]) -> Callable[[], objec
 def main() -> None:
     asked: dict[str, Any] = json.load(sys.stdin)
     works = {
-        "unified-planning": validating(asked["domain"], asked["problem"], asked["plan"]),
-        "pyperplan": replaying(asked["domain"], asked["problem"], asked["plan"]),
-        "TextWorld": playing(asked["domain"], asked["problem"], asked["plan"]),
-        "flloat": evaluating(asked["formula"], asked["trace"]),
+        "unified-planning": make_validation(asked["domain"], asked["problem"], asked["plan"]),
+        "pyperplan": make_replay(asked["domain"], asked["problem"], asked["plan"]),
+        "TextWorld": make_game_run(asked["domain"], asked["problem"], asked["plan"]),
+        "flloat": make_evaluation(asked["formula"], asked["trace"]),
     }
     print(json.dumps({name: milliseconds(work) for name, work in works.items()}))
 

@@ -32,7 +32,7 @@ _IN_TIME, _NEAR = 1.0, 2
 """Maximum CPU seconds of a repair that counts; maximum difference of bounds that count as near."""
 
 
-class _Found(NamedTuple):
+class _TimedBounds(NamedTuple):
     """The bounds of a plan's repair, and the CPU seconds of the search."""
 
     at_least: int
@@ -44,7 +44,7 @@ class _Found(NamedTuple):
         return self.at_most is not None and self.at_most - self.at_least <= edits and self.seconds <= _IN_TIME
 
 
-def _failed(suite: Suite) -> Iterator[Callable[[int], Verdict]]:
+def _find_failed_plans(suite: Suite) -> Iterator[Callable[[int], Verdict]]:
     """Yield a search for the repair of each plan that can be read and fails, with the given effort."""
     for path in model_files(f"{suite.domain}/{suite.ability}"):
         for answer in oracle_answers(path):
@@ -54,17 +54,17 @@ def _failed(suite: Suite) -> Iterator[Callable[[int], Verdict]]:
                     yield look_back
 
 
-def _mend(look_back: Callable[[int], Verdict], effort: int) -> _Found | None:
+def _search_repair(look_back: Callable[[int], Verdict], effort: int) -> _TimedBounds | None:
     """Return the repair of a plan, or None if its task has no repair."""
     begun = time.process_time()
     verdict = look_back(effort)
     seconds = time.process_time() - begun
     repair = verdict.repair if isinstance(verdict, PlanVerdict) else None
     known = repair is not None and repair.why_null is None
-    return _Found(repair.at_least, repair.at_most, seconds) if repair is not None and known else None
+    return _TimedBounds(repair.at_least, repair.at_most, seconds) if repair is not None and known else None
 
 
-def _print(household: str, found: list[_Found]) -> list[Figure]:
+def _print(household: str, found: list[_TimedBounds]) -> list[Figure]:
     """Print a line on the repairs of a household, and return its row on the page."""
     exact, near = [sum(each.is_within(edits) for each in found) / len(found) for edits in (0, _NEAR)]
     times = sorted(each.seconds for each in found)
@@ -90,9 +90,9 @@ def main() -> None:
     require_oracle()
     collect_seldom()
     for household in chosen.household:
-        failed = list(_failed(eai.open(household, "action_sequencing")))
+        failed = list(_find_failed_plans(eai.open(household, "action_sequencing")))
         random.Random(chosen.seed).shuffle(failed)  # noqa: S311
-        found = filter(None, (_mend(look_back, chosen.effort) for look_back in failed))
+        found = filter(None, (_search_repair(look_back, chosen.effort) for look_back in failed))
         rows.append(_print(household, list(islice(found, chosen.number))))
     if chosen.write:
         write_rows("repairs", rows)

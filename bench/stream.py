@@ -47,7 +47,7 @@ BECOME_REAPER = 36
 BATCH = 256
 
 
-class Taken(NamedTuple):
+class StreamCost(NamedTuple):
     """Cost of scoring: seconds of processor time, MB of the largest process, and the printed output."""
 
     seconds: float
@@ -76,9 +76,9 @@ def main() -> None:
         if arguments.simulated:
             simulate(answers, arguments.simulated, explanations=arguments.explanations)
             return
-        one = taken(answers, [explained])
+        one = measure_stream(answers, [explained])
         ray = ["--ray", "local"] if arguments.ray else []
-        several = taken(answers, [explained, "--workers", str(arguments.workers), *ray])
+        several = measure_stream(answers, [explained, "--workers", str(arguments.workers), *ray])
     print(f"the same records and summary: {one.digests == several.digests}")
     print(f"with {arguments.workers} workers {several.seconds / one.seconds:.2f} times the processor time")
     if arguments.write:
@@ -106,7 +106,7 @@ def write_answers(path: Path, number: int, different: int) -> None:
             file.write(json.dumps(row) + "\n")
 
 
-def taken(answers: Path, options: Sequence[str]) -> Taken:
+def measure_stream(answers: Path, options: Sequence[str]) -> StreamCost:
     """Score a file of answers, and return the cost."""
     out = answers.with_name("out")
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -126,7 +126,7 @@ def taken(answers: Path, options: Sequence[str]) -> Taken:
         with (out / name).open("rb") as file:
             for line in file:
                 digest.update(line)
-    found = Taken(seconds, after.ru_maxrss / 1024, (digests[0].hexdigest(), digests[1].hexdigest()))
+    found = StreamCost(seconds, after.ru_maxrss / 1024, (digests[0].hexdigest(), digests[1].hexdigest()))
     print(
         f"  {' '.join(options):35} {seconds:7.1f} CPU s, at most {found.memory:4.0f} MB a process", flush=True
     )
