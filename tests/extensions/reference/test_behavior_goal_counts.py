@@ -33,7 +33,7 @@ OTHERWISE = {
     answer(["open", "moon.n.01_1"]): ((0, 1, 2), (0, 0, 2)),
     answer(["open"]): ((0, 1, 2), (0, 0, 2)),
 }
-"""Counts that are not those of `strict`: unknown words are of no kind, and wrong where a goal is of one."""
+"""Counts that differ from `strict`. Conditions with unknown objects or missing objects count as wrong."""
 
 
 @pytest.fixture

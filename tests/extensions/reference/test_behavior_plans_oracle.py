@@ -22,7 +22,7 @@ KINDS = {
     "wrong_temporal_order": "wrong_order",
     "hullucination": "hallucination",
 }
-"""The reference's names of errors -> ours, where they differ."""
+"""The reference's name of an error -> our name, if they differ."""
 
 ACCEPTED_BY_STRICT_ONLY = {"putting_away_toys", "serving_hors_d_oeuvres", "sorting_mail"}
 

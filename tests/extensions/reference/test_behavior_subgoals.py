@@ -44,10 +44,10 @@ OTHERWISE = {
     answer(*REACHED[:2], EITHER, REACHED[3]): "runtime missing_step 3",
     answer("(open(fridge.1) or open(carton.1))"): "not_parseable parsing",
 }
-"""Outcomes that are not those of `strict`.
+"""Outcomes that differ from `strict`.
 
-What no action brings about is skipped, and actions are, too. Of alternatives the first one is taken, with the
-text that follows.
+Subgoals that no action makes true are skipped, and so are actions. The first alternative is taken, with
+the text that follows.
 """
 
 

@@ -19,7 +19,7 @@ from subgoal_scorers import behavior_subgoals
 SETS = (*MODELS, "gt", "perturb0", "perturb1", "perturb2")
 
 KINDS = {"wrong_temporal_order": "wrong_order", "affordance_error": "affordance"}
-"""The reference's names of errors -> ours, where they differ."""
+"""The reference's name of an error -> our name, if they differ."""
 
 
 def told_by_us(scorer: SubgoalDecomposition, text: str) -> tuple[object, ...]:
@@ -37,7 +37,7 @@ def told_by_reference(verdict: Any) -> tuple[object, ...]:
 
 
 def drawn(text: str) -> Iterator[str]:
-    """The answer with one piece of each subgoal left, for all that the reference may draw."""
+    """Yield the answers that the reference may draw: one alternative of each subgoal."""
     found = re.search(r"{[^{}]*}", text.strip().replace("}}", "}"))
     assert found is not None
     output = json.loads(found[0])["output"]

@@ -1,4 +1,4 @@
-"""What becomes of an operator that is damaged in one of forty ways; see the test of this name of `strict`."""
+"""Verdicts on operators with one of forty kinds of damage. A test of this name covers `strict`."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ WHOLE_OTHERWISE = {
     operator(): S,
     f"{operator()} (:action light": S,
 }
-"""Outcomes of whole answers that are not those of `strict`."""
+"""Outcomes of whole answers that differ from `strict`."""
 
 
 @EACH_MUTATION

@@ -1,4 +1,4 @@
-"""Each rule of the reference's tolerance, by what becomes of an operator and by what can then be reached."""
+"""Each rule of the tolerant planner: the rewritten operator, and the goals that it can reach."""
 
 from __future__ import annotations
 

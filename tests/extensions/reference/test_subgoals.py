@@ -1,4 +1,4 @@
-"""What the reference says of subgoals, as established by running it on answers of the same shapes."""
+"""Verdicts on subgoals, as the reference gave them when it ran on similar answers."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ OTHERWISE = {
     answer([OPEN]) + "}": [(0, 0, 0)] * 3,
     '{"node goals": null}': [(0, 0, 0)] * 3,
 }
-"""Counts that are not those of `strict`.
+"""Counts that differ from `strict`.
 
 Of two cups on the bed the one with the largest id counts. Unknown words are wrong. An action goal is met as
 often as it is said. What cannot be read misses nothing.

@@ -1,4 +1,4 @@
-"""Verdicts on plans in VirtualHome: those that are of `strict`, and the differences one by one."""
+"""Verdicts on plans in VirtualHome: equal verdicts, and each difference from `strict`."""
 
 from __future__ import annotations
 

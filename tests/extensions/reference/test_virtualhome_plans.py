@@ -185,9 +185,9 @@ def test_action_goals_count_in_order(
         (["PUT"], ["PUTBACK"], 0, 1),
         # The first alternative that occurs at all counts for the reference, even if another occurs earlier.
         (["A|B", "C"], ["B", "C", "A"], 2, 1),
-        # A goal that is never met: the reference does not look at those after it, `strict` does.
+        # After an unmet goal the reference skips all later goals; `strict` does not.
         (["GRAB", "WASH"], ["WASH"], 1, 0),
-        # The reference takes the goals in the order of hash seed 0, which is the alphabetical one.
+        # The reference searches goals in the order of hash seed 0, which is alphabetical.
         (["TYPE", "SWITCHOFF"], ["TYPE", "SWITCHOFF"], 2, 1),
         (["TYPE", "SWITCHOFF"], ["SWITCHOFF", "TYPE"], 1, 2),
     ],

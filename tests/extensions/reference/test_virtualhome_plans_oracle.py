@@ -26,7 +26,7 @@ PAGE = ROOT / "docs" / "extensions" / "reference" / "README.md"
 MEASURED = ROOT / "bench" / "README.md"
 
 WITHOUT_IDS = "helm_gpt-4o-2024-05-13.eai-1.0.5"
-"""Answers without ids, of which the reference's last release reads none."""
+"""Answers without ids. The last release of the reference reads none of them."""
 
 SYNTHETIC = ("gold_script.eai-1.0.5", "perturbed.eai-1.0.5", "perturbed2.eai-1.0.5")
 """Made responses with ids; a task has several rows in the perturbed ones."""
@@ -63,7 +63,7 @@ RATES = {
 """The reference's names of the rates -> ours."""
 
 DIGITS = {"execution_success_rate": 1}
-"""How many decimals the reference prints, where it is not 4."""
+"""Number of decimals that the reference prints, if it is not 4."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ def scored(name: str, *, oracle: Oracle, store: Store) -> Scored:
 
 
 def of_reference(row: Mapping[str, Any]) -> dict[str, Any]:
-    """What the reference says of a row, in our terms."""
+    """Return the reference's verdict on a row, in our terms."""
     if not row["gold_test_pass"]:
         return {"excluded": True}
     error, reached, steps = row["error_info"] or {}, row["pred"], row["executed_steps"]
@@ -230,7 +230,7 @@ def summary(verdicts: Sequence[Verdict], protocol: Protocol = REFERENCE) -> dict
 
 
 def in_order_of_hash_seed_0(verdict: Verdict) -> Verdict:
-    """The verdict as it counts where the order of action goals is the one that decided it."""
+    """Return the verdict, counted with action goals in the order of hash seed 0."""
     assert isinstance(verdict, PlanVerdict)
     if verdict.counted is None or verdict.goals is None:
         return verdict
@@ -252,5 +252,5 @@ def leaves(tree: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
 
 
 def crashed(row: Mapping[str, Any]) -> bool:
-    """Whether the reference would have aborted its whole run on this row."""
+    """Whether the reference crashes on this row."""
     return bool(row.get("reference_crash"))

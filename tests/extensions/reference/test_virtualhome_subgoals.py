@@ -35,7 +35,7 @@ BY_LOT = {
     answer("OPEN(table.12) or TOUCH(table.12)", *REACHED[1:]),
     answer(*REACHED[:3], "not (CLOSED(fridge.10) or not ONTOP(cup.13, bed.20))"),
 }
-"""Answers of which one alternative is drawn after the text is cut."""
+"""Answers that are split at alternatives, one of which is drawn."""
 
 OTHERWISE = {
     answer(" then ".join(REACHED)): "correct",

@@ -20,7 +20,7 @@ SEEDED = ("gold", "perturbed", "perturbed2")
 """Sets that were made with ``random.seed(0)`` for each row, so that lots are known."""
 
 MOST_CHOICES = 64
-"""Rows with more choices are left out of the comparison with all of them."""
+"""Maximum number of choices of a row that is compared with all of its choices."""
 
 KINDS = {
     "WRONG_TEMPORAL_ORDER": "wrong_order",
@@ -31,7 +31,7 @@ KINDS = {
 
 
 def of_reference(row: Mapping[str, Any]) -> tuple[object, ...]:
-    """What the reference says of a row, in our terms: category, errors or offences, goals."""
+    """Return the reference's verdict on a row in our terms: category, errors or findings, goals."""
     category, report = SUBGOAL_CATEGORIES[row["category"]], row["report"]
     if category == "not_parseable":
         return (category,)

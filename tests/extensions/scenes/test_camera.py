@@ -1,4 +1,4 @@
-"""Cameras: things are where they should be in a picture, states are seen, and files have what they should."""
+"""Cameras: pictures show objects in their places and states, and files have the right contents."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The door to scenes with bodies: one that cannot be built is passed over, and what is lacking is said."""
+"""Rendered scenes: scenes that cannot be built are skipped, and errors name missing extras."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ from eai.world.vocabulary import Vocabulary, parameter_names
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
 _NUMBERED = re.compile(r"(.+?)([._]\d+)")
-_KEPT = frozenset(
+_FORMAT_WORDS = frozenset(
     (
         *("action", "object", "output", "not", "and", "or", "then", "until", "implies", "next", "eventually"),
         *("always", "true", "false", "forall", "exists", "forn", "forpairs", "fornpairs", "x", "y", "z"),
@@ -62,39 +62,39 @@ def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
     uses = group_pairs(used)
     alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
-    for category, stems in _kinds(tasks).items():
+    for category, stems in _find_stems(tasks).items():
         if not {category, *stems} & uses.keys():
             alike.append(((category in stems, len(stems)), (category, *stems)))
     digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
     rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
     for group in group_pairs(alike).values():
-        changing = [each for each in group if _KEPT.isdisjoint(each)]
+        changing = [names for names in group if _FORMAT_WORDS.isdisjoint(names)]
         start = rng.sample(changing, len(changing))
         for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle, so every name changes
             words |= dict(zip(old, new, strict=True))
     return words
 
 
-def _encoded(words: Mapping[str, str], text: str) -> str:
+def _encode(words: Mapping[str, str], text: str) -> str:
     """Replace the words of a text. Names of objects keep their numbers."""
-    return _TOKEN.sub(lambda token: _replaced(token[0], words), text)
+    return _TOKEN.sub(lambda token: _replace_token(token[0], words), text)
 
 
-def _decoded(words: Mapping[str, str], text: str) -> str:
+def _decode(words: Mapping[str, str], text: str) -> str:
     """Translate an obfuscated text back into the true names."""
-    return _encoded({new: old for old, new in words.items()}, text)
+    return _encode({new: old for old, new in words.items()}, text)
 
 
-def _replaced(token: str, words: Mapping[str, str]) -> str:
+def _replace_token(token: str, words: Mapping[str, str]) -> str:
     if token in words:
         return words[token]
     numbered = _NUMBERED.fullmatch(token)
     return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
 
 
-def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
     """Return the categories except the agent's, each with the names of its objects without numbers."""
-    found: dict[str, dict[str, None]] = {}
+    stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
     agents = set()
     for task in tasks:
@@ -102,14 +102,14 @@ def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
             numbered = _NUMBERED.fullmatch(thing.name)
             stem = thing.name if numbered is None else numbered[1]
             if owner.setdefault(stem, thing.category) == thing.category:
-                found.setdefault(thing.category, {})[stem] = None
+                stems_of.setdefault(thing.category, {})[stem] = None
             if index == task.scene.agent:
                 agents.add(thing.category)
-    return {category: tuple(sorted(stems)) for category, stems in found.items() if category not in agents}
+    return {category: tuple(sorted(stems)) for category, stems in stems_of.items() if category not in agents}
 
 
 @dataclass(frozen=True)
-class _TwinWording(Wording):
+class _ObfuscatedWording(Wording):
     """A wording with swapped names and exact rules.
 
     Attributes:
@@ -121,27 +121,32 @@ class _TwinWording(Wording):
     english: English = PLAIN_ENGLISH
 
     @cached_property
-    def _exact(self) -> DomainRules:
+    def _exact_rules(self) -> DomainRules:
         """The rules of all actions, with hidden facts and without English remarks."""
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
-        shown = [each if is_property(each) else replace(each, visible=True) for each in predicates]
-        operators = tuple(map(_without_words, self.domain.operators))
+        shown = [
+            predicate if is_property(predicate) else replace(predicate, visible=True)
+            for predicate in predicates
+        ]
+        operators = tuple(map(_make_exact_operator, self.domain.operators))
         told = replace(
             self.domain, vocabulary=Vocabulary(tuple(shown), vocabulary.derived), operators=operators
         )
         return DomainRules(told)
 
     @cached_property
-    def _spoken_of(self) -> frozenset[str]:
-        return self._exact.find_predicates(self._exact.operator_names)
+    def _predicates_of_rules(self) -> frozenset[str]:
+        return self._exact_rules.find_predicates(self._exact_rules.operator_names)
 
     def describe_vocabulary(self) -> str:
         names = (*self.predicates, *self.static)
-        lines = _encoded(self.words, super().describe_vocabulary()).splitlines()
-        return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
+        lines = _encode(self.words, super().describe_vocabulary()).splitlines()
+        return "\n".join(
+            f"{line}: {self._explain_predicate(name)}" for line, name in zip(lines, names, strict=True)
+        )
 
-    def _meaning(self, predicate: str) -> str:
+    def _explain_predicate(self, predicate: str) -> str:
         """Return the meaning of a predicate as a sentence about its parameters."""
         arity = self._arity(predicate)
         return sentences_of(predicate, arity, self.english)[0].format(
@@ -149,66 +154,70 @@ class _TwinWording(Wording):
         )
 
     def describe_operators(self) -> str:
-        definitions = [_encoded(self.words, each) for each in self._exact.write_definitions()]
-        rules = "\n".join([*map(self.describe_operator, self._exact.operators), *definitions])
+        definitions = [
+            _encode(self.words, definition) for definition in self._exact_rules.write_definitions()
+        ]
+        rules = "\n".join([*map(self.describe_operator, self._exact_rules.operators), *definitions])
         return f"{explain_notation(rules)}\n{rules}"
 
     def describe_rules_of(self, each: str) -> str:
         return f"what {each} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        return _encoded(self.words, self._exact.summarize(operator) or "")
+        return _encode(self.words, self._exact_rules.summarize(operator) or "")
 
     def describe_object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
-        hidden = [p.name for p in properties if p.name in self._spoken_of]
-        having = [_encoded(self.words, name) for name in hidden if task.initial.has(name, index)]
-        head, _, known = _encoded(self.words, super().describe_object(task, index)).rpartition(": ")
+        hidden = [p.name for p in properties if p.name in self._predicates_of_rules]
+        having = [_encode(self.words, name) for name in hidden if task.initial.has(name, index)]
+        head, _, known = _encode(self.words, super().describe_object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def state_rule_facts(self, task: Task) -> str:
         """Return the facts that plain prompts put into sentences, each on a line below a heading."""
-        named = self._spoken_of.intersection(self.unchanging)
+        named = self._predicates_of_rules.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
         listed, lines = {*self.listed_objects(task)}, [UNCHANGING]
         for predicate, arguments in task.initial.facts():
             if predicate in named and not (predicate in properties and arguments[0] in listed):
-                lines.append(_encoded(self.words, self.write_fact(task, Fact(predicate, arguments))))
+                lines.append(_encode(self.words, self.write_fact(task, Fact(predicate, arguments))))
         return "\n".join(lines) if lines[1:] else ""
 
     def describe_initial(self, task: Task) -> str:
-        return _encoded(self.words, super().describe_initial(task))
+        return _encode(self.words, super().describe_initial(task))
 
     def describe_goals(self, task: Task) -> str:
-        return _encoded(self.words, super().describe_goals(task))
+        return _encode(self.words, super().describe_goals(task))
 
 
-def _without_words(operator: Operator) -> Operator:
+def _make_exact_operator(operator: Operator) -> Operator:
     """Return an equivalent operator without a remark, whose alternatives are conditional effects."""
-    tried = [f.And(each.conditions) for each in operator.tries]
-    effects = [When(need, each.effects) for need, each in zip(tried, operator.tries, strict=True)]
-    none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
-    asked = [affordance(f.Or((*tried, none)), "none of several things can be done")] if tried else []
+    tried = [f.And(attempt.conditions) for attempt in operator.tries]
+    effects = [When(need, attempt.effects) for need, attempt in zip(tried, operator.tries, strict=True)]
+    none = f.Not(f.Or(tuple([attempt.condition for attempt in operator.tries])))
+    checks_of_tries = (
+        [affordance(f.Or((*tried, none)), "none of several things can be done")] if tried else []
+    )
     return replace(
         operator,
         description="",
         tries=(),
-        checks=(*operator.checks, *asked),
+        checks=(*operator.checks, *checks_of_tries),
         effects=(*effects, *operator.effects),
     )
 
 
-class _TwinPlans(PlanNotation):
+class _ObfuscatedPlans(PlanNotation):
     """Plan notation with swapped names."""
 
     def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
         self._plain, self._words = plain, words
 
     def encode_names(self, text: str) -> str:
-        return _encoded(self._words, text)
+        return _encode(self._words, text)
 
     def decode_names(self, text: str) -> str:
-        return _decoded(self._words, text)
+        return _decode(self._words, text)
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         return replace(self._plain.read(self.decode_names(text), actions), spans=())
@@ -226,7 +235,7 @@ class _TwinPlans(PlanNotation):
         return self._plain.join(parts)
 
 
-class _TwinSubgoals(SubgoalNotation):
+class _ObfuscatedSubgoals(SubgoalNotation):
     """Subgoal notation with swapped names."""
 
     def __init__(self, plain: SubgoalNotation, words: Mapping[str, str]) -> None:
@@ -240,10 +249,10 @@ class _TwinSubgoals(SubgoalNotation):
         return self._plain.lexicon(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        return replace(self._plain.read(_decoded(self._words, text)), spans=())
+        return replace(self._plain.read(_decode(self._words, text)), spans=())
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        return tuple([_encoded(self._words, part) for part in self._plain.write(task, plan)])
+        return tuple([_encode(self._words, part) for part in self._plain.write(task, plan)])
 
     def join(self, parts: Iterable[str]) -> str:
         return self._plain.join(parts)
@@ -253,18 +262,18 @@ def open_obfuscated(name: str) -> Benchmark:
     """Open a benchmark with swapped names. It asks only for plans and subgoals."""
     benchmark = find_benchmark(name)
     public = benchmark.data.open_public or benchmark.open_tasks
-    return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL_SOURCE).values()), OBFUSCATED)
+    return _open_with_exact_rules(benchmark, _cipher(benchmark, public(USUAL_SOURCE).values()), OBFUSCATED)
 
 
 def open_with_rules(name: str) -> Benchmark:
     """Open a benchmark with its true names and with the exact rules of obfuscated prompts."""
-    return _with_exact_rules(find_benchmark(name), {}, WITH_RULES)
+    return _open_with_exact_rules(find_benchmark(name), {}, WITH_RULES)
 
 
-def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
+def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
     def wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
-        twin = _TwinWording(
+        twin = _ObfuscatedWording(
             plain.domain,
             plain.predicates,
             plain.answer_names,
@@ -281,17 +290,17 @@ def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: st
 
     no_operators = TaskSet((), dict[str, TransitionTask]().__getitem__, "")
 
-    def in_capitals(text: str) -> str:
-        return _TOKEN.sub(lambda t: _replaced(t[0], words) if t[0].isupper() else t[0], text)
+    def replace_capitals(text: str) -> str:
+        return _TOKEN.sub(lambda t: _replace_token(t[0], words) if t[0].isupper() else t[0], text)
 
     return replace(
         benchmark,
         name=f"{benchmark.name}{suffix}",
         notation=replace(
             benchmark.notation,
-            plans=_TwinPlans(benchmark.notation.plans, words),
-            subgoals=_TwinSubgoals(benchmark.subgoals(), words),
-            formats={ability: in_capitals(text) for ability, text in benchmark.notation.formats.items()},
+            plans=_ObfuscatedPlans(benchmark.notation.plans, words),
+            subgoals=_ObfuscatedSubgoals(benchmark.subgoals(), words),
+            formats={ability: replace_capitals(text) for ability, text in benchmark.notation.formats.items()},
             wordings=wording,
         ),
         data=replace(

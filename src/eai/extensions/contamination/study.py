@@ -24,10 +24,10 @@ from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
-STEPS = (4, 8, 12, 20)
+STEP_BOUNDS = (4, 8, 12, 20)
 """Upper bounds of the strata of plan lengths, in steps of the plan of the data set or certificate."""
 
-GOALS = (1, 2, 4, 8)
+GOAL_BOUNDS = (1, 2, 4, 8)
 """Upper bounds of the strata of numbers of goals."""
 
 _REMARKS = (
@@ -40,34 +40,36 @@ _REMARKS = (
 )
 
 
-Placed: TypeAlias = tuple[Case, Hashable]
+StratifiedCase: TypeAlias = tuple[Case, Hashable]
 """The contribution of one task to a rate, and the stratum of the task."""
 
 
-def matched(first: Sequence[Placed], second: Sequence[Placed]) -> tuple[list[Case], list[Case]]:
+def match_strata(
+    first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
+) -> tuple[list[Case], list[Case]]:
     """Return the tasks of both sets in shared strata. Weights give the second set the strata of the first.
 
     Names get a prefix, so that no name is in both sets. The interval of the difference ignores that strata
     reduce variance, so it is rather too wide.
     """
-    sizes, others = (Counter(stratum for _, stratum in each) for each in (first, second))
+    sizes, others = (Counter(stratum for _, stratum in cases) for cases in (first, second))
     return (
-        [_apart(case, "first") for case, stratum in first if stratum in others],
+        [_label_case(case, "first") for case, stratum in first if stratum in others],
         [
-            _apart(case, "second", sizes[stratum] / others[stratum])
+            _label_case(case, "second", sizes[stratum] / others[stratum])
             for case, stratum in second
             if sizes[stratum]
         ],
     )
 
 
-def _apart(case: Case, which: str, weight: float = 1) -> Case:
+def _label_case(case: Case, which: str, weight: float = 1) -> Case:
     """Return a case with a weight, and with a prefix before its names."""
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
     return Case(f"{which} {case.task}", f"{which} {case.name}", share)
 
 
-Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
+RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
 """A model, the name of its suite, its records of public tasks, and its records of fresh tasks."""
 
 
@@ -85,7 +87,7 @@ Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
         "fresh_tasks",
     ),
 )
-def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
+def contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
     """Public and fresh tasks.
 
     Success in percent of all public and of all fresh tasks. Then success on similar tasks only: tasks with
@@ -94,26 +96,26 @@ def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
     tasks and the single fresh tasks.
     """
     for model, suite, public, fresh in pairs:
-        placed = [list(_placed(records)) for records in (public, fresh)]
+        placed = [list(_stratify(records)) for records in (public, fresh)]
         rates = [Estimate.from_cases([case for case, _ in each]) for each in placed]
-        ones, others = matched(*placed)
-        percents = [rate_of(case.share for case in each).percent for each in (ones, others)]
+        ones, others = match_strata(*placed)
+        percents = [rate_of(case.share for case in cases).percent for cases in (ones, others)]
         difference = Estimate.from_difference(ones, others)
         yield (model, suite, *rates, *percents, difference, len(ones), len(others))
 
 
-def _placed(records: Sequence[Record]) -> Iterator[Placed]:
+def _stratify(records: Sequence[Record]) -> Iterator[StratifiedCase]:
     """Yield the contribution and the stratum of each task, except tasks that statistics exclude."""
     for record in records:
         verdict, task = record.verdict, record.task
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
             kinds = () if verdict.goals is None else tuple([share.denominator > 0 for share in verdict.goals])
-            steps = None if task.annotated_steps is None else _bin(task.annotated_steps, STEPS)
+            steps = None if task.annotated_steps is None else _find_bin(task.annotated_steps, STEP_BOUNDS)
             case = Case(record.task_id, task.name, share_of_one(verdict.success))
-            yield case, (steps, _bin(task.goals, GOALS), kinds)
+            yield case, (steps, _find_bin(task.goals, GOAL_BOUNDS), kinds)
 
 
-def _bin(number: int, bounds: Sequence[int]) -> int:
+def _find_bin(number: int, bounds: Sequence[int]) -> int:
     return sum([number > bound for bound in bounds])
 
 
@@ -125,7 +127,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     Raises:
         InputError: no run has a partner.
     """
-    pairs = list(_pairs(list(records.runs())))
+    pairs = list(_pair_runs(list(records.runs())))
     if not pairs:
         raise InputError(
             "contamination needs runs of a model on a benchmark and on generated tasks of its world"
@@ -133,7 +135,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     yield Analysis([contamination_table(pairs)], remarks=_REMARKS)
 
 
-def _pairs(runs: Sequence[Run]) -> Iterator[Pair]:
+def _pair_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
     for public in runs:
         for fresh in runs:
             one, other = public.key, fresh.key
