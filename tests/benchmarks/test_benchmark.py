@@ -39,6 +39,7 @@ def test_a_file_with_tasks_of_one_ability_alone_names_the_ability_to_give() -> N
     ability = eai.Ability("action_sequencing")
     only = replace(lamps(eai.DataSet(own_tasks={ability: eai.given()})), open_tasks=eai.given())
     with pytest.raises(
-        eai.InputError, match="give --ability action_sequencing, as goal_interpretation is not"
+        eai.InputError,
+        match="give --ability action_sequencing, as this file has no tasks for goal_interpretation",
     ):
         only.tasks_for(eai.Ability("goal_interpretation"), eai.Source())

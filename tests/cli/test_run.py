@@ -337,7 +337,10 @@ def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_pa
     ("options", "why"),
     [
         (("--ability", "goal_interpretation"), "those of goal_interpretation do not"),
-        (("--with", "tasks.adaptive=0.5"), "tasks.adaptive: not with pipeline.goals; it chooses tasks by"),
+        (
+            ("--with", "tasks.adaptive=0.5"),
+            "tasks.adaptive: not with pipeline.goals; adaptive runs choose tasks by",
+        ),
     ],
 )
 def test_what_is_no_pipeline(options: tuple[object, ...], why: str, tmp_path: Path) -> None:

@@ -17,14 +17,14 @@ from studies.sensitivity.test_sensitivity import (
     ANSWERS,
     MakeRules,
     test_a_missing_answer_has_no_operator,
-    test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_the_gold_one,
+    test_one_side_of_an_operator_is_tried_with_the_gold_parameters_and_other_side,
     tried,
 )
 from sweeps import sweep
 
 SHARED = (
     test_a_missing_answer_has_no_operator,
-    test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_the_gold_one,
+    test_one_side_of_an_operator_is_tried_with_the_gold_parameters_and_other_side,
 )
 """Tests of `strict` that are run again with the fixture `rules_with` below."""
 
