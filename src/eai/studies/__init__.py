@@ -1,1 +1,1 @@
-"""Studies: variations around a benchmark and an ability, one folder each, with what they compute and draw."""
+"""Studies: each varies runs, or analyses their records, and makes tables and figures."""

@@ -1,9 +1,9 @@
-"""Replanning and actions that fail: how much further attempts gain, and how much of it feedback gains.
+"""Study further attempts and failing actions: the gain of more attempts, and the share due to feedback.
 
-More attempts alone raise success. So each arm, a way to ask again, is compared with its control: the same
-number of attempts in the same world, without feedback. Attempts at one task depend on each other, and so do
-attempts at similar tasks. The unit of every interval is therefore the name of the task, over all seeds and
-attempts.
+More attempts alone raise success. So each arm, which asks again in its own form, is compared with a control:
+the same number of attempts in the same world, without feedback. Attempts at one task depend on each other,
+and so do attempts at similar tasks. The unit of every interval is therefore the name of the task, over all
+seeds and attempts.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_
 
 @dataclass(frozen=True, slots=True)
 class _Arm:
-    """One way to ask again, with the runs of all seeds of slips.
+    """An arm of the study: one form of further attempts, with the runs of all seeds of failing actions.
 
     Attributes:
         experiment: the experiment, without the seed.
@@ -68,7 +68,7 @@ class _Arm:
 
     @property
     def options(self) -> AttemptOptions:
-        """The options of the arm's attempts."""
+        """Options of the arm's attempts."""
         return AttemptOptions.from_experiment(self.experiment) or AttemptOptions()
 
     @property
@@ -83,7 +83,7 @@ class _Arm:
 
     @property
     def control(self) -> Experiment:
-        """The experiment with the same attempts and without feedback."""
+        """The experiment with equal attempts but without feedback."""
         return self.experiment.replace_choices(
             replace(self.options, feedback="none", form="prompt").experiment
         )
@@ -130,7 +130,7 @@ def replanning_tables(arms: Sequence[_Arm]) -> list[Table]:
 
 
 def write_remarks(arms: Sequence[_Arm]) -> list[str]:
-    """Return remarks for readers: which arms have no control, and which have a single seed."""
+    """Return remarks for readers: the arms without a control, and the arms with a single seed."""
     experiments = {arm.experiment for arm in arms}
     lone_arms = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in experiments]
     texts = []
@@ -323,7 +323,7 @@ class _ReplanningOptions(Variation):
     def attempts(self) -> AttemptOptions | None:
         """The attempts at each task, or None for a plain run.
 
-        Choices without an effect have the values of a plain run. By default, feedback explains failures.
+        Options without an effect have the values of a plain run. By default, feedback explains failures.
         Attempts in a world that continues end with the goal by default.
         """
         scripted = preset_attempts(self.preset, self.slip, self.slip_seed, self.replans)

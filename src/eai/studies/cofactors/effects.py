@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _MAX_NEWTON_STEPS = 40
 _TOLERANCE = 1e-9
 _MAX_LOG_ODDS = 12.0
-"""Maximum log odds per unit. Beyond it, a column separates success from failure, and there is no maximum."""
+"""Maximum log odds per unit. Beyond it, a column separates success from failure, so no maximum exists."""
 
 _MIN_CLUSTERS = 4
 """Minimum number of clusters for the interval of a correlation."""
@@ -62,7 +62,7 @@ def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: 
 
 
 def _pearson(sums: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the correlation of each row of sums (n, x, y, xx, yy, xy); NaN if nothing varies."""
+    """Return the correlation for each row of sums (n, x, y, xx, yy, xy); NaN if x or y does not vary."""
     import numpy as np
 
     n, x, y, xx, yy, xy = sums.T

@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 STEPS = "annotated_steps"
 
 FEATURES = tuple([field.name for field in fields(Features) if field.name != "ground_action_goals"])
-"""Features of a task that scores are compared with, without one that always equals another feature."""
+"""Features of a task that are compared with scores. A feature that always equals another is left out."""
 
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; smaller bins are marked."""
@@ -175,7 +175,7 @@ def _correlations(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
 
 
 def _correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
-    """Yield for each varying feature its name, its correlation with task scores, and the number of tasks."""
+    """Yield each varying feature: name, correlation with task scores, and number of tasks."""
     tasks = group_pairs((line.task, line) for line in answers)
     scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in lines) for t, lines in tasks.items()}
     for feature in FEATURES:
@@ -201,7 +201,7 @@ def _effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
 
 def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """Yield for each varying column: its name, its effect alone and together, answers, and names of tasks."""
+    """Yield each varying column: name, effect alone, effect together, number of answers, and task names."""
     import numpy as np
 
     complete = [a for a in answers if all(value(a) is not None for value in REGRESSION_COLUMNS.values())]
@@ -256,7 +256,7 @@ def _predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
 def _rates(
     lines: Sequence[TidyLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
 ) -> Iterator[Row]:
-    """Yield for each suite, model and name the share of lines that count."""
+    """Yield the share of lines that count, for each suite, model and name."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
             (name, make_case(line, share_of_one(counts(line)))) for line in of_run for name in names_of(line)

@@ -1,1 +1,1 @@
-"""Errors and their causes: the leaves of the paper's taxonomy."""
+"""Errors of answers and their causes, sorted by the paper's taxonomy."""

@@ -1,4 +1,4 @@
-"""The flow of all answers from abilities and worlds to outcomes."""
+"""Draw how answers flow from abilities and worlds to outcomes."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _LINE = 3.4
 """The height of a line of text, in percent of all answers."""
 
 _WIDTH = 0.07
-"""The width of a bar; from one column to the next is 1."""
+"""Width of a bar, as a share of the distance between columns."""
 
 _MIN_NAMED_PERCENT = 0.3
-"""Smallest share of additional steps that has a label, in percent."""
+"""Minimum share of answers with additional steps that has a label, in percent."""
 
 
 @make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
@@ -68,7 +68,7 @@ _Name = TypeVar("_Name")
 
 
 def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
-    """Draw the flow of each protocol with answers to two suites or more; yield names of files and figures."""
+    """Draw the flow of each protocol with answers to at least two suites. Yield file names and figures."""
     for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.row_dicts()).items():
         counts, needless = Counter[tuple[_WorldAbility, str]](), Counter[str]()
         for row in rows:
@@ -135,7 +135,7 @@ def _draw_bands(
 
 
 def _draw_outcomes(panel: Axes, bars: Mapping[str, _Bar], needless: Mapping[str, float]) -> None:
-    """Draw the named bars of outcomes; the hatched share of a bar has additional steps."""
+    """Draw the bars of outcomes with their names. The hatched share of a bar has additional steps."""
     text_top = math.inf
     for outcome, bar in bars.items():
         panel.fill_between(

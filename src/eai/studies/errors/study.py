@@ -1,4 +1,4 @@
-"""Errors by the paper's taxonomy, and the preconditions that plans overlook."""
+"""Sort errors by the paper's taxonomy, and count the preconditions that plans overlook."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ RUNTIME = (
     AnswerOutcome.WRONG_ORDER.value,
     AnswerOutcome.UNCATEGORISED.value,
 )
-"""Outcomes in which a step cannot be executed."""
+"""Outcomes of plans with a step that cannot be executed."""
 
 _KINDS = ("state", "relation", "action")
 _VERDICTS = ("matched", "additional", "missing")
@@ -73,7 +73,7 @@ class _ErrorLeaf(NamedTuple):
 
 
 def find_leaf(answer: AnswerLine) -> _ErrorLeaf:
-    """Return the leaf of an answer. Each answer has exactly one."""
+    """Return the leaf of the taxonomy to which an answer belongs. Each answer has exactly one leaf."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
             return _ErrorLeaf("grammar", answer.outcome)
@@ -185,7 +185,7 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
 
 
 def _ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
-    """Return (matched + additional) / (matched + missing), in percent."""
+    """Return the number of written clauses relative to gold clauses, in percent."""
     by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
     for (task, name), verdicts in by_task.items():
@@ -224,7 +224,7 @@ def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) 
 
 
 def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
-    """Return a task's id, linked to the answer in an explorer. ``explorer/state.js`` reads the link."""
+    """Return a task's id with a link to its answer in an explorer. ``explorer/state.js`` reads the link."""
     if explorer is None:
         return answer.task
     run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
@@ -293,10 +293,10 @@ def _figures(tables: Sequence[Table]) -> Figures:
 
 
 _GAP = 4.0
-"""Gap between stages, in percent of all answers."""
+"""Gap between the bars of two stages, in percent of all answers."""
 
 _MIN_NAMED_PERCENT = 0.5
-"""Smallest share of a leaf that has a label, in percent."""
+"""Minimum share of a kind of error that has a label, in percent."""
 
 _LINE = 5.6
 """Height of a line of text, in percent of all answers."""
@@ -310,7 +310,7 @@ _COLORS: Mapping[str, str] = {
 
 
 def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """Draw the outcomes of the answers of all models, or of the only model; None without answers.
+    """Draw the outcomes of answers of all models, or of the only model; None without answers.
 
     Args:
         rows: the rows of one suite in the table of leaves.

@@ -1,1 +1,1 @@
-"""Goals that models find, miss and make up in goal interpretation."""
+"""Goals that models state rightly, miss or invent in goal interpretation."""

@@ -1,4 +1,4 @@
-"""Goals that models find, miss and make up (paper, section "Goal interpretation": reporting bias)."""
+"""Study goals that models state rightly, miss or invent (paper, "Goal interpretation": reporting bias)."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 
 def _count_models(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
-    """Yield task, goal, and how many models are right about it, wrong about it, and miss it."""
+    """Yield each goal of a task: how many models state it rightly, state it wrongly, and miss it."""
     by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
     for (task, goal), pairs in by_goal.items():
         right, wrong, missing = (len({a for v, a in pairs if v == verdict}) for verdict in _VERDICTS)

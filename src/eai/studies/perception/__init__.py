@@ -1,1 +1,1 @@
-"""Perception: how questions show scenes, errors in the perceived scene, and tasks as they are perceived."""
+"""Perception: forms of scenes in questions, errors in perceived scenes, and tasks with such scenes."""

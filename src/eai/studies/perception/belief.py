@@ -1,8 +1,8 @@
-"""Tasks as they appear to a planner that only perceived their scene.
+"""Make the task that a planner faces if it knows only a perceived scene.
 
-Facts that scene graphs describe are taken from the perceived graph; all other facts, such as the properties
-of objects, are the true ones. An unperceived object has no category, and no action may name it. A name that
-the scene does not have stands for an object like the first object with a similar name.
+Facts that scene graphs describe come from the perceived graph. All other facts, such as the properties of
+objects, are true. An unperceived object has no category, and no action may name it. An invented name stands
+for an object like the first object with a similar name.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ _STEM = re.compile(r"[\W_]*\d*$")
 
 
 def scene_words(benchmark: Benchmark) -> SceneWords:
-    """Return how scene graphs of a benchmark name facts: as prompts of action sequencing do."""
+    """Return the words of a benchmark's scene graphs for facts, as in prompts of action sequencing."""
     return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
 def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
-    """Return the benchmark with the scenes that scene graphs show, by task id.
+    """Return the benchmark whose tasks have the scenes of some scene graphs, by task id.
 
-    Goals that name an unseen object are left out, since no plan can reach them.
+    Goals that name an unseen object are left out, because no plan can reach them.
     """
     words = scene_words(benchmark)
 
@@ -100,7 +100,7 @@ class _PerceivedScene:
         return self._make_scene().state([*kept, *perceived, *copied])
 
     def _select_possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
-        """Yield the facts that a state can hold: no circles of supports, no second support of an object."""
+        """Yield the facts that one state can have: no circles of supports, no second support of an object."""
         words = self._words
         forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
         single = {words.spelling(name) for name, form in words.stored_forms.items() if form in forms}
@@ -119,7 +119,7 @@ class _PerceivedScene:
         return Fact(form, tuple([self._index[name] for name in fact.arguments]))
 
     def _make_scene(self) -> Scene:
-        """Return the objects: unseen objects have no category, and invented objects come last."""
+        """Return the objects of the scene. Unseen objects have no category; invented objects come last."""
         scene = self._task.scene
         objects = [
             WorldObject(item.name, UNSEEN) if index in self._unseen else item
@@ -132,7 +132,7 @@ class _PerceivedScene:
         return Scene(scene.vocabulary, objects, scene.agent)
 
     def _find_similar_object(self, name: str) -> int | None:
-        """Return the first object in the prompt whose name equals this name but for its number."""
+        """Return the first object in the prompt whose name differs from this name only in its number."""
         stem = _STEM.sub("", name)
         names = self._words.names(self._task)
         return next((i for i in prompt_objects(self._task) if _STEM.sub("", names[i]) == stem), None)

@@ -123,11 +123,11 @@ class Perception(Variation):
 
     @property
     def heading(self) -> str:
-        """One line with the format of the scene."""
+        """Line that names the format of the scene."""
         return f"scene: {self.label}"
 
     def record_choice(self, study: str) -> None:
-        """Return None: the stage records the format of the scene."""
+        """Return None, because the first stage of the run records the format of the scene."""
 
     @property
     def captioner(self) -> str | None:
@@ -136,11 +136,11 @@ class Perception(Variation):
 
     @property
     def changed_part(self) -> Literal["", "scene", "goals"]:
-        """The scene."""
+        """The part of a question that this study changes: the scene."""
         return "scene"
 
     def find_contradiction(self, other: Variation) -> str:
-        """Return why the scene cannot be shown in this format in the other study; empty if it can."""
+        """Return why this format of the scene excludes the choice of another study; empty if it does not."""
         acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
             if not self.can_look_again:
@@ -151,7 +151,10 @@ class Perception(Variation):
 
     @property
     def can_look_again(self) -> bool:
-        """Whether questions can show a changed scene; models and the user's own pictures cannot."""
+        """Whether questions can show the scene again after it has changed.
+
+        Scene models and the user's own pictures cannot.
+        """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
@@ -172,14 +175,14 @@ class Perception(Variation):
 
     @property
     def label(self) -> str:
-        """A short text that distinguishes this choice from all others."""
+        """Short text that differs for each choice of options."""
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
         return f"{self.scene}{who}{self._pictures_label}{self._context_label}"
 
     def show_pictures_only(self) -> Self:
-        """Return the choice that shows only the pictures, as a captioner sees them."""
+        """Return a copy of this choice that shows only pictures, for the model that lists their contents."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property

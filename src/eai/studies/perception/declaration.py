@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def perception_shares(perceived: Perceived) -> dict[str, Share]:
-    """Return the share that one scene graph adds to each rate, by the name of the rate.
+    """Return what one scene graph adds to each rate, as a numerator and a denominator, by name of the rate.
 
     The paper gives no denominators; these are ours. ``predicate_error`` and ``object_error`` are the paper's:
     missing or misplaced facts of all described facts, and invented names of all names. The other rates are
@@ -49,7 +49,7 @@ def perception_shares(perceived: Perceived) -> dict[str, Share]:
 
 
 def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the maker of scorers. The import is local, so that reports load no engine."""
+    """Return the function that makes scorers. It is imported here, so that reports load no engine."""
     from eai.studies.perception.errors import scorers
 
     return scorers(_words(world))
@@ -78,7 +78,7 @@ def _pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
 
 
 def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
-    """Return what one answer adds to each rate; a predicate has rates only if a fact has the predicate."""
+    """Return what one answer adds to each rate. Rates of a predicate need a fact with this predicate."""
     shares = {
         "right": share_of_one(verdict.success),
         **perception_shares(verdict.seen),

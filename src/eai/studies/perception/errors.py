@@ -1,4 +1,4 @@
-"""Errors of a scene graph: its differences from the scene, by the paper's four kinds."""
+"""Find the differences of a scene graph from the scene, sorted by the paper's four kinds of error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.world.fault import FaultKind
 
 
 def scorers(words: SceneWords) -> Callable[[Task], Scorer]:
-    """Return the maker of scorers of scene graphs with given words."""
+    """Return a function that makes scorers of scene graphs with given words."""
     return partial(_SceneGraphScorer, words)
 
 
@@ -87,7 +87,7 @@ def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perce
 def _differences(
     task: Task, words: SceneWords, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
-    """Return the described facts that a graph lacks, and the facts of the graph that do not hold."""
+    """Return the described facts that the graph lacks, and the untrue facts that it states."""
     names, seen, mentioned = words.names(task), set(graph.facts), set(graph.names)
     about = [index for index, name in enumerate(names) if name in mentioned]
     holding = {words.to_named_fact(fact, names) for fact in words.list_facts(task.initial, about)}
@@ -102,7 +102,7 @@ def _relation_start(fact: NamedFact) -> tuple[str, str]:
 def _confusions(
     right: Iterable[NamedFact], wrong: Iterable[NamedFact], lost: Iterable[NamedFact]
 ) -> dict[str, Confusion]:
-    """Return by predicate the counts of right, untrue and missing facts."""
+    """Return the counts of right, untrue and missing facts, by predicate."""
     counts = [Counter(fact.predicate for fact in facts) for facts in (right, wrong, lost)]
     names = dict.fromkeys(name for count in counts for name in count)
     return {name: Confusion(*(count[name] for count in counts)) for name in sorted(names)}

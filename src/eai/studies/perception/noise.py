@@ -1,4 +1,4 @@
-"""Noise: a perceived scene graph with seeded errors."""
+"""Add random errors (noise) to the scene graph of a task, reproducibly by a seed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eai.tasks.task import Task
 _NUMBER = re.compile(r"\d+$")
 
 _MAX_DRAWS = 100
-"""Maximum number of draws of an untrue fact until one is possible."""
+"""Maximum number of random draws to find one possible untrue fact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,18 +51,18 @@ class Noise:
 
     @property
     def rates(self) -> dict[str, float]:
-        """The probabilities by name."""
+        """Probabilities of errors, by name."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "seed"}
 
     @property
     def label(self) -> str:
-        """A short text that distinguishes this noise from all others."""
+        """Short text that differs for each noise."""
         parts = [f"{name}-{rate:g}" for name, rate in self.rates.items() if rate]
         return "-".join([*parts, f"seed-{self.seed}"])
 
 
 def parse_noise(settings: Sequence[str]) -> Noise:
-    """Return the noise that settings such as ``missing=0.1`` describe.
+    """Read noise from settings such as ``missing=0.1``.
 
     Raises:
         InputError: a text is not a setting of noise.
@@ -85,7 +85,7 @@ def parse_noise(settings: Sequence[str]) -> Noise:
 
 
 def perceive(task: Task, words: SceneWords, noise: Noise, stream: str = "") -> SceneGraph:
-    """Return the scene graph that is perceived of a task's scene. The same arguments give the same graph.
+    """Return the scene graph of a task with errors added by noise. Equal arguments give equal graphs.
 
     The noise never creates a circle of supports. It never places an object relative to an undescribed object,
     such as half of an uncut apple. A relation without another possible place stays as it is.
@@ -100,7 +100,7 @@ def perceive(task: Task, words: SceneWords, noise: Noise, stream: str = "") -> S
 
 
 class _NoisyObserver:
-    """Perceives one scene with noise."""
+    """Makes the scene graph of one scene with noise."""
 
     def __init__(self, task: Task, words: SceneWords, noise: Noise, stream: str) -> None:
         self._words = words
@@ -143,7 +143,7 @@ class _NoisyObserver:
         return graph_of([*self._seen_names, *doubles.values()], in_order)
 
     def _misplace(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
-        """Return the relation with another possible second object; unchanged if no other is possible."""
+        """Return the relation with another second object, or unchanged if no other object is possible."""
         seen, objects = set(facts.values()), list(self._described_names)
         self._seed_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
@@ -202,7 +202,7 @@ class _NoisyObserver:
                 yield name, double
 
     def _draw_fact_of_double(self, name: str, double: str) -> NamedFact | None:
-        """Return a true fact of the object, told of its double; None if the object has no visible fact."""
+        """Return a visible fact of an object with its double in its place, or None without such facts."""
         facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
         facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
         if not facts:

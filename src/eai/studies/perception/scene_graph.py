@@ -1,4 +1,4 @@
-"""Scene graphs: the objects of a scene by name and the facts about them, as answers write them."""
+"""Read and write scene graphs: objects of a scene by name, and the facts about them."""
 
 from __future__ import annotations
 
@@ -108,12 +108,12 @@ def _fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:
 
 
 def graph_of(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
-    """Return the scene graph of objects and facts, each kept once."""
+    """Return the scene graph with these objects and facts, each kept once."""
     return SceneGraph(tuple(dict.fromkeys(objects)), tuple(dict.fromkeys(facts)))
 
 
 class Supports:
-    """The supports of objects in a growing set of facts.
+    """The supports of objects, collected fact by fact.
 
     Args:
         predicates: names of the predicates of support, as scene graphs write them.
@@ -149,14 +149,15 @@ class Supports:
 
 
 class SceneWords:
-    """The words of scene graphs in one domain: the names of predicates and objects.
+    """The names of predicates and objects in scene graphs of one domain.
 
     Args:
         wording: the wording of prompts.
 
     Attributes:
         wording: the wording of prompts.
-        stored_forms: by described predicate, the stored predicate that makes it true of the same objects.
+        stored_forms: for each described predicate, the stored predicate that makes it true of equal
+            arguments.
     """
 
     def __init__(self, wording: Wording) -> None:
@@ -169,12 +170,12 @@ class SceneWords:
 
     @cached_property
     def holding_predicates(self) -> tuple[str, ...]:
-        """The described predicates that say which object a hand holds."""
+        """Described predicates that state which object a hand holds."""
         return self._list_described(spatial_predicates(self.wording.domain)[0])
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
-        """The described predicates that say in, on or under which object another one is."""
+        """Described predicates that state in, on or under which object an object is."""
         return self._list_described(spatial_predicates(self.wording.domain)[1])
 
     @cached_property
@@ -202,14 +203,14 @@ class SceneWords:
             yield from listing.facts(state, objects)
 
     def list_stored_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
-        """Yield the facts about some objects that a state stores; all others follow from them."""
+        """Yield the facts about some objects that a state stores. All other facts follow from these."""
         for fact in self.list_facts(state, objects):
             form = self.stored_forms.get(fact.predicate)
             if form is not None and state.has(form, *fact.arguments):
                 yield fact
 
     def describe(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
-        """Return the true scene graph of some objects; without `objects`, of those in the task's prompt."""
+        """Return the true scene graph of some objects, or of all objects in the task's prompt."""
         names, chosen = self.names(task), prompt_objects(task) if objects is None else objects
         facts = self.list_stored_facts(task.initial, chosen)
         return graph_of(
@@ -226,7 +227,7 @@ class SceneWords:
 
 
 def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """Return the stored predicate that makes a predicate true of the same objects; None without one.
+    """Return the stored predicate that makes a predicate true of equal arguments, or None.
 
     For a derived predicate, it is the first changing predicate that the definition asserts of all parameters.
     """
@@ -245,7 +246,7 @@ def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
 
 
 def _iterate_positive_atoms(formula: f.Formula) -> Iterator[f.Atom]:
-    """Yield the atoms of a formula that are not denied, left to right."""
+    """Yield the atoms of a formula that are not negated, left to right."""
     match formula:
         case f.Atom():
             yield formula

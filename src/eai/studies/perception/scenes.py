@@ -1,4 +1,4 @@
-"""The scenes that the questions of a run show, and the errors in them."""
+"""Find the scenes that questions of a run show, and the errors in these scenes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 
 
 def _make_beliefs(label: str, beliefs: Mapping[str, Belief], **more: Any) -> BeliefSet:
-    """Return scenes as beliefs; ``label`` is the format of the scene."""
+    """Return what questions state about scenes, as beliefs; ``label`` is the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_name_choice("scene", "scene", label, _PLACE)})
     return BeliefSet(beliefs, experiment, lacking, **more)
@@ -77,7 +77,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Be
 def show_scenes(
     choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
 ) -> BeliefSet:
-    """Return the beliefs of questions whose scenes no second model lists.
+    """Return the beliefs of questions about scenes that no second model lists.
 
     Raises:
         InputError: a task has no picture.
@@ -110,7 +110,7 @@ def _show_true_scenes(
 def _perceive_again(
     choice: Perception, benchmark: Benchmark, templates: Templates, task: Task, attempt: int
 ) -> tuple[Belief, Mapping[str, str]]:
-    """Return a changed scene as it is perceived before an attempt, with new errors."""
+    """Return the perceived scene graph of a changed scene before an attempt, with newly drawn errors."""
     if choice.noise is None:
         return _show_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
     words = scene_words(benchmark)
@@ -127,7 +127,7 @@ def _add_context(
 
 
 def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templates) -> str:
-    """Return the text on facts that a list leaves out: other objects, and states that do not hold.
+    """Return the text on facts that a list of facts leaves out: other objects, and states that do not hold.
 
     Args:
         task: the task.
@@ -157,7 +157,7 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templ
 
 
 def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
-    """Return further objects of a scene; objects in or on shown objects come first."""
+    """Return objects of a scene that are not shown yet. Objects in or on shown objects come first."""
     state, scene = task.initial, task.scene
     said = {index for fact in words.list_facts(state, range(len(scene.objects))) for index in fact.arguments}
     supports = [state.relation(words.stored_forms[name]) for name in words.support_predicates]
@@ -239,7 +239,8 @@ def _refuse_published(choice: Perception, library: Library, suite: Suite) -> Non
 def find_scenes(choice: Perception, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
     """Return the scenes of a run's questions, found once for each domain and shared by all models.
 
-    A captioner is asked first, for all tasks of a domain at once. Other models then read its lists.
+    If a second model lists the scenes (the captioner), it is first asked about all tasks of a domain. Other
+    models then read its lists.
 
     Raises:
         InputError: published prompts cannot describe another scene, or a picture is missing.
@@ -257,7 +258,7 @@ def find_scenes(choice: Perception, stage: FirstStage, endpoint: Endpoint, suite
 
 
 def _ask_captioner(choice: Perception, stage: FirstStage, suite: Suite) -> BeliefSet:
-    """Return the scenes as a captioner lists them from pictures."""
+    """Return the scenes that a second model (the captioner) lists from pictures."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = FirstStage(
         stage.library, stage.task_ids, stage.ask, partial(find_scenes, choice.show_pictures_only())

@@ -1,4 +1,4 @@
-"""Number of steps in answers: actions of plans, or subgoals."""
+"""Count the steps in answers: actions of plans, or subgoals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Perception: how questions show the scene, and the cost of errors in the perceived scene.
+"""Study how questions show the scene, and what errors in the perceived scene cost.
 
 Errors are grouped by their number, their kind and the lost facts. Rates of errors are always counted in the
 perceived scene graphs, not taken from the options of the noise. Tasks recur in runs, and similar tasks share
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class _StagedPerception(Perception):
-    """How the questions of a run show the scene, with the stage that finds the scenes."""
+    """The options of how questions show the scene, with the stage of a run that finds the scenes."""
 
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
@@ -71,19 +71,19 @@ _COSTS = ("cases", "value", "without_errors", "cost")
 
 @dataclass(frozen=True, slots=True)
 class _PerceivedTask:
-    """One task in one run: the errors of its scene graph, and what the answer adds to the metric."""
+    """The errors of one task's scene graph in one run, and what the answer adds to the metric."""
 
     perceived: Perceived
     case: Case
 
     @property
     def rate(self) -> float:
-        """The predicate error rate in percent; 0 if no fact is described."""
+        """Predicate error rate in percent; 0 if no fact is described."""
         return Rate(*perception_shares(self.perceived)["predicate_error"]).percent or 0.0
 
     @property
     def kinds(self) -> frozenset[str]:
-        """The kinds of error in the graph. Missing facts are no kind of their own if objects are unseen."""
+        """Kinds of error in the graph. Missing facts are not counted if objects are unseen."""
         counts = {
             "missing": 0 if self.perceived.unseen else self.perceived.missing,
             "misplaced": self.perceived.misplaced,
@@ -95,11 +95,11 @@ class _PerceivedTask:
 
     @property
     def lost(self) -> frozenset[str]:
-        """The predicates of described facts that are missing or misplaced."""
+        """Predicates of described facts that the graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def replace_share(self, share: Share) -> Case:
-        """Return the case of the task with the share of another rate."""
+        """Return the task's contribution with the share of another rate instead of the metric's."""
         return self.case._replace(share=share)
 
 
@@ -133,13 +133,13 @@ class _ComparedRuns:
         ]
 
     def cases(self, name: str) -> Cases:
-        """Return the cases that the tasks of a run add to the metric."""
+        """Return what each task of a run adds to the metric."""
         records = self.runs[name]
         return cases_of(records, records[0].ability).get(self.metric, ())
 
     @cached_property
     def plain_cases(self) -> dict[str, Case]:
-        """The case of each task in the run whose questions list the true scene."""
+        """What each task adds to the metric in the run whose questions list the true scene."""
         return {case.task: case for case in self.cases(PLAIN)} if PLAIN in self.runs else {}
 
     def cost_cells(self, group: _PerceivedTasks) -> Row:
@@ -303,7 +303,7 @@ def _analyze(records: Records, chosen: _PerceptionChoices) -> Iterator[Analysis]
 
 
 def _name_without_scene(key: RunKey) -> str:
-    """Return the name of a run without its scene format. Runs with the same such name are compared."""
+    """Return the name of a run without its scene format. Runs with equal results are compared."""
     rest = None if key.experiment is None else key.experiment.drop_study(STUDY)
     return key._replace(experiment=rest).name
 
