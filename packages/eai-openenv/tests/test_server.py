@@ -114,19 +114,21 @@ def test_a_session_is_one_episode_after_the_other(client: TestClient) -> None:
     ("data", "told"),
     [
         ({"task": "os:path/action_sequencing/x"}, "this server has no such benchmark"),
-        ({"task": "nonsense"}, "is no task: expected BENCHMARK/ABILITY/TASK"),
+        ({"task": "nonsense"}, "is not a task: expected BENCHMARK/ABILITY/TASK"),
         ({"task": f"{LAMPS}/action_sequencing/dark"}, "lamps has no task 'dark'"),
         ({"task": f"{LAMPS}/goal_interpretation/light"}, "only tasks of action_sequencing are played"),
         ({"split": "test"}, "unknown split 'test': expected one of all"),
         ({"split": "all", "index": 2}, "no task 2 in split all: expected 0 to 1"),
-        ({"index": -1}, "none of number -1"),
+        ({"index": -1}, "no task -1 in split all: expected 0 to 1"),
         ({"task": 5}, "reset: task: expected a string, found 5"),
         ({"index": "0"}, "reset: index: expected a whole number"),
         ({"split": ["all"]}, "reset: split: expected a string"),
         ({"difficulty": 3}, "not difficulty"),
     ],
 )
-def test_what_there_is_not_is_refused_in_words(client: TestClient, data: dict, told: str) -> None:
+def test_a_reset_with_wrong_arguments_is_refused_with_a_message(
+    client: TestClient, data: dict, told: str
+) -> None:
     assert told in client.post("/reset", json=data).json()["detail"]
     with client.websocket_connect("/ws") as session:
         session.send_json({"type": "reset", "data": data})
@@ -310,7 +312,7 @@ def test_a_client_that_dies_in_the_middle_loses_and_doubles_nothing(address: str
 
 
 def test_no_split_and_no_task_are_refused() -> None:
-    with pytest.raises(InputError, match="at least one benchmark"):
+    with pytest.raises(InputError, match="no benchmark: name at least one"):
         Tasks({})
     with pytest.raises(InputError, match="is not a benchmark"):
         Tasks({"train": "nowhere"})
