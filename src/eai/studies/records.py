@@ -15,7 +15,7 @@ from eai.results.tidy import TidyTables
 from eai.tasks.source import ErrataChoice, Source
 
 ReportDone: TypeAlias = Callable[[int], None]
-"""Reports how many steps of a long analysis are done."""
+"""Called with the number of finished steps of a long analysis."""
 
 
 def _hide_progress(title: str, total: int) -> AbstractContextManager[ReportDone]:
@@ -46,7 +46,7 @@ class Records:
     _cached_tables: MutableMapping[bool, TidyTables] = field(default_factory=dict)
 
     def runs(self) -> Iterator[Run]:
-        """Yield the runs, file by file, so that only one file's records are in memory.
+        """Yield the runs file by file, so that memory holds the records of one file at a time.
 
         Raises:
             InputError: there are no records, or one is unusable.
@@ -96,7 +96,7 @@ class Records:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def for_subfolder(self, name: str) -> Records:
-        """Return the same records with a subfolder of the results for another analysis."""
+        """Return these records with a subfolder of the results for another analysis."""
         return replace(self, folder=self.folder / name)
 
 

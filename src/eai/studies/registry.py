@@ -1,7 +1,7 @@
-"""Registered studies by name: those of this package and those of other distributions.
+"""Find registered studies by name: studies of this package and of other distributions.
 
-A distribution registers a `Study` by an entry point of the group ``eai.studies``. Only a study that is used
-is imported.
+A distribution registers a `Study` by an entry point of the group ``eai.studies``. A study is imported only
+when it is used.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def find_study(name: str) -> Study:
 
 
 def add_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
-    """Return a record with the summaries of its studies added, except those that it has already.
+    """Return a record with the summaries of its studies added; existing summaries stay.
 
     Args:
         record: the record; one without an answer gets no summaries.

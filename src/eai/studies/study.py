@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from eai.studies.records import Records
 
 Figures: TypeAlias = "Iterable[tuple[str, Figure | None]]"
-"""Names of files with their figures, drawn one after the other; None if a figure has nothing to show."""
+"""Yields file names with figures, drawn one after the other. The figure is None if it has nothing to show."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ class Study:
 
     @property
     def key(self) -> str:
-        """The name of the study's section in a run's specification."""
+        """Name of the study's section in a run's specification."""
         return self.section or self.name
 
 
@@ -105,7 +105,7 @@ def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, F
 
 
 def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
-    """Return remarks on the paper's figures that stand beside those of records of a protocol."""
+    """Return remarks on the paper's figures in tables of runs under a protocol."""
     on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
     remarks = [note for notes in on_columns for note in notes]
     if protocol.value != read_paper_setting().protocol:
@@ -128,5 +128,5 @@ def choose_metric(ability: Ability, chosen: str | None) -> str:
 
 
 def split_commas(given: object) -> object:
-    """Return the values of an option that takes several; a text is split at its commas."""
+    """Return the values of an option that takes several values. A text is split at its commas."""
     return tuple(given.split(",")) if isinstance(given, str) else given

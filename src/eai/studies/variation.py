@@ -1,4 +1,4 @@
-"""Variations of a run: a study changes what questions state, asks a model first, or retries answers."""
+"""Vary runs: a study may change what questions state, ask a model first, or retry failed answers."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class FirstStage:
 
     @property
     def earliest(self) -> FirstStage:
-        """The first stage of the chain that ends with this stage."""
+        """First stage of the chain that ends with this stage."""
         return self if self.previous is None else self.previous.earliest
 
     @property
@@ -127,7 +127,7 @@ class Variation(Options):
 
     @property
     def heading(self) -> str:
-        """One line that describes the choice."""
+        """Line that describes the choice for readers."""
         return ""
 
     @property
@@ -136,7 +136,7 @@ class Variation(Options):
         return ""
 
     def find_contradiction(self, other: Variation) -> str:
-        """Return why a run cannot combine the choice with that of another study; empty if it can."""
+        """Return why a run cannot combine this choice with another study's choice; empty if it can."""
         if self.changed_part and self.changed_part == other.changed_part:
             return f"both change the {self.changed_part} that questions state"
         if self.attempts is not None and other.attempts is not None:
@@ -208,12 +208,12 @@ class _Combination(Variation):
 
     @property
     def choice(self) -> str:
-        """The choices, joined by "and"."""
+        """Names of the choices of all studies, joined by "and"."""
         return " and ".join([variation.choice for variation in self.chosen])
 
     @property
     def heading(self) -> str:
-        """One line that describes the choices."""
+        """Line that describes the choices of all studies for readers."""
         return "; ".join([variation.heading for variation in self.chosen if variation.heading])
 
     @property

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class _StagedPerception(Perception):
-    """The options of how questions show the scene, with the stage of a run that finds the scenes."""
+    """How the questions of a run show the scene, with the stage that finds the scenes."""
 
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel

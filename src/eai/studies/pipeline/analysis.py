@@ -1,8 +1,8 @@
-"""Pipelines compared with single abilities (paper, "Pipeline-based vs modularized"): the cause of the loss.
+"""Compare pipelines with single abilities, to find where they lose (paper, "Pipeline-based vs modularized").
 
 Two runs are compared on the same tasks. In the modular run, questions state the goals of the task. In the
 pipeline, they state goals that a model interpreted. Tasks are grouped by how right these goals are; right
-goals lose nothing. A search shows what a perfect second stage reaches with them.
+goals lose nothing. A search shows what a perfect second stage reaches with these goals.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ from eai.studies.study import Analysis, paper_remarks, suite_heading
 from eai.tasks.source import Source
 
 _MAX_SEARCH_EFFORT = 400
-"""Limit of the search for a perfect second stage; contradictory goals would use up any limit."""
+"""Limit of the search for a plan that reaches the stated goals. Contradictory goals use up any limit."""
 
 _FILE_ONLY_COLUMNS = ("p", "only modular", "only pipeline")
 """Columns that are written to files but not shown on the screen."""
 
 _KINDS = ("exactly right", "all, and others", "some missing", "no answer")
-"""Kinds of goals that a question states, from right to missing."""
+"""Kinds of goals that a question may state, from right goals to no goals."""
 
 _GOALS = "goals"
-"""Kind of a pipeline that states goals but no subgoals."""
+"""Label of a pipeline that states goals but no subgoals."""
 
 _COMPARED = ("modular", "pipeline", "difference", "p")
 _PAPER = ("paper modular", "paper pipeline")
@@ -58,7 +58,7 @@ _PERFECT = "perfect stage 2"
 
 
 def _goals_kind(record: Record) -> str:
-    """Return the kind of the stated goals. Stated goals that the task does not have are the others."""
+    """Return the kind of the goals that a question states, compared with the goals of the task."""
     if STUDY not in record.summaries:
         return "no answer"
     _, others, missed = record.summaries[STUDY]["goal_counts"]
@@ -91,7 +91,7 @@ class _PipelinePair:
 
     @property
     def chain(self) -> str:
-        """The kind of the pipeline: its stated goals or subgoals, and the label of other studies."""
+        """Label of the pipeline: whether it states subgoals, and the label of other studies."""
         experiment = self.pipeline[0].experiment or Experiment()
         rest = experiment.drop_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
@@ -235,7 +235,7 @@ class _PipelinePair:
         return cases_of(records, self.modular[0].ability).get(self.metric, ())
 
     def _common_records(self, side: Sequence[Record]) -> list[Record]:
-        """Return the records of one run on the tasks that both runs have scored."""
+        """Return the records of one run on the tasks that both runs of the pair have scored."""
         scored = [
             {record.task_id for record in records if record.verdict.excluded is None}
             for records in (self.modular, self.pipeline)
@@ -247,7 +247,7 @@ class _PipelinePair:
 
 
 def _has_summary_field(name: str) -> Callable[[Record], bool]:
-    """Return a test whether a field of the pipeline's summary is neither empty nor 0."""
+    """Return a function: whether a field of the pipeline's summary is neither empty nor 0."""
     return lambda record: bool(record.summaries.get(STUDY, {}).get(name))
 
 
@@ -267,12 +267,15 @@ def _break_of(record: Record, success: Case) -> str:
 
 
 def _compare_cases(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
-    """Return two rates, and their difference in points."""
+    """Return the rates of two runs, and their difference in percentage points."""
     return Estimate.from_cases(one), Estimate.from_cases(other), Estimate.from_difference(one, other)
 
 
 def pool_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
-    """Return several pairs as one; each answer belongs to a task of its own, with the same name."""
+    """Return several pairs of runs as one pair.
+
+    Each answer then belongs to a task of its own, which keeps the task's name.
+    """
     numbered = list(enumerate(pairs))
     return _PipelinePair(
         [_number_record(number, record) for number, pair in numbered for record in pair.modular],
@@ -288,7 +291,7 @@ def _number_record(number: int, record: Record) -> Record:
 
 
 def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
-    """Yield the predicate of each condition of a task, and whether an answer lacks the condition."""
+    """Yield the predicate of each condition of a task, and whether an answer lacks this condition."""
     assessed = scorer.assess(answer)
     if isinstance(assessed.verdict, GoalVerdict):
         atoms = assessed.explain()
@@ -328,7 +331,7 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
 
 
 def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield the modular run and the pipeline of each pipeline, sorted."""
+    """Yield, for each pipeline, the modular run and the pipeline, sorted."""
     plain = {run.key: run for run in runs if not _is_pipeline(run)}
     pipelines = [run for run in runs if _is_pipeline(run)]
     if not pipelines:

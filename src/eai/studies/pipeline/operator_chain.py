@@ -1,8 +1,8 @@
-"""Chains of operators: a planner finds a plan with a model's operators, and the plan is carried out.
+"""Plan with a model's operators, carry out the plan, and find the link of this chain that breaks.
 
 The plan of an answer to transition modeling is translated to actions of the world, and scored as an answer
-to action sequencing. Planning problems lack some goals and checks of the world. So the chain of the data
-set's own operators stands beside the chain of each model.
+to action sequencing. Planning problems lack some goals and checks of the world. So the chain of each model is
+compared with the chain of the data set's own operators.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
 ChainEnd: TypeAlias = tuple[str, str]
-"""The end of a chain: the link that breaks, or `NOWHERE`, and the kind of break.
+"""End of a chain: the link that breaks, or `NOWHERE`, and how it breaks.
 
-The kind is the planner's outcome, the kind of error, or the goals that are missed.
+The second value is the planner's outcome, the kind of error, or the kind of goals that are missed.
 """
 
 OPERATORS, PLANNER, TRANSLATION = "operators", "planner", "translation"
@@ -48,15 +48,15 @@ _LINKS = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
 
 SUCCESS: ChainEnd = (NOWHERE, "")
 UNTRANSLATED: ChainEnd = (TRANSLATION, "no_action")
-"""A step of the plan stands for no action of the world."""
+"""Kind of break: a step of the plan has no corresponding action of the world."""
 ONLY_ACTIONS_MISSED: ChainEnd = (GOAL, "only_actions")
-"""All states and relations are reached, but planning problems state no goals of actions."""
+"""Kind of break: only goals of actions are missed, which planning problems do not state."""
 CONDITIONS_MISSED: ChainEnd = (GOAL, "conditions")
 
 
 @dataclass(frozen=True, slots=True)
 class _OperatorChain:
-    """Executes the plans that a planner finds with the operators of answers.
+    """Finds plans with the operators of answers, and executes them in the world.
 
     Attributes:
         operators: the suite of transition modeling.
@@ -129,7 +129,7 @@ class _OperatorChain:
         return notation.join(notation.write(meant, task.scene)) if len(meant) == len(steps) else None
 
     def _is_planned(self, task_id: str) -> bool:
-        """Whether action sequencing includes the task and scores it."""
+        """Whether action sequencing has the task and does not exclude it."""
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
@@ -161,7 +161,7 @@ def _operators_verdict(verdict: object) -> OperatorVerdict:
 
 @dataclass(frozen=True, slots=True)
 class _ChainedRun:
-    """A run of transition modeling with the ends of its chains.
+    """A run of transition modeling, with the end of the chain of each answer.
 
     Attributes:
         key: the run.
@@ -239,7 +239,7 @@ def _operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
 
 
 def _share(records: Sequence[Record], ends: Sequence[ChainEnd | None], end: ChainEnd) -> Estimate:
-    """Return the share of tasks whose chain has an end."""
+    """Return the share of tasks whose chain ends in this way."""
     cases = [
         Case(record.task_id, name_of(record), share_of_one(actual == end))
         for record, actual in zip(records, ends, strict=True)

@@ -1,8 +1,9 @@
-"""The first stage of a pipeline: a model's answers to goal interpretation, whose goals questions then state.
+"""Find the goals that a model interprets in the first stage of a pipeline. Questions then state these goals.
 
-Every answer has a defined outcome, and no task leaves a denominator. The goals of a readable answer are
-stated, right or wrong, even if they name nothing that exists. An unreadable answer states no goals, and the
-second stage is asked all the same. Without an answer nothing is asked, and the task counts as not answered.
+Every answer has a defined outcome, and every task counts. The goals of a readable answer are stated, right or
+wrong, even if they name nothing that exists. An unreadable answer states no goals, and the second stage is
+asked all the same. Without an answer to the first stage no question is asked, and the task counts as not
+answered.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 """Abilities whose questions state the goals of a task."""
 
 OWN = "own"
-"""Value of ``pipeline.goals``: the model itself is asked for the goals first."""
+"""Value of ``pipeline.goals`` for goals that the asked model itself has interpreted."""
 
 
 STUDY = "pipeline"
@@ -46,7 +47,7 @@ STUDY = "pipeline"
 _PLACE = 10
 
 Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
-"""A model, and its answers to goal interpretation by task id."""
+"""Name of a model, and its answers to goal interpretation by task id."""
 
 
 def read_goal_beliefs(
@@ -74,7 +75,7 @@ def make_goal_beliefs(
     source: Source,
     scenes: Mapping[str, Belief] | None = None,
 ) -> BeliefSet:
-    """Return the goals that answers state for the tasks of a benchmark, judged under the default protocol.
+    """Return the goals that a model's answers state, with verdicts on them under the default protocol.
 
     Args:
         interpretations: the answers.
@@ -103,7 +104,7 @@ def make_goal_beliefs(
 
 
 def _judge_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
-    """Return the summary of stated goals for records; they are scored under the default protocol."""
+    """Return the summary of stated goals, which records store. Scores are those of the default protocol."""
     read = read_stated_goals(
         answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
     )
@@ -119,7 +120,7 @@ def _judge_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
 def goal_counts(verdict: object) -> Confusion:
     """Return the numbers of right goals, of other stated goals, and of missed goals.
 
-    The others are wrong goals, ill-formed goals, and goals that name something that does not exist.
+    Other stated goals are wrong, ill-formed, or name something that does not exist.
     """
     if not isinstance(verdict, GoalVerdict) or verdict.counts is None:
         raise TypeError(f"{verdict} is no verdict on goals")
@@ -130,17 +131,18 @@ def goal_counts(verdict: object) -> Confusion:
 def read_interpretations(
     path: Path, benchmark: Benchmark, source: Source, model: str = ""
 ) -> Interpretations:
-    """Return the answers in a response file, in records, or in a folder of either. Records come first.
+    """Return the answers to goal interpretation in a response file, in records, or in a folder of either.
+
+    Records in a folder come before response files.
 
     Args:
         path: the file or folder.
         benchmark: the benchmark of the answers.
         source: source of the benchmark's data.
-        model: the model whose answers are wanted, if the folder has those of several.
+        model: the model whose answers are wanted, if the folder has answers of several models.
 
     Raises:
-        InputError: there are no answers, none of several models is the wanted one, or the model has several
-            runs.
+        InputError: there are no answers, no model has the wanted name, or the model has several runs.
     """
     are_records = path.suffix == ".jsonl"
     records = files_below(path, RECORDS) if path.is_dir() else [path] * are_records
@@ -186,7 +188,7 @@ def find_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) 
         suite: the suite that is asked afterwards.
 
     Raises:
-        InputError: there are no answers, or none to any of the run's tasks.
+        InputError: there are no answers, or no answers to tasks of the run.
     """
     key = (endpoint.model, suite.domain)
     if key not in stage.found_beliefs:

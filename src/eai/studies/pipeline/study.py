@@ -1,4 +1,4 @@
-"""Pipelines: questions state goals that a model interpreted, compared with the modular run."""
+"""Study pipelines: questions state goals that a model interpreted. Compare them with modular runs."""
 
 from __future__ import annotations
 
@@ -49,15 +49,15 @@ class _PipelineOptions(Variation):
 
     @property
     def heading(self) -> str:
-        """One line that names the source of the goals."""
+        """Line that names the source of the goals."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def record_choice(self, study: str) -> None:
-        """Return None: the stage states the models whose goals and subgoals questions state."""
+        """Return None, because the first stage records the models that interpreted goals and subgoals."""
 
     @property
     def changed_part(self) -> Literal["", "scene", "goals"]:
-        """The goals."""
+        """The part of a question that this study changes: the goals."""
         return "goals"
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
@@ -82,7 +82,7 @@ class _PipelineOptions(Variation):
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
-        """Return the stage of goal interpretation, or that of subgoal decomposition after it if chosen."""
+        """Return the stage that asks for goals, or the second stage that asks for chosen subgoals."""
         from eai.studies.pipeline.stage_one import find_goals, find_subgoals
 
         first = FirstStage(library, wanted, ask, partial(find_goals, str(self.goals)))

@@ -1,8 +1,8 @@
-"""Prompt variability (paper, appendix on prompts): how much results depend on the wording of prompts.
+"""Study how much results depend on the wording of prompts (paper, appendix on prompts).
 
 Runs of several models, each with several prompts on the same tasks, form a matrix of one metric. The analysis
 answers three questions. Do models agree on the best prompts? How much of the variance is due to prompts?
-Does a prompt gain more than chance, given that the best of many was picked?
+Does the best of many prompts gain more than chance?
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from eai.tasks.options import Options
 _ROUNDING = 1e-9
 
 PLAIN = "(no name)"
-"""Name of prompts without a name."""
+"""Label of a run with the usual prompts, which have no name."""
 
 BEST_PROMPTS = 3
 
@@ -46,7 +46,7 @@ ALL = "all models"
 
 
 def kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | None:
-    """Return Kendall's tau-b of two ratings of the same items: 1 the same order, -1 the reverse.
+    """Return Kendall's tau-b of two ratings of the same items: 1 for equal orders, -1 for reverse orders.
 
     Returns:
         None if a rating gives all items the same value.
@@ -87,7 +87,7 @@ def average_ranks(rating: Sequence[float]) -> list[float]:
 
 
 def count_shared_best(first: Sequence[float], second: Sequence[float], most: int) -> int:
-    """Return how many items are among the best in both ratings; of equal items the earlier is better."""
+    """Return how many items are among the best in both ratings. Of equal items, the earlier wins."""
     best = [sorted(range(len(rating)), key=lambda i: (-rating[i], i))[:most] for rating in (first, second)]
     return len(set(best[0]) & set(best[1]))
 
@@ -242,7 +242,7 @@ def _agreement(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -> Iterator[
 
 
 def _draw_columns(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
-    """Yield the matrix by model for names of tasks drawn with replacement, the same draw for all runs."""
+    """Yield the matrix by model, each time for task names drawn with replacement, alike for all runs."""
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:
         of_names = group_pairs((case.name, case.share) for case in matrix.cases(*cell))
@@ -262,7 +262,7 @@ def _rate(of_names: Mapping[str, Rate], draw: Sequence[str]) -> float:
 
 
 def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
-    """Return the value with percentiles of the drawn values, or alone if a draw has no value."""
+    """Return the value with percentiles of the drawn values, or without interval if a draw has no value."""
     values = sorted(drawn for drawn in again if drawn is not None)
     if value is None or len(values) < len(again):
         return Estimate(value)

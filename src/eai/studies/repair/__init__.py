@@ -1,1 +1,1 @@
-"""Repair: the distance of failed answers from right ones, and the edits that make them right."""
+"""Repair: the smallest edits that make failed answers right, and their number."""

@@ -1,4 +1,4 @@
-"""Repair: the number, kinds and steps of the edits that make failed answers right."""
+"""Study the edits that make failed answers right: their number, kinds and steps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
 _MAX_DISTANCE = 5
-"""Distances of this number of edits or more are counted together."""
+"""Number of edits from which distances are counted together."""
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:

@@ -1,1 +1,1 @@
-"""Tables, plots and the error explorer, made from records only."""
+"""Reports on runs: tables, plots and the error explorer, made from records only."""

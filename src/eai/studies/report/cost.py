@@ -1,4 +1,4 @@
-"""The cost of answers, as a section of a report and as a table, with the paper's cost for comparison."""
+"""Report the cost of answers, as a section and as a table, with the paper's cost for comparison."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ each model took, so that only what a query costs can be set beside other runs, a
 
 
 _CostKey: TypeAlias = "tuple[str, str, Ability | None]"
-"""Model, domain and ability of a row; the row of the total has an empty domain and None."""
+"""Model, domain and ability of a row. The row of the total has an empty domain and no ability."""
 
 
 def _csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:

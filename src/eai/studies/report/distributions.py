@@ -1,4 +1,4 @@
-"""Distributions of a data set: steps and goals of its tasks, and actions of its annotated plans."""
+"""Count and draw the steps and goals of a data set's tasks, and the actions of its annotated plans."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _Distribution:
-    """The number of times that each value occurs.
+    """How many times each value of a property occurs in a data set.
 
     Attributes:
         name: name in files.
@@ -40,7 +40,7 @@ class _Distribution:
 
 
 def distributions(benchmark: Benchmark, source: Source) -> tuple[_Distribution, ...]:
-    """Return the distributions of a benchmark over its tasks with goals; empty ones are left out.
+    """Return the distributions of a benchmark over its tasks with goals. Empty distributions are left out.
 
     Raises:
         DataError: the data is not available.
@@ -67,7 +67,7 @@ def _count_features(features: Sequence[Features]) -> Iterator[_Distribution]:
 
 
 def _count_steps(tasks: Sequence[Task]) -> Iterator[_Distribution]:
-    """Yield the distributions of actions, of object categories, and of both together, in annotated plans."""
+    """Yield the distributions in annotated plans: of actions, of object categories, and of pairs of both."""
     steps = [(step, task.scene.objects) for task in tasks for step in task.script]
     pairs = [(step.operator, objects[i].category) for step, objects in steps for i in step.arguments]
     actions = _count_values(step.operator for step, _ in steps)

@@ -28,7 +28,7 @@ STRATA: Mapping[str, range] = {
     **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},
     "33 steps or more": range(33, 1_000_000),
 }
-"""Ranges of lengths of plans, by their labels."""
+"""Ranges of plan lengths, by label."""
 
 ROUNDING_DIFFERENCE = 0.056
 """Maximum difference by rounding, in percentage points: the paper rounds to two digits, then to one."""
@@ -74,7 +74,7 @@ def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> di
 
 
 def _pairs(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
-    """Yield each difference from the paper's figures, in percentage points, with a text that names it."""
+    """Yield each difference from the paper's figures, in percentage points, with a text that describes it."""
     model = read_paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
@@ -190,7 +190,7 @@ def _epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _epoch(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
-    """Yield the key of the run that this run is an epoch of, with its successes; nothing for other runs."""
+    """Yield the key of the run to which an epoch belongs, with its successes; nothing for other runs."""
     metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
         yield item.key._replace(model=model), item.cases.get(metric, ())
@@ -312,7 +312,7 @@ _UNNAMED = (
 
 
 def write_unnamed_remark(runs: Sequence[RunSummary]) -> str:
-    """Return the remark on runs whose records do not describe their tasks; empty if there are none."""
+    """Return the remark on runs whose records do not describe their tasks; empty without such runs."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 

@@ -1,4 +1,4 @@
-"""The explorer: one HTML file with all data in it, which opens from disk without a network.
+"""Make the explorer: one HTML file that contains all data and opens from disk without a network.
 
 Records are compact JSON, and each text is stored once. The page reads it with ``explorer/data.js``, which
 uses the same keys. Texts are numbers into ``texts``; steps and operators are numbers into ``steps`` and
@@ -44,7 +44,7 @@ _VIEWER = "http://127.0.0.1:7575/#/logs"
 
 
 Owner: TypeAlias = Literal["agent", "object", "other"]
-"""Owner of a tile: the agent, an object that the task is about, or another object."""
+"""What a tile of a picture shows: the agent, an object that the task is about, or another object."""
 
 
 @dataclass(slots=True)
@@ -72,7 +72,7 @@ TileScenes: TypeAlias = Sequence[Sequence[Tile]]
 
 @dataclass(frozen=True, slots=True)
 class ExplorerBackground:
-    """Data on the questions behind the answers of a domain, as far as it is available.
+    """Questions, operators and scenes of a domain that the explorer shows beside answers, if available.
 
     Attributes:
         prompts: ability -> task -> prompt.
@@ -195,7 +195,7 @@ class ExplorerData:
         return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
 
     def _attempts(self, record: Record) -> list[Json]:
-        """Return each attempt as an answer of its own, if there are several."""
+        """Return each attempt of a record as an answer of its own, or nothing for a single attempt."""
         number = len(record.attempts)
         attempts = [replace(keep_attempts(record, k), attempts=()) for k in range(1, number + 1)]
         return [self._answer(attempt) for attempt in attempts] if number > 1 else []
@@ -279,7 +279,7 @@ class ExplorerData:
         return self._number(kind, encode_for_script(packed))
 
     def _number(self, kind: str, item: str) -> int:
-        """Return the number of an item among those of its kind. A new item is added."""
+        """Return the number of an item among the items of its kind. A new item gets the next number."""
         numbers = self._numbers[kind]
         return numbers.setdefault(item, len(numbers))
 
@@ -312,7 +312,7 @@ SCRIPTS = (
     "compare.js",
     "main.js",
 )
-"""Files of the page's program; each may use those before it."""
+"""Script files of the page, in order. A script may use the scripts before it."""
 
 
 def explorer_html(data: str) -> str:

@@ -1,4 +1,4 @@
-"""The radar plot of a report: the main results of models in all abilities and worlds."""
+"""Draw the radar plot of a report: the main results of models in all abilities and worlds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.projections.polar import PolarAxes
 
 _MIN_AXES = 3
-"""Minimum number of axes, since fewer enclose no area."""
+"""Minimum number of axes of a panel; two axes enclose no area."""
 
 _MAX_MODELS_WITH_INTERVALS = 3
 """Maximum number of models that are drawn with intervals."""
@@ -31,10 +31,10 @@ _HEIGHT = 3.3
 _LEGEND_ROW = 0.17
 
 _Axis: TypeAlias = tuple[Ability, str]
-"""An ability, and one of its metrics in the average over all abilities."""
+"""An axis of the plot: an ability and one of its main metrics."""
 
 _Results: TypeAlias = Mapping[_Axis, RunSummary]
-"""The runs of a model in a world, by axis."""
+"""Results of a model in a world: for each axis, its run."""
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:

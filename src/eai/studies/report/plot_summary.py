@@ -1,4 +1,4 @@
-"""A model on one page: its main results, reached goals and errors, by domain."""
+"""Draw one page for a model: its main results, reached goals and errors, by domain."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _LINE = 0.19
 """Height of a line of a panel, in inches."""
 
 _HEAD = 0.5
-"""Height of a panel without its lines, in inches."""
+"""Height of a panel's title and margins, without its lines, in inches."""
 
 _FOOT = 0.75
 """Height of the title and the legend, in inches."""
 
 _APART = 0.3
-"""Distance between the marks of two domains, in lines."""
+"""Distance between the marks of two domains on one line, as a share of the line's height."""
 
 
 _PLANS = [
@@ -43,7 +43,7 @@ _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
 """Title of each panel, names of its tables, and groups of columns; empty for all groups."""
 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
-"""A heading and a column -> the tables with the column, each with the row of the model."""
+"""Lines of a panel: for each heading and column, the tables with the column and their row of the model."""
 
 _PAPERS = ("paper", "published")
 
@@ -105,12 +105,12 @@ def _lines(
 
 
 def _number_of(lines: _Lines) -> int:
-    """Return the number of lines of a panel, including a heading for each group."""
+    """Return the number of lines that a panel needs, with one heading for each group."""
     return len(lines) + len({heading for heading, _ in lines})
 
 
 def _others(tables: Sequence[Ranking]) -> str | None:
-    """Return the legend's text on the ticks, or None without ticks."""
+    """Return the legend's text on the grey ticks of the paper's models, or None without ticks."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source == "paper"}
     scored = {row.model for row in rows if row.source == "published"}

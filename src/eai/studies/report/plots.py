@@ -44,7 +44,7 @@ _DIFFICULTY = (
 
 
 LENGTHS_PER_BIN = 10
-"""Number of lengths in one bin: 0-9, 10-19 and so on, as in the paper's figure."""
+"""Number of plan lengths in one bin: 0-9, 10-19 and so on, as in the paper's figure."""
 
 _MAX_GOALS = 10
 """Tasks with this number of goals or more share a bin."""
@@ -55,14 +55,14 @@ _PANEL = (3.5, 2.5)
 """Width (one column of a page) and height of a panel, in inches, so that fonts keep their size."""
 _LEGEND_ROW = 0.17
 _LEGEND_COLUMNS = {1: 1, 2: 3}
-"""Number of panels -> number of columns of the legend."""
+"""Number of columns of the legend, by number of panels."""
 _MARKS = "os^Dv<>ph"
 _STYLES = ("-", "--", ":", "-.")
 _MODEL_DISTANCE = 0.09
 """Horizontal distance between models with intervals, in bins."""
 
 Bins = Mapping[int, Cases]
-"""Bin -> successes of one model; bins without tasks are left out."""
+"""For each bin, the successes of one model; bins without tasks are left out."""
 
 
 _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
@@ -290,7 +290,7 @@ _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
 """Width and height of a model's panel, in inches."""
 _BETWEEN = (6.1, 180.0)
-"""Distance from one model to the next: stages to the right, percent down."""
+"""Distance between the panels of two models: stages to the right, percent down."""
 _STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),
@@ -301,7 +301,7 @@ _LOSSES = (
 )
 _TOP = 100.0
 _GAP = 9.0
-"""Depth to which a lost band bends down, in percent."""
+"""How far down the band of lost answers bends, in percent."""
 _LINE = 9.0
 """Height of a line of text, in percent. A label that would overlap the one before is moved below it."""
 

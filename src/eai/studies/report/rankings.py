@@ -55,7 +55,7 @@ class Score(Estimate):
 
     @property
     def ranked(self) -> bool:
-        """Whether the number is compared with numbers of other rows."""
+        """Whether the number takes part in the comparison with other rows."""
         return self.coverage is None or self.coverage.ranked
 
 
@@ -94,7 +94,7 @@ class RankedModel:
 
     @property
     def competes(self) -> bool:
-        """Whether the row may have a rank, and the best number of a column."""
+        """Whether the row may have a rank and the best number of a column."""
         return self.source != "floor" and (self.coverage is None or self.coverage.ranked)
 
     @property
@@ -477,7 +477,7 @@ def make_ranking(
 
 
 def _merge_notes(*notes: Iterable[str]) -> tuple[str, ...]:
-    """Return footnotes in the order in which they are first used, each once."""
+    """Return footnotes without repetition, in the order in which rows first use them."""
     return tuple(dict.fromkeys(chain(*notes)))
 
 

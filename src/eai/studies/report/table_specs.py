@@ -1,4 +1,4 @@
-"""The tables of a report: those of the paper, one per domain, with the columns that abilities declare."""
+"""Define the tables of a report: the paper's tables by domain, with the columns that abilities declare."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ORDER = (
     Ability.TRANSITION_MODELING,
 )
 _IN_TABLES = tuple([ability for ability in _ORDER if ability in PAPER_ABILITIES])
-"""The paper's abilities in the order of its tables."""
+"""The paper's abilities, in the order of its tables."""
 
 
 def place_of_column(column: MetricColumn, domain: str) -> PaperColumn:

@@ -1,6 +1,6 @@
-"""Writes a report into a folder: its tables for readers and for programs.
+"""Write a report into a folder: tables for readers and for programs.
 
-For programs there is one JSON file, and one CSV file with a line per number.
+Programs read one JSON file, and one CSV file with a line per number.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ def _line(table: Ranking, row: RankedModel, column: MetricColumn, cell: Score) -
 
 
 def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
-    """Yield the numbers with one entry for each bound of an interval."""
+    """Yield numbers for CSV, with an interval split into its two bounds."""
     for name, value in numbers.items():
         if name.startswith("interval"):
             low, high = value or (None, None)

@@ -1,7 +1,7 @@
-"""Sensitivity analysis (paper, "Sensitivity analysis" of transition modeling): which operators break plans.
+"""Find the operators that break plans (paper, "Sensitivity analysis" of transition modeling).
 
-For each task, one gold operator at a time is replaced by that of the answer, and a planner tries to solve the
-problem. Successes are counted by operator and by category of the task, out of all tasks that ask for the
+For each task, one gold operator at a time is replaced by the answer's operator, and a planner tries to solve
+the problem. Successes are counted by operator and by category of the task, out of all tasks that ask for the
 operator. A missing operator counts as a failure.
 """
 
@@ -49,7 +49,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OperatorTrial(TidyLine):
-    """The outcome of planning with one operator of one answer among gold operators.
+    """The outcome of planning with gold operators of which one is replaced by an answer's operator.
 
     Attributes:
         replaced: the replaced part of the gold operator (`ReplacedPart`).
@@ -69,7 +69,7 @@ class OperatorTrial(TidyLine):
 def try_records(
     records: Sequence[Record], source: Source, ways: Sequence[ReplacedPart], done: Callable[[int], None]
 ) -> Iterator[OperatorTrial]:
-    """Yield the trials of all records. Equal operators of all models are planned with once."""
+    """Yield the trials of all records. Equal operators of several models are planned with only once."""
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
         scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
@@ -208,7 +208,7 @@ def _errors_table(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
 
 
 def _error_rows(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
-    """Yield each error of an operator with the failures with it and without it, most frequent first."""
+    """Yield each error of an operator, most frequent first: failures with it, and failures without it."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [make_case(trial, share_of_one(trial.outcome != _SOLVED)) for trial in trials]
     counts = Counter(error for of_trial in errors for error in of_trial)
