@@ -43,21 +43,21 @@ def arrange_objects(
     boxes, furniture = _furnish_rooms(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
     )
-    placing = Placer(locations, names, seed)
+    placer = Placer(locations, names, seed)
     for thing, pose in furniture.items():
-        placing.put(thing, pose)
-    placing.furniture = frozenset(furniture)
-    place_rest(placing, locations, boxes)
-    return placing, boxes
+        placer.put(thing, pose)
+    placer.furniture = frozenset(furniture)
+    place_rest(placer, locations, boxes)
+    return placer, boxes
 
 
 def place_rest(
-    placing: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], *, crowded: bool = False
+    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], *, crowded: bool = False
 ) -> None:
     """Place the objects that have no pose yet: supports before their contents, large before small.
 
     Args:
-        placing: the bodies, some of which have a pose.
+        placer: the bodies, some of which have a pose.
         locations: the locations of objects by a state.
         boxes: the box of each room.
         crowded: whether an object that does not fit overlaps others instead of raising an error.
@@ -65,17 +65,17 @@ def place_rest(
     Raises:
         InputError: an object does not fit where the state puts it.
     """
-    waiting = [i for i in locations.bodies if i not in placing.poses and not locations.is_held(i)]
+    waiting = [i for i in locations.bodies if i not in placer.poses and not locations.is_held(i)]
     for thing in sorted(
         waiting, key=lambda i: (locations.count_carriers(i), -_compute_volume(locations, i), i)
     ):
         try:
-            pose = _find_pose(placing, locations, boxes, thing)
+            pose = _find_pose(placer, locations, boxes, thing)
         except InputError:
             if not crowded:
                 raise
-            pose = _find_crowded_pose(placing, locations, boxes, thing)
-        placing.put(thing, pose)
+            pose = _find_crowded_pose(placer, locations, boxes, thing)
+        placer.put(thing, pose)
 
 
 def _find_shared_object(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
@@ -114,25 +114,25 @@ def _is_beside(locations: ObjectLocations, thing: int) -> bool:
     )
 
 
-def _find_pose(placing: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int) -> Pose:
+def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int) -> Pose:
     """Return a free pose that satisfies the relations of an object."""
     carrier = locations.find_carrier(thing)
-    beside = [b for a, b in locations.relations[BESIDE] if a == thing and b in placing.poses]
+    beside = [b for a, b in locations.relations[BESIDE] if a == thing and b in placer.poses]
     if carrier is not None:
         relation, other = carrier
         near = next((neighbour for neighbour in beside if locations.find_carrier(neighbour) == carrier), None)
         return (
-            placing.place_inside(thing, other) if relation == INSIDE else placing.place_on(thing, other, near)
+            placer.place_inside(thing, other) if relation == INSIDE else placer.place_on(thing, other, near)
         )
     room = boxes[locations.find_room(thing)]
-    roofs = [b for a, b in locations.relations[UNDER] if a == thing and b in placing.poses]
+    roofs = [b for a, b in locations.relations[UNDER] if a == thing and b in placer.poses]
     if roofs:
-        return placing.place_below(thing, roofs[0], room)
-    return placing.place_beside(thing, beside[0], room) if beside else placing.place_on_floor(thing, room)
+        return placer.place_below(thing, roofs[0], room)
+    return placer.place_beside(thing, beside[0], room) if beside else placer.place_on_floor(thing, room)
 
 
 def _find_crowded_pose(
-    placing: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
+    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
 ) -> Pose:
     """Return the pose in the middle of the area to which an object belongs."""
     carrier, height = locations.find_carrier(thing), locations.bodies[thing].size[2]
@@ -140,9 +140,9 @@ def _find_crowded_pose(
         x, y, _ = boxes[locations.find_room(thing)].mean(0)
         return Pose((x, y, height / 2))
     relation, other = carrier
-    body = placing.bodies[other]
+    body = placer.bodies[other]
     areas = (body.spaces if relation == INSIDE else body.tops) or (np.zeros((2, 3)),)
-    area = placing.poses[other].box(areas[0])
+    area = placer.poses[other].box(areas[0])
     x, y, _ = area.mean(0)
     return Pose((x, y, area[0, 2] + height / 2))
 

@@ -72,7 +72,7 @@ UPRIGHT = ((_R, _R, 0.0, 0.0), (_R, 0.0, _R, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, 0
 
 
 class Placer:
-    """Finds free poses for bodies, and remembers the bodies that have been put.
+    """Finds free poses for bodies, and stores the poses of placed bodies.
 
     Args:
         locations: the bodies and their states. A state such as `open` decides which parts of a body exist.
@@ -80,7 +80,7 @@ class Placer:
         seed: seed of random poses.
 
     Attributes:
-        poses: the pose of each object that has been put.
+        poses: the pose of each placed object.
         furniture: the objects that do not move.
     """
 
@@ -93,7 +93,7 @@ class Placer:
         self._owner = np.zeros(0, dtype=int)
 
     def put(self, thing: int, pose: Pose) -> None:
-        """Put an object into a pose, where it stays."""
+        """Fix the pose of an object."""
         self.poses[thing] = pose
         solid = [
             part for part in self.bodies[thing].parts if part.is_solid and self.has_part(thing, part.when)
@@ -183,7 +183,7 @@ class Placer:
         return self._place(thing, [middle, room], FLAT, "on the floor")
 
     def find_bounds(self, thing: int) -> Box:
-        """Return the box around the solid parts of an object that has been put."""
+        """Return the box around the solid parts of a placed object."""
         own = self._owner == thing
         return np.array([self._low[own].min(0), self._high[own].max(0)])
 
@@ -195,7 +195,7 @@ class Placer:
         where: str,
         within: int | None = None,
     ) -> Pose:
-        """Return a free pose in one of the areas. If a container is given, it is on top of the contents."""
+        """Return a free pose in one of the areas, on top of the contents of ``within`` if it is given."""
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
         spots = [_select_boxes(area, self._low[others], self._high[others]) for area in areas]
@@ -231,7 +231,7 @@ class Placer:
 
 
 def _pack(size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]) -> Pose | None:
-    """Return a free pose that touches a side of the area or of a box in it, or None."""
+    """Return a free pose that touches a side of an area or a box in this area; None if no pose is free."""
     for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).axes) @ size
         z = area[0, 2] + half[2] + _SETTLING_GAP

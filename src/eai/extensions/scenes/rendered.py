@@ -96,7 +96,7 @@ def film_of_answer(record: Record, suite: Suite) -> bytes:
 
     Raises:
         InputError: the states are not known, or the scene cannot be built.
-        EaiError: as of `photographs_of`.
+        EaiError: see `photographs_of`.
     """
     episode = states_of(record, suite)
     if episode is None:

@@ -49,11 +49,11 @@ _WALLS = {
 }
 
 
-def write_model(placing: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], away: Vector) -> str:
+def write_model(placer: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], away: Vector) -> str:
     """Return the MuJoCo model of arranged bodies as XML.
 
     Args:
-        placing: the bodies with their poses.
+        placer: the bodies with their poses.
         locations: the objects of the state. Only the lamp of the fullest room casts shadows, since shadows
             take most of the rendering time.
         rooms: the box of each room.
@@ -67,14 +67,14 @@ def write_model(placing: Placer, locations: ObjectLocations, rooms: Mapping[int,
     for floor, box in rooms.items():
         edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
-        world.extend(_make_room(box, placing.names[floor], walls))
+        world.extend(_make_room(box, placer.names[floor], walls))
         world.append(_make_lamp(box, shadows=floor == locations.fullest_room))
-    for thing, body in {**placing.bodies, **locations.absent}.items():
-        pose = placing.poses.get(thing, Pose(away))
-        is_fixed = thing in placing.furniture
-        states = placing.states.get(thing, frozenset())
+    for thing, body in {**placer.bodies, **locations.absent}.items():
+        pose = placer.poses.get(thing, Pose(away))
+        is_fixed = thing in placer.furniture
+        states = placer.states.get(thing, frozenset())
         world.append(
-            _make_body_element(thing, body, pose, states, is_fixed=is_fixed, is_there=thing in placing.poses)
+            _make_body_element(thing, body, pose, states, is_fixed=is_fixed, is_there=thing in placer.poses)
         )
     return Xml.tostring(root, encoding="unicode")
 
@@ -228,16 +228,16 @@ class BodyScene:
         Raises:
             InputError: an object does not fit, or a relation does not hold.
         """
-        placing, self.rooms = arrange_objects(self.locations, self._names, seed)
-        self._build_model(placing)
+        placer, self.rooms = arrange_objects(self.locations, self._names, seed)
+        self._build_model(placer)
         self._let_settle()
         lost = self.list_broken_relations()
         if lost:
             first, relation, second = lost[0]
             raise InputError(f"{self._names[first]} fell: it is no longer {relation} {self._names[second]}")
 
-    def _build_model(self, placing: Placer) -> None:
-        text = write_model(placing, self.locations, self.rooms, _ABSENT_LOCATION)
+    def _build_model(self, placer: Placer) -> None:
+        text = write_model(placer, self.locations, self.rooms, _ABSENT_LOCATION)
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
         find, kind = self.mujoco.mj_name2id, self.mujoco.mjtObj.mjOBJ_BODY
@@ -267,15 +267,15 @@ class BodyScene:
             InputError: an object has no body.
         """
         before, locations = self.locations, read_object_locations(state)
-        placing = Placer(locations, self._names, f"{self.task.id} {hash(state)}")
+        placer = Placer(locations, self._names, f"{self.task.id} {hash(state)}")
         kept = self._list_unmoved(before, locations)
         for thing in kept:
-            placing.put(thing, self._read_pose(thing))
-        place_rest(placing, locations, self.rooms, crowded=True)
+            placer.put(thing, self._read_pose(thing))
+        place_rest(placer, locations, self.rooms, crowded=True)
         for thing in self._bodies:
             if thing not in kept:
-                self.move(thing, placing.poses.get(thing, Pose(_ABSENT_LOCATION)))
-            self._paint(thing, placing)
+                self.move(thing, placer.poses.get(thing, Pose(_ABSENT_LOCATION)))
+            self._paint(thing, placer)
         self.locations = locations
         self.mujoco.mj_forward(self.model, self.data)
 
@@ -300,12 +300,12 @@ class BodyScene:
         a, b, c, d = self.data.xquat[body].tolist()
         return Pose((x, y, z), (a, b, c, d))
 
-    def _paint(self, thing: int, placing: Placer) -> None:
+    def _paint(self, thing: int, placer: Placer) -> None:
         """Show the parts of an object that exist in its states, in the colours of these states."""
         body = self._bodies[thing]
-        states = placing.states.get(thing, frozenset())
+        states = placer.states.get(thing, frozenset())
         for geom, part in zip(self.geoms[thing], (*body.parts, *make_specks(body)), strict=True):
-            seen = thing in placing.bodies and (not part.when or part.when in states)
+            seen = thing in placer.bodies and (not part.when or part.when in states)
             self.model.geom_rgba[geom] = (*change_colour(part.colour, states), float(seen))
             self.model.geom_contype[geom] = int(seen and part.is_solid)
 
