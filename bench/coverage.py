@@ -38,7 +38,7 @@ Method = Callable[[Sequence[Case], random.Random], Interval]
 
 
 def require_certainty(cases: Sequence[Case]) -> Certainty:
-    """Return the uncertainty of a rate, which must have one."""
+    """Return the uncertainty of a rate, or raise if the rate has no cases."""
     found = certainty_of_rate(cases)
     if found is None:
         raise ValueError("no cases: a rate needs at least one")

@@ -57,7 +57,7 @@ FIELDS = (
 """Fields of every verdict that a digest covers."""
 
 ERROR_FIELDS = ("kind", "step", "detail")
-"""Fields of an error that its digest covers: those that errors had when digests were first taken."""
+"""Fields of an error that a digest covers. Fields added later are not covered."""
 
 REWORDED = (
     (re.compile(r"(?<= takes 1 )(object|argument)(?=,)"), r"\1s"),

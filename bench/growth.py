@@ -46,7 +46,7 @@ OPERATORS = Ability.TRANSITION_MODELING
 
 
 class Curve(NamedTuple):
-    """What grows, a function that prepares work of one size, and the sizes in ascending order."""
+    """Measured quantity, a function that prepares work of one size, and the sizes in ascending order."""
 
     title: str
     prepare: Callable[[int, Path], Work]

@@ -107,7 +107,7 @@ def all_operators(suite: Suite, task_id: str) -> str:
 
 
 def make_declining_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
-    """Return two answers for each task: one that refuses it, and one that asks about it."""
+    """Return two answers for each task: a refusal and a question."""
     refused, asked = write_refusal("nothing leads there"), write_refusal("Which one?", QUESTION)
     yield "refuse", lambda task_id: refused
     yield "ask", lambda task_id: asked

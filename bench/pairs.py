@@ -83,7 +83,7 @@ def _describe_in_prompt(task: Task, benchmark: Benchmark) -> str:
 
 
 def _find_missing_kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
-    """Return the predicate and category of the missing fact, or of the fact that an instruction is about."""
+    """Return the predicate and object category of the missing fact, or of the instruction's fact."""
     match task.special:
         case Impossible(missing) if missing:
             fact = missing[0]

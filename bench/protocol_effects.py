@@ -162,7 +162,7 @@ class Judge:
 
 
 def _counted(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
-    """Return the verdict in the counts of the reference package, if the rules say so."""
+    """Return the verdict with the reference package's counts if the rules ask for them."""
     if rules.counting is STRICT or verdict.goals is None:
         return verdict
     errors = {FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0}

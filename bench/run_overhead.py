@@ -104,7 +104,7 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
 
 
 def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
-    """Return the milliseconds per sample of Inspect alone, and of `eai`'s asking beyond it."""
+    """Return the milliseconds per sample of Inspect alone, and the additional ones of `eai`."""
     job = Job(Endpoint(MODEL), asked.suite, asked.prompts)
     inspect_alone(asked, folder / "warm")
     alone, ours = [], []

@@ -1,4 +1,4 @@
-"""Tests of README as a package page: it links to no file of the repository, because the page has none."""
+"""Tests that README as a package page has no links to files of the repository."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ THREADS = 8
 
 
 def asked_by_threads(is_right: Callable[[int], bool], times: int) -> bool:
-    """Return whether a question has the right answer each time; it is asked with the numbers from 0 on."""
+    """Return whether `is_right` is true for each number from 0 on, called from many threads."""
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-5)
     try:

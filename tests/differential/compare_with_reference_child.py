@@ -166,7 +166,7 @@ def evaluation_of(ability):
     def run(task_id, text):
         path.write_text(json.dumps([{"identifier": task_id, "llm_output": text}]))
         evaluation.logger = library.logger = journal = Journal()
-        with suppress(ZeroDivisionError):  # a rate of goals of a kind, of which the task may have none
+        with suppress(ZeroDivisionError):  # the task may have no goal of a kind
             evaluation.evaluate_results(arguments)
         return journal
 

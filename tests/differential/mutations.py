@@ -102,7 +102,7 @@ def slightly_corrupted(dice: Dice, text: str, probability: float) -> str:
 
 
 def rearranged(dice: Dice, parts: Sequence[_T], more: Callable[[], _T], mean: float = 1.5) -> list[_T]:
-    """Return parts of which some are dropped, repeated, exchanged, replaced or added; sometimes none."""
+    """Return the parts with random changes: some are dropped, repeated, exchanged, replaced or added."""
     found = list(parts)
     for _ in range(dice.few(mean)):
         place = dice.below(len(found))

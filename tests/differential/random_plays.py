@@ -179,7 +179,7 @@ def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) ->
 
 
 def compare_mcp(check: Check, place: object, suite: Suite, play: Session, told: Told) -> None:
-    """Compare a play with itself over MCP, which tells the task at a look before the first action."""
+    """Compare a play with itself over MCP, whose first look states the task."""
     if play.turns[0].said == LOOK:
         return
     task_id = play.task.id

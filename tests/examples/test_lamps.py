@@ -64,12 +64,12 @@ def score(eai: Command, ability: str, answers: dict[str, object]) -> dict[str, d
     return {record["task_id"]: record for record in records}
 
 
-def test_it_is_as_short_as_the_page_says() -> None:
+def test_the_example_is_as_short_as_the_page_says() -> None:
     files = [path for path in FOLDER.iterdir() if path.is_file()]
     assert sum(len(path.read_text().splitlines()) for path in files) <= 60
 
 
-def test_it_conforms() -> None:
+def test_the_example_passes_the_conformance_checks() -> None:
     benchmark = library.find_benchmark(LAMPS)
     tasks = benchmark.tasks(library.Source())
     assert check(benchmark.domain, [task.initial for task in tasks.values()]) == ()
@@ -165,7 +165,7 @@ def test_a_report_is_made(eai: Command) -> None:
     assert "lamps" in Path("report/explorer.html").read_text()
 
 
-def test_workers_find_it_too(eai: Command) -> None:
+def test_worker_processes_find_the_example(eai: Command) -> None:
     rows = [{"identifier": task, "llm_output": json.dumps(PRESS)} for task in ("light", "pack")]
     Path("m_outputs.json").write_text(json.dumps(rows))
     arguments = ("m_outputs.json", "--domain", LAMPS, "--ability", "action_sequencing")

@@ -36,11 +36,11 @@ def test_a_policy_that_learns_wins_more_than_one_that_does_not(example: ModuleTy
     assert by_chance < 20 < learned
 
 
-def test_a_turn_is_worth_what_it_and_later_ones_pay(example: ModuleType) -> None:
+def test_the_return_of_a_turn_sums_its_reward_and_later_ones(example: ModuleType) -> None:
     assert example.returns([0, 0.5, -0.5]) == pytest.approx([0.045, 0.05, -0.5])
 
 
-def test_a_curve_begins_with_what_was_not_learned(example: ModuleType, tmp_path: Path) -> None:
+def test_a_learning_curve_begins_with_the_untrained_policy(example: ModuleType, tmp_path: Path) -> None:
     playing = example.environment("lamps:lamps")
     points = list(example.train(playing, playing, seed=1, updates=2, every=1))
     assert [(point.episodes, point.tasks) for point in points] == [(0, 2), (8, 2), (16, 2)]

@@ -51,7 +51,7 @@ _PLACED_BY: Mapping[str, str] = {
 """Action for each relation that only one action achieves."""
 
 _CLEAN = 1.5
-"""Position in the order for a goal that an object is not covered."""
+"""Order of goals that forbid a cover on an object."""
 
 
 def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -> tuple[Action, ...] | str:

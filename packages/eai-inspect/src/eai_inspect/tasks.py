@@ -1,4 +1,4 @@
-"""Inspect tasks as plain functions, the form in which Inspect's register finds them.
+"""Plain functions that return Inspect tasks, as Inspect's register requires.
 
 The tasks are those of `eai.run.registry`, which makes a task for every installed benchmark. They have all its
 options: ``-T`` sets them.

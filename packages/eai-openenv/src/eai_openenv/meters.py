@@ -47,7 +47,7 @@ class Meters:
         self._ended.labels(str(won).lower()).inc()
 
     def rewarded(self, answers: int, seconds: float, lost: int) -> None:
-        """Count rewarded answers, and those whose prompt was not found in the query."""
+        """Count rewarded answers, and queries without their prompt."""
         self._answers.inc(answers)
         self._lost.inc(lost)
         self._seconds.observe(seconds)
