@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from eai.benchmarks.benchmark import Benchmark
 
 _RUN_FILES, _MAX_FOLDERS_ABOVE = "run*.toml", 4
-"""Pattern of the names of run specifications, and how many folders above records they may be."""
+"""Pattern of the names of run specifications; maximum number of folders between one and its records."""
 
 ZIP = ".zip"
 """File extension of zip archives."""
 
 UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, ValueError)
-"""Errors that a zip raises if it or a member is damaged, encrypted or packed in an unknown way."""
+"""Exceptions that reading a zip raises if the zip or a member is damaged, encrypted or packed unusually."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class _SuiteFile:
 
 
 def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
-    """Return the unregistered benchmarks of the runs at some paths, by name, if they can still be opened.
+    """Return by name the unregistered benchmarks of the runs at some paths, if they can still be opened.
 
     The ``run.toml`` of a run has the references of its benchmarks.
     """
@@ -158,7 +158,7 @@ def list_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
 
 
 def _is_wanted(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
-    """Whether a member is a response file or has another wanted name.
+    """Whether a member of a zip is a response file or has another wanted name.
 
     Files that systems add, such as ``__MACOSX/._...``, are not wanted.
     """
@@ -220,7 +220,7 @@ def _suite_of(file: Path) -> tuple[str, str] | None:
 
 
 def _other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
-    """Return the suite that a file names, if it is another; folders that name no benchmark are ignored."""
+    """Return the other suite that a file names, or None; folders that name no benchmark are ignored."""
     suite = _suite_of(file)
     if suite is None or (
         suite[1] == ability.value and (suite[0] == domain or suite[0] not in list_benchmarks())

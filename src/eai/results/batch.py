@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from eai.results.reward import Reward
 
 NO_ROW = "the response file has no row of the task"
-"""Reason for a missing answer if answers come from a file."""
+"""Reason for a missing answer if the response file has no row for the task."""
 
 
 OTHER_RULES = "the model played the task by other rules of the game"
@@ -35,7 +35,7 @@ OTHER_RULES = "the model played the task by other rules of the game"
 
 
 ProgressCallback: TypeAlias = Callable[[int], None]
-"""Called with the number of answers scored so far."""
+"""Function that is called with the number of answers scored so far."""
 
 
 class Scoring(Workers):
@@ -194,7 +194,7 @@ def _reward_batch(reward: Reward, items: Sequence[tuple[str, str]]) -> list[floa
 
 
 def find_tasks_without_row(suite: Suite, answers: ResponseFile) -> dict[str, str]:
-    """Return the tasks of a suite without a row in a response file, each with that reason."""
+    """Return the tasks without a row in a response file, each with `NO_ROW` as the reason."""
     answered = answers.answered
     return {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
 
@@ -202,7 +202,7 @@ def find_tasks_without_row(suite: Suite, answers: ResponseFile) -> dict[str, str
 def _rows_in_order(
     suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
 ) -> Iterator[ResponseRow]:
-    """Yield an answer, or its absence, for each task of a run, in the order of the data set.
+    """Yield an answer, or a missing answer, for each task of a run, in the order of the data set.
 
     If a task may have several answers, they come in the order of their file, before all tasks without an
     answer.
@@ -215,7 +215,7 @@ def _rows_in_order(
 
 
 def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
-    """Return answers by the rules of the game by which the model played, with their further epochs.
+    """Group answers, with their further epochs, by the rules of the game by which the model played.
 
     Answers by the standard rules, whose key is None, come first. Empty and unreadable answers, which fail by
     any rules, are with them, or with the most frequent rules if no answer is by the standard rules.

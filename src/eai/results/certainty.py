@@ -55,7 +55,10 @@ def two_sided_quantile(level: float, freedom: int) -> float:
 
 
 def _share_within(width: float, freedom: int) -> float:
-    """Return the share between ``-width`` and ``width``: a finite series (Abramowitz & Stegun, 26.7.3-4)."""
+    """Return the share of Student's distribution between ``-width`` and ``width``, as a finite series.
+
+    The series is Abramowitz & Stegun, 26.7.3-4.
+    """
     angle = math.atan(width / math.sqrt(freedom))
     cosine, odd = math.cos(angle), freedom % 2
     term = cosine if odd else 1.0
@@ -217,7 +220,7 @@ class Certainty:
 
     @property
     def effective_tasks(self) -> float | None:
-        """Number of independent tasks with as much information; never more than the number of tasks."""
+        """Number of independent tasks that would give as much information; at most the number of tasks."""
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
@@ -355,7 +358,7 @@ def _interval_parts(deviations: _Deviations) -> _IntervalParts:
 
 
 def _scale_interval_parts(deviations: _Deviations) -> _IntervalParts:
-    """Return the interval parts with the variance divided by that of one yes or no."""
+    """Return interval parts whose variance is divided by the variance of a single answer, yes or no."""
     parts = _interval_parts(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
 

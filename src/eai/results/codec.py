@@ -40,7 +40,7 @@ READABLE_SCHEMAS = (2, 3, SCHEMA)
 """Versions of the record format that can be read."""
 
 _FIELDS_WITH_HALVES = ("goals", "partial")
-"""Fields that count halves. All their numbers are written as floats, so that each field has one type."""
+"""Fields whose counts may contain halves. All their numbers are floats, so that each field has one type."""
 
 COMMON_FIELDS = (
     "executable",
@@ -118,7 +118,7 @@ def experiment_to_json(
 
 
 def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
-    """Return the experiment with these fields, or None if they have no choice.
+    """Read the experiment from its fields, or return None if they have no choice.
 
     Raises:
         InputError: a field has another type; the message names it.
@@ -183,7 +183,7 @@ def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
 
 
 def fields_of(verdict: Verdict) -> dict[str, Json]:
-    """Return the fields of a record that its verdict gives."""
+    """Return the fields of a record that come from its verdict."""
     fields = dataclass_to_json(verdict)
     reason = fields.pop("excluded")
     status = "scored" if reason is None else "excluded"
@@ -293,7 +293,7 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
 
 
 def _explanation_values(value: Any) -> Any:
-    """Return the values of a written explanation, with its atoms by their texts."""
+    """Return the fields of an explanation that was read from JSON, with its atoms by their texts."""
     if not isinstance(value, dict) or not isinstance(value.get("atoms"), list):
         return value
     atoms = {atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in value["atoms"]}
@@ -301,7 +301,7 @@ def _explanation_values(value: Any) -> Any:
 
 
 def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
-    """Read a verdict; the first ``made_before`` repairs were made before scoring and are not its own."""
+    """Read a verdict without the first ``made_before`` repairs, which were made before scoring."""
     for name in COMMON_FIELDS:
         _require_field(values, name)
     status = _require_field(values, "status")
@@ -322,7 +322,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int)
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
-    if isinstance(values.get("attempts"), int):  # in schema 2 the number of tried actions
+    if isinstance(values.get("attempts"), int):  # schema 2 stores the number of tried actions here
         return ()
     attempts = []
     for number, values_of_attempt in enumerate(

@@ -11,7 +11,7 @@ OBJECTS_BETWEEN_COLLECTIONS = 300_000
 def collect_seldom() -> None:
     """Exclude all present objects from garbage collection, and collect new objects rarely.
 
-    It is for processes with one purpose, which keep their modules, tasks and records until they end.
+    This suits processes with one purpose, which keep their modules, tasks and records until they end.
     """
     gc.freeze()
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, *gc.get_threshold()[1:])

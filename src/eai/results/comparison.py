@@ -113,7 +113,7 @@ class MetricDifference:
 
     @property
     def points(self) -> float | None:
-        """Second minus first in percentage points."""
+        """Rate of the second run minus rate of the first run, in percentage points."""
         if self.first.percent is None or self.second.percent is None:
             return None
         return self.second.percent - self.first.percent
@@ -176,7 +176,7 @@ def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shar
 
 
 _YES_NO_NUMERATORS = (0, 1)
-"""Numerators that a no and a yes add to a rate."""
+"""Numerators that a wrong and a right answer add to a rate of yes or no."""
 
 
 def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDifference:

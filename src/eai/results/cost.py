@@ -56,7 +56,7 @@ class Spending:
         )
 
     def apply_price(self, price: _Price | None) -> Spending:
-        """Return the spending with a price for the answers that have none."""
+        """Return the spending after a price was applied to the answers without one."""
         if price is None or not self.unpriced_answers:
             return self
         dollars = price.compute_dollars(self.unpriced)

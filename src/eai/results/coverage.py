@@ -1,6 +1,6 @@
-"""Coverage: how much of a suite a run answers, and whether its numbers can be ranked.
+"""Coverage: how much of a suite a run answers, and whether the run can be ranked.
 
-Also tasks of a run that errata left out or corrected.
+It also tells the tasks of a run that errata left out or corrected.
 """
 
 from __future__ import annotations

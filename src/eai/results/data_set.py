@@ -52,7 +52,7 @@ class _Profile:
 
     @property
     def row(self) -> dict[str, Plain]:
-        """The profile as a flat row; several words in one field are separated by spaces."""
+        """The profile as a row of a table; several words in one field are separated by spaces."""
         return {
             "task": self.task.id,
             "name": self.task.title,
@@ -100,7 +100,7 @@ LONG_PLAN_STEPS = 10
 
 @cache
 def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
-    """Return label of a figure -> the paper's figure, and why ours differs; empty for other domains."""
+    """Return the paper's figures by label, each with the reason why ours differs; empty for other domains."""
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
     figures = parse_toml(file.read_text(encoding="utf-8")).get(domain, {})
     entries = {

@@ -1,7 +1,7 @@
 """Makes records from a model's answers: of each epoch, if there are several, and of all together.
 
 The ability declares whether a task counts by the mean over its epochs or by the majority. The majority is
-self-consistency: the first of several answers to a task with the most frequent normalise_answer.
+self-consistency: of several answers to a task, the first answer with the most frequent meaning counts.
 """
 
 from __future__ import annotations
@@ -43,9 +43,10 @@ from eai.tasks.task import Task
 
 
 def majority_index(answers: Sequence[str], ability: Ability) -> int:
-    """Return the index of the first answer with the most frequent normalise_answer.
+    """Return the index of the first answer with the most frequent meaning.
 
-    Of equally frequent meanings the first one counts. If no answer can be read, the first answer counts.
+    If several meanings are equally frequent, the first of them counts. If no answer can be read, the first
+    answer counts. `normalise_answer` gives the meaning of an answer.
     """
     meanings = [normalise_answer(text, ability) for text in answers]
     counts = Counter(meaning_of_answer for meaning_of_answer in meanings if meaning_of_answer is not None)
@@ -53,9 +54,10 @@ def majority_index(answers: Sequence[str], ability: Ability) -> int:
 
 
 def normalise_answer(text: str, ability: Ability) -> str | None:
-    """Return an answer without irrelevant differences, so that equal answers are equal texts.
+    """Return an answer without irrelevant differences: answers with equal meanings become equal texts.
 
-    None if the answer cannot be read. The ability declares which differences are irrelevant (`Interaction`).
+    The result is None if the answer cannot be read. The ability declares which differences are irrelevant
+    (`Interaction`).
     """
     format = declaration_of(ability).interaction
     reading = read_json(text, ANY_VALUE)
@@ -110,7 +112,7 @@ class BeliefSet:
     look: ScenePerception | None = None
 
     def combine(self, goals: BeliefSet) -> BeliefSet:
-        """Return the beliefs with these scenes and the goals of other beliefs, for the tasks that have both.
+        """Combine the scenes of these beliefs with the goals of other beliefs, for the tasks that have both.
 
         Raises:
             InputError: both change the same choice.
@@ -144,7 +146,7 @@ class BeliefSet:
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def mark(self, record: Record) -> Record:
-        """Return the record of an answer to such a question, with the experiment and the summaries."""
+        """Add the experiment and the summaries of these beliefs to the record of an answer."""
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_summaries(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=experiment, summaries=summaries)
@@ -217,7 +219,7 @@ class SuiteResult:
 
     @property
     def failures(self) -> dict[str, list[str]]:
-        """The tasks without an answer, by the reason."""
+        """Tasks without an answer, by the reason why the answer is missing."""
         unanswered = [
             (record.unanswered, record.task_id) for record in self._counted if record.unanswered is not None
         ]
@@ -255,7 +257,7 @@ class SuiteResult:
         return shown
 
     def effort(self) -> dict[str, Json]:
-        """Return the fields of the summary other than metrics."""
+        """Return the fields of the summary that are not metrics."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
@@ -312,7 +314,7 @@ def score_answers(
 
 
 def _select_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
-    """Return the answers of one epoch as if it were the only one."""
+    """Return the answers of one epoch, as if the run had no other epochs."""
     answers = {key: answer for key, answer in model_answers.answers.items() if key[1] == epoch}
     failures = {key: reason for key, reason in model_answers.failures.items() if key[1] == epoch}
     name = f"{model_answers.name}.epoch_{epoch}"

@@ -27,7 +27,7 @@ _MAX_LINES_PER_PAGE = 38
 
 
 def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
-    """Return table environments that fit a page each; the last has the footnotes.
+    """Return LaTeX tables that fit a page each. The last one has the footnotes.
 
     The caption is the table's definition.
 
@@ -92,7 +92,7 @@ def _format_environment(table: Table, caption: str, label: str, *, intervals: bo
 
 
 def _format_heading(columns: Sequence[Column]) -> Iterator[str]:
-    """Yield the lines of the heading: groups, each over a rule of its own, and column headings."""
+    """Yield the lines of the heading: the groups, each above its own rule, and the column headings."""
     groups, rules, start = [], [], 1
     for name, columns_of_group in groupby(column.group for column in columns):
         width = len(list(columns_of_group))

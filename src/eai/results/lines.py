@@ -235,11 +235,11 @@ MODEL = "model"
 """Column of model names."""
 
 ALL_MODELS = "all models"
-"""Model name in rows for the answers of all models together."""
+"""Name that replaces the model in rows about the answers of all models together."""
 
 
 AnswerMeasure: TypeAlias = Literal["score", "executable", "goals"]
-"""Measures of answers that can be compared by features of tasks."""
+"""Names of measures of answers that analyses compare by features of tasks."""
 
 WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
 """Reasons for a wrong stated goal; the first reason that fits counts.
@@ -320,7 +320,7 @@ MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
     "executable": execution_share,
     "goals": goal_share,
 }
-"""Function that returns an answer's contribution to each measure."""
+"""Functions that return an answer's contribution to a measure, by measure."""
 
 
 K = TypeVar("K")

@@ -8,7 +8,7 @@ from eai.base.files import escape_unprintable
 from eai.results.table import Cell, Column, Estimate, Label, Table, short_number, superscript
 
 NO_NUMBER_MARK = "–"
-"""Mark in the place of a missing number."""
+"""Mark that replaces a missing number."""
 
 
 def table_markdown(table: Table) -> str:
@@ -25,7 +25,10 @@ def rows_markdown(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> 
 
 
 def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Yield the lines of a Markdown table of texts; from the third on, columns are numbers, aligned right."""
+    """Yield the lines of a Markdown table of texts.
+
+    The third and all later columns are numbers, aligned right.
+    """
     return _format_grid([Column(name, is_number=i >= 2) for i, name in enumerate(header)], rows)
 
 

@@ -1,4 +1,4 @@
-"""Reads experiments of records of schema 2 and 3, which have one object for the options of all studies."""
+"""Read experiments from records of schema 2 and 3, which have one object for the options of all studies."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""The study of each option whose value is a name, and the kind of the name in labels."""
+"""The study of each option whose value is a name, and the first part of its label (``kind-name``)."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Names of the fields of an experiment whose values are names."""
+"""Fields of an experiment whose values are names."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),
@@ -31,7 +31,7 @@ _STATED = (
 
 
 def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
-    """Return the experiment with these names and attempts."""
+    """Return the experiment that an older record describes by names of options and by attempts."""
     study: dict[str, StudyChoice] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
     for option, (name, kind) in _OPTIONS.items():
         if option in names:

@@ -92,7 +92,7 @@ def read_paper_table(name: str) -> PaperTable:
 
 @cache
 def read_paper_models() -> Mapping[str, str]:
-    """Return the name of a published response file -> the paper's name of the model."""
+    """Return the paper's name of each model, by the name of its published response file."""
     return parse_toml(_text("models.toml"))
 
 
@@ -139,7 +139,7 @@ NULL_MODELS = {
     "eai/lookup": "answers as another task of the data set is answered, the most similar one",
     "eai/random": "answers at random what is well-formed",
 }
-"""Models that do not solve tasks, and how they answer."""
+"""Models that do not solve tasks, each with a description of its answers."""
 
 SCHEMA = 1
 """Version of the format of published scores."""
@@ -183,7 +183,7 @@ class PublishedSuite:
         return total([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
     def coverage(self, model: str) -> Coverage:
-        """Return how much of the suite a model answers; missing answers count as failures."""
+        """Return the coverage of the suite by a model's answers; missing answers count as failures."""
         answered = self.models[model].answered
         return Coverage(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
 

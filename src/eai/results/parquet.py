@@ -13,8 +13,9 @@ _BATCH_ROWS = 1024
 """Number of rows that are read at a time."""
 
 _SHARED_PREFIXES = "DELTA_BYTE_ARRAY"
-"""A Parquet encoding in which a text shares its beginning with the text before: few bytes can unpack to
-many.
+"""Parquet encoding in which a text shares its beginning with the text before it.
+
+So few bytes can unpack to many.
 """
 
 

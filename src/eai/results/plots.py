@@ -90,7 +90,7 @@ _TITLE_MARGIN_INCHES = 0.04
 
 @contextmanager
 def use_plot_style() -> Iterator[None]:
-    """Draw and write figures in the block in the style of all plots.
+    """Use the style of all plots for figures that are drawn and written in the block.
 
     Raises:
         EaiError: matplotlib is not installed.
@@ -193,7 +193,7 @@ _CELL_INCHES = 0.42
 """Width of a cell of a matrix in inches, if the page is wide enough."""
 
 _COUNT_ROW = "n"
-"""Name of the row with the number of cases, if all rates of a model have equal cases."""
+"""Name of the row with the number of cases, which is shown if all rates of a model have equal cases."""
 
 _EXTRA_LINE_HEIGHT = 0.65
 """Height of each further line of a label, in heights of its first line."""
@@ -216,12 +216,12 @@ def value_of(cell: Cell | None) -> float:
 
 
 def denominator_of(cell: Cell | None) -> int:
-    """Return the denominator of an estimate: its number of cases."""
+    """Return the denominator of an estimate: the number of its cases."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
 def numerator_of(cell: Cell | None) -> int:
-    """Return the numerator of an estimate: its number of cases that count."""
+    """Return the numerator of an estimate: the number of its cases with a success."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
 

@@ -1,4 +1,4 @@
-"""Sums shares of answers to rates; all divisions of rates are here."""
+"""Sum the shares of answers to rates. All divisions of rates are in this module."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ NOTHING = Rate(0, 0)
 
 
 def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
-    """Return the rates of several contributions: sums over sums, in the order of first mention."""
+    """Return the rates of several contributions: each is a sum of numerators over a sum of denominators.
+
+    Rates come in the order of first mention.
+    """
     sums: dict[str, tuple[Exact, Exact]] = {}
     for contribution in contributions:
         add_up(sums, contribution)
@@ -53,7 +56,7 @@ Exact: TypeAlias = "int | Fraction"
 def add_up(
     sums: dict[str, tuple[Exact, Exact]], more: Mapping[str, tuple[float | Exact, float | Exact]]
 ) -> None:
-    """Add the contribution of an answer, or sums over other answers, to the sums of each metric."""
+    """Add an answer's contribution, or the sums of other answers, to the sums of each metric."""
     for name, (numerator, denominator) in more.items():
         if numerator or denominator or name not in sums:
             before = sums.get(name, (0, 0))

@@ -21,7 +21,7 @@ NOT_ANSWERED = TaskExclusion("not answered")
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The source of an answer in a run. A task without an answer has one too: it states the prompt.
+    """The source of an answer in a run. A task without an answer also has a source, which states the prompt.
 
     Attributes:
         prompt_sha256: digest of the prompt.
@@ -83,13 +83,13 @@ class Record:
 
     @property
     def repairs(self) -> tuple[str, ...]:
-        """All repairs, those made before scoring first."""
+        """All repairs of the answer; repairs made before scoring come first."""
         before = () if self.origin is None else self.origin.answer_repairs
         return (*before, *self.verdict.repairs)
 
     @property
     def study(self) -> dict[str, StudyChoice]:
-        """The choice of its run in each study, with the summary of the answer."""
+        """The choice of the run in each study, with the study's summary of the answer."""
         choices = {} if self.experiment is None else self.experiment.ordered_choices
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 

@@ -241,7 +241,9 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
 
 
 def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
-    """Write the records and the summary of a run from all of its shards. The bytes equal a run in one part.
+    """Write the records and the summary of a run from all of its shards.
+
+    The files equal the files of a run that was not split, byte by byte.
 
     Raises:
         InputError: a file has no records or is of another run, or the folder cannot be written.
@@ -253,7 +255,7 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
 
 
 def _interleave(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
-    """Yield rounds of one record from each shard, in the order in which `Shard.select` dealt the tasks."""
+    """Yield the records of all shards in the original order: in turn, one record from each shard."""
     first: Record | None = None
     for dealt in zip_longest(*map(read_records, files)):
         round_ = [record for record in dealt if record is not None]

@@ -73,7 +73,7 @@ def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
 
 
 def strip_epoch(model: str) -> str:
-    """Return the name of a model without the epoch that results of one epoch add to it."""
+    """Return the name of a model without the suffix that names an epoch."""
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 

@@ -25,9 +25,9 @@ T = TypeVar("T", bound=Hashable)
 
 SUFFIX = "_outputs.json"
 LINES = "_outputs.jsonl"
-"""End of the name of a response file with one object a line."""
+"""Suffix of the name of a response file with one object a line."""
 PARQUET = "_outputs.parquet"
-"""End of the name of a response file in Parquet."""
+"""Suffix of the name of a response file in Parquet."""
 COLUMNS = ("identifier", "llm_output")
 """Keys of a row: the id of the task, as the file spells it, and the answer."""
 SAMPLE = "sample"
@@ -35,7 +35,7 @@ SAMPLE = "sample"
 MAX_SAMPLES = 10_000_000
 """Maximum number of answers to a task."""
 ENDINGS = (SUFFIX, LINES, PARQUET)
-"""Ends of the names of response files."""
+"""Suffixes of the names of response files."""
 _ATTEMPT_NAME = re.compile(rf"_attempt_\d+{SUFFIX}$")
 
 _MAX_SHOWN_CHARACTERS = 100
@@ -96,7 +96,7 @@ class ResponseFile:
         return self.responses.rows() if isinstance(self.responses, _Samples) else iter(self.responses)
 
     def split(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
-        """Return the answers by a key of their texts, in order, without further epochs."""
+        """Group answers by a key that is computed from their texts, in order. Further epochs are left out."""
         if isinstance(self.responses, _Samples):
             parts: dict[T, Collection[Response]] = {**self.responses.split(key)}
         else:
@@ -126,7 +126,7 @@ class _Samples(Collection[Response]):
         return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.skipped)
 
     def split(self, key: Callable[[str], T]) -> dict[T, _Samples]:
-        """Return the answers by a key of their texts."""
+        """Group answers by a key that is computed from their texts."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
         for number, row in enumerate(_rows(self.path), 1):
@@ -266,7 +266,7 @@ def _read(
 
 
 def _is_new(seen: bytearray, sample: int) -> bool:
-    """Add a number to a bit set; return whether it was new."""
+    """Add a number to a bit set. Return whether the set did not contain it before."""
     byte, bit = sample // 8, 1 << sample % 8
     seen.extend(bytes(max(0, byte + 1 - len(seen))))
     is_new = not seen[byte] & bit
@@ -312,7 +312,7 @@ def attempt_name(name: str, attempt: int) -> str:
 
 
 def _rows(path: Path) -> Iterator[ResponseRow]:
-    """Yield the rows of a file; rows of JSON lines are unparsed lines."""
+    """Yield the rows of a file. Rows of JSON lines are not parsed yet."""
     if path.suffix == Path(PARQUET).suffix:
         return read_columns(path, COLUMNS, (SAMPLE,))
     if path.suffix == Path(LINES).suffix:
@@ -328,7 +328,7 @@ def _values(path: Path) -> Iterator[object]:
 
 
 def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Yield the lines that are not blank, numbered from 1; only a line feed ends a line."""
+    """Yield the nonblank lines of a file, numbered from 1. Only a line feed ends a line."""
     require_file(path)
     try:
         with path.open("rb") as file:

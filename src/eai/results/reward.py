@@ -117,27 +117,27 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 
 def is_paid(ability: Ability) -> bool:
-    """Whether verdicts on answers of an ability give credit."""
+    """Whether answers of an ability can earn a reward: whether their verdicts give credit."""
     return declaration_of(ability).verdict.credit is not Verdict.credit
 
 
 class Reward:
-    """The reward of a suite: a pure function of task and text, for one answer or many.
+    """Reward function of a suite. It depends only on the task and the text of the answer.
 
-    It may be called from any number of threads, and is pickled as the suite is: by name. Operators are
-    compared with the gold ones and never given to a planner, which takes seconds and which operators without
-    preconditions satisfy.
+    It may be called from any number of threads, and can be pickled like its suite: by name. Operators are
+    compared with the gold operators and never given to a planner. A planner takes seconds, and operators
+    without preconditions would satisfy it.
 
     Args:
-        suite: the tasks. Under another protocol than ``strict`` what is promised of rewards need not hold.
-        shaping: what an answer is paid for: ``success``, ``goals``, ``progress``, ``diagnosis``, ``partial``
-            or, of plans under ``strict``, ``repair``.
-        limit: the longest answer that is read, in characters; what is longer is unreadable, so that no text
-            takes long. Reasoning in it is set aside.
+        suite: the tasks. Under protocols other than ``strict``, rewards may break the rules of this module.
+        shaping: definition of the reward: ``success``, ``goals``, ``progress``, ``diagnosis``, ``partial``,
+            or ``repair`` for plans under ``strict``.
+        limit: maximum length of an answer that is read, in characters, so that no answer takes long. Longer
+            answers are unreadable. Reasoning counts for the length, and is then ignored.
 
     Raises:
-        InputError: there is no such shaping, it is of plans only and the suite is of something else, or the
-            suite's verdicts do not say what an answer has earned.
+        InputError: the shaping does not exist or does not fit the suite, or the suite's verdicts give no
+            credit.
     """
 
     def __init__(
@@ -225,7 +225,7 @@ class Reward:
         return GoalTest(task).find_reached(task.initial, ())
 
     def _partial_at_start(self, task_id: str) -> Share:
-        """Return the partial success of an empty plan."""
+        """Return the conditions that a plan without steps meets, as a value of partial success."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).find_partial_success(task.initial, (), self._at_start(task_id))
 
@@ -233,15 +233,15 @@ class Reward:
 def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> float | None:
     """Return the reward of an answer, from 0 to 1; None if the task pays nothing.
 
-    Suites are opened at first use and kept, so that a training run can call this for every answer.
+    Suites are opened at first use and cached, so that a training run can call this function for every answer.
 
     Args:
         task: benchmark, ability and id, as ``lamps:lamps/action_sequencing/light``; see `Suite.reference`.
         text: the answer.
-        shaping: what the answer is paid for, as in `Reward`.
+        shaping: definition of the reward, as in `Reward`.
 
     Raises:
-        InputError: there is no such task or shaping.
+        InputError: the task or the shaping does not exist.
         DataError: the data cannot be obtained or is damaged.
     """
     reference = TaskReference.parse(task)
@@ -275,7 +275,7 @@ def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
 
 
 def _drop_planner(suite: Suite) -> Suite:
-    """Return the suite, opened so that no planner judges operators."""
+    """Return the suite without a planner that judges operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 

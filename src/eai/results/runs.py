@@ -30,7 +30,7 @@ _LOG_FILE = "inspect.json"
 
 
 LogSamples: TypeAlias = tuple[str, int | Mapping[str, int]]
-"""Name of a log, and the epoch of the samples in it, for all tasks or by task."""
+"""Name of Inspect's log, and the epoch of its samples: one epoch for all tasks, or one for each task."""
 
 
 class RunKey(NamedTuple):
@@ -44,7 +44,7 @@ class RunKey(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the run within its suite: its model, and the label of its experiment, if it is one."""
+        """Name of the run within its suite: its model, and the label of its experiment, if any."""
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
@@ -85,7 +85,7 @@ class RunKey(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """The records of a run, in data set order; there is at least one.
+    """The records of a run, at least one, in the order of the data set.
 
     Attributes:
         key: identity of the run.
@@ -99,7 +99,7 @@ class Run:
 
 
 def count_goals_as_paper(run: Run) -> Run:
-    """Return the run, counted by the goals that the prompts of the paper's runs stated."""
+    """Return the run with goals counted as in the paper's runs: by the goals that their prompts stated."""
     name = read_paper_setting().protocol
     protocol = find_implementation(name) if run.key.protocol.value == name else None
     if protocol is None:

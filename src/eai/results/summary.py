@@ -40,7 +40,7 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
 
 
 def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
-    """Yield what each verdict that is not excluded contributes to each metric, in order.
+    """Yield the contributions of each verdict that is not excluded to all metrics, in order.
 
     They are yielded one by one to save memory in long runs.
     """
@@ -79,7 +79,7 @@ def name_of(record: Record) -> str:
 
 
 def share_of(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
-    """Return the share of records that count."""
+    """Return the share of records that satisfy a condition."""
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
         [Case(record.task_id, name_of(record), share_of_one(is_counted)) for record, is_counted in cases]
@@ -127,7 +127,7 @@ def average_performance(values: Mapping[AbilityMetric, float | None]) -> float |
 
 
 def keep_attempts(record: Record, attempts: int) -> Record:
-    """Return the record as it would be with a limit on attempts; records without attempts do not change."""
+    """Return the record as if attempts had been limited. Records without attempts do not change."""
     kept_attempts = record.attempts[:attempts]
     if not kept_attempts:
         return record
@@ -161,7 +161,7 @@ def summarise_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
 
 
 _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
-"""Outcomes of records without an answer to break down."""
+"""Outcomes of records that have no answer to break down."""
 
 
 _OUTCOMES_BEFORE_STAGE = {
@@ -169,7 +169,7 @@ _OUTCOMES_BEFORE_STAGE = {
     "known": AnswerOutcome.HALLUCINATION,
     "well_formed": AnswerOutcome.ARGUMENT_NUMBER,
 }
-"""Outcome of the answers that do not reach a stage."""
+"""Outcome of answers that fail before each stage."""
 
 
 @dataclass(frozen=True, slots=True)

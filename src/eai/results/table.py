@@ -93,16 +93,7 @@ NO_NUMBER = Estimate(None)
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A text with a link, an origin, footnotes or emphasis.
-
-    Attributes:
-        text: the text.
-        target: address of a link in Markdown, if any.
-        origin: source of the named row, if it is not a run; such a label is dimmed.
-        notes: numbers of footnotes, from 1.
-        bold: whether the text is emphasised.
-        dim: whether the text is dimmed.
-    """
+    """A text cell with a link, an origin, footnotes or emphasis."""
 
     text: str
     target: str | None = None
@@ -170,7 +161,7 @@ class Table:
 
     @classmethod
     def from_columns(cls, title: str, columns: Sequence[NamedCells]) -> Table:
-        """Return a table for a terminal, build_table from columns with their cells."""
+        """Return a table for a terminal, made from columns with their cells."""
         rows = zip(*(cells for _, cells in columns), strict=True)
         return cls("", title, "", tuple([column for column, _ in columns]), tuple(rows))
 

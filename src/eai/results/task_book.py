@@ -46,7 +46,7 @@ class TaskBook:
         )
 
     def _reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
-        """Return why an answer may state a wrong goal; None if the task is unknown.
+        """Return the reason why an answer may state a wrong goal; None if the task is unknown.
 
         Args:
             task_id: the task that does not have the goal.
@@ -69,7 +69,7 @@ class TaskBook:
 
     @cached_property
     def _requested(self) -> frozenset[str]:
-        """The actions that are goals of some task."""
+        """The actions that are goals of any task of the benchmark."""
         goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in alternative_actions(goal))
 
@@ -79,7 +79,7 @@ class TaskBook:
         return execute(self._domain, task.initial, valid_steps).states
 
     def _find_truth(self, task_id: str, call: Statement) -> list[bool]:
-        """Return in which states a statement holds for some objects of its names; none if it is unknown."""
+        """Return the states in which a statement holds for objects with its names; none if it is unknown."""
         scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), call.arguments or ()
         vocabulary = scene.vocabulary
         predicate = self._words.get((call.name, len(arguments)))

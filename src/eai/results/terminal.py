@@ -17,7 +17,7 @@ _PrintedColumn: TypeAlias = tuple[Column, Sequence[Text]]
 """A column with its cells as printed texts."""
 
 _NAMES_WIDTH_SHARE = 0.4
-"""Maximum share of the terminal's width for names before they are folded."""
+"""Maximum share of the terminal's width for the names of rows; longer names are folded."""
 
 
 def print_table(console: Console, table: Table, *, wide: bool = False) -> None:

@@ -55,7 +55,7 @@ class Totals:
 
     @staticmethod
     def from_records(records: Iterable[Record]) -> Totals:
-        """Those of some records of a run."""
+        """Return the totals of some records of a run."""
         totals = Totals()
         for record in records:
             totals.add(record)
@@ -114,7 +114,7 @@ class Totals:
 
     @property
     def rates(self) -> dict[str, Rate]:
-        """All metrics of the ability, also those without cases."""
+        """Rates of all metrics of the ability, also of metrics without cases."""
         declared = declaration_of(self.first.ability)
         return {**dict.fromkeys(declared.contributions(declared.verdict()), NOTHING), **self.counted}
 
@@ -133,7 +133,7 @@ class Totals:
 
     @property
     def coverage(self) -> Coverage:
-        """How much of the suite the run answers."""
+        """Coverage of the suite by the run."""
         unanswered = [status for status in self.statuses.values() if not status & _ANSWERED]
         return Coverage(
             asked=len(self.statuses),

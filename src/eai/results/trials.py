@@ -1,4 +1,4 @@
-"""Asks a model the tasks of a suite, once each or in several attempts, and keeps its answers."""
+"""Ask a model about the tasks of a suite, once each or in several attempts, and keep its answers."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Conversation:
 
     @property
     def is_over(self) -> bool:
-        """Whether there are no more questions."""
+        """Whether the conversation has no further questions."""
         return bool(self.asked) if self._trial is None else self._trial.is_over
 
     @property
@@ -110,7 +110,7 @@ class Conversation:
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
-        """Outcomes of the answers, if they are carried out."""
+        """Attempts made from the answers, if answers are carried out."""
         return () if self._trial is None else tuple(self._trial.attempts)
 
     def add_answer(self, text: str) -> None:
@@ -145,7 +145,7 @@ class Trials:
     stated: Mapping[str, Task] = field(default_factory=dict)
 
     def start_conversation(self, task_id: str, epoch: int = 1) -> Conversation:
-        """Return the questions on a task in one epoch."""
+        """Begin the conversation about a task in one epoch."""
         trial = begin_trial(self.suite, self.options, task_id, epoch, self.stated.get(task_id))
         return Conversation(
             partial(self.asker.write_question, trial), trial, partial(self.asker.describe_scene, trial)

@@ -53,7 +53,8 @@ def serve(connection: Connection, folder: str) -> None:
         connection: receives batches and sends results.
         folder: folder for temporary files, which another process removes.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes at once
+    # A terminal interrupts all its processes at once, but the main process ends the workers.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _raise_exit)
     tempfile.tempdir = folder
     collect_seldom()
@@ -84,7 +85,10 @@ def _raise_exit(number: int, frame: FrameType | None) -> None:
 
 
 def _work_on(content: bytes) -> bytes:
-    """Return the results of a batch as plain pickle, which is twice as fast as the connection's own."""
+    """Return the pickled results of a batch.
+
+    Plain pickle is twice as fast as the connection's own pickling.
+    """
     try:
         work, items = pickle.loads(content)  # noqa: S301 - of a process of this program
         return pickle.dumps(load_work(work)(items))
@@ -269,7 +273,7 @@ class Workers:
 
     @contextmanager
     def _discard_on_cut(self, worker: _Worker) -> Iterator[None]:
-        """Discard a worker whose message was cut off, because it died or this process was interrupted."""
+        """Discard a worker if its message was cut off, because it died or this process was interrupted."""
         try:
             yield
         except BaseException as error:
@@ -278,7 +282,7 @@ class Workers:
                 raise
 
     def _find_least_busy(self) -> _Worker:
-        """Return an idle worker; else a new one, if there may be more; else the least busy one."""
+        """Return an idle worker, or a new worker if more are allowed, or else the least busy worker."""
         worker_with_least = min(self._workers, key=lambda worker: len(worker.pending), default=None)
         if worker_with_least is None or (worker_with_least.pending and len(self._workers) < self._number):
             worker_with_least = self._start_worker()
@@ -286,13 +290,14 @@ class Workers:
         return worker_with_least
 
     def _start_worker(self) -> _Worker:
-        """Start a new process without any state of this process's threads."""
+        """Start a new process that inherits no state of this process's threads."""
         methods = multiprocessing.get_all_start_methods()
         context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
-        context.set_forkserver_preload(["eai.results.batch"])  # imported once, not in every process
+        # the fork server imports this module once for all workers
+        context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # its start would let interrupts in
-            with _hold_interrupts():  # workers inherit this from the fork server
+            resource_tracker.ensure_running()  # not in the block: its start would let interrupts in
+            with _hold_interrupts():  # the fork server passes held interrupts on to workers
                 ensure_running()
         if self._folder is None:
             self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
@@ -339,7 +344,7 @@ def split_batches(items: Iterable[T], workers: int, size: int, largest: int) -> 
 
 @contextmanager
 def _hold_interrupts() -> Iterator[None]:
-    """Hold back interrupts until the end of the block, and for ever in processes that the block starts."""
+    """Hold back interrupts until the block ends, and always in processes that the block starts."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
         return
