@@ -115,7 +115,7 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
 
 
 def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
-    """Return answers copied from the question.
+    """Return answers that are copied from the question without understanding it.
 
     Goals are all goals that the instruction's words can state. The only subgoal is the goal, its actions
     before its states. A plan has an action for each part of the goal that achieves it, without preparing
@@ -273,10 +273,10 @@ _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITI
 
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
-    """Return the answers of the lookup table.
+    """Return answers taken from the most similar public task (the lookup table).
 
-    Plans and subgoals are those of the task with the most similar goals. Goals are those of the task whose
-    instruction shares most words. Operators are those of any other task that needs them.
+    Plans and subgoals come from the task with the most similar goals. Goals come from the task whose
+    instruction shares most words. Operators come from any other task that needs them.
 
     Raises:
         DataError: the data cannot be obtained.

@@ -136,7 +136,7 @@ def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
 
 
 def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
-    """Whether a formula requires an object of one of these kinds. Negated parts require no object."""
+    """Whether a formula requires an object of a given kind. Negated parts of it require no object."""
     if isinstance(formula, Not):
         return False
     if isinstance(formula, Exists):

@@ -217,7 +217,7 @@ def open_planned_book(
 
 
 def no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
-    """Return the error that says that a built-in model has no answers for a suite."""
+    """Return the error for a suite to which a built-in model has no answers."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
@@ -264,7 +264,7 @@ def _open_plan_book(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Return gold plans, or the subgoals of these plans.
+    """Return gold plans as answers, or their subgoals as answers to subgoal decomposition.
 
     The data set's own plans are used if ``scripts`` is true and they exist; other plans are searched.
     """

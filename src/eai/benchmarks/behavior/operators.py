@@ -49,13 +49,13 @@ def require_not_in_other_hand(hand: _Hand) -> Check:
 
 
 def require_cut_off(obj: Variable) -> Check:
-    """Return the check that an object is not the half of an unsliced object."""
+    """Return the check that a half has been cut off from its object. Other objects pass."""
     condition = Implies(p.part(obj), p.is_sliced(obj))
     return missing(condition, f"{{{obj.name}}} has not been cut off yet")
 
 
 def require_interactable(obj: Variable) -> tuple[Check, ...]:
-    """Return the checks that an object is accessible and unsliced. A sliced object exists only as halves."""
+    """Return the checks that an object is accessible and unsliced; a sliced object exists as halves."""
     shut = Exists(C, p.closed(C) & p.within(obj, C))
     return (
         missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),

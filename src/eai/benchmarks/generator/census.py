@@ -303,7 +303,7 @@ def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
 
 
 def _find_changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
-    """Yield the patterns that hold only after a plan, then those that held only before it, negated."""
+    """Yield patterns that hold only after a plan, then negated patterns that hold only before the plan."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 

@@ -77,7 +77,7 @@ _MAX_EXTRA_STEPS = 6
 """Maximum number of steps that a goal over time may add to the plan that solves a task."""
 
 _PROPOSALS_FOR_HIDDEN = 40
-"""Number of random goals among which a first goal about a hidden object is searched."""
+"""Number of random goals that are tried to find a first goal about a hidden object."""
 
 _OFFER_WEIGHT = 2
 """Weight added to a public task if it has hiding places, and again if a category has several objects."""
@@ -86,7 +86,7 @@ _HIDING_PROBABILITY = 0.7
 """Probability of hiding an object that can be hidden, for a data set without quantified goals."""
 
 _MAX_FAILED_SEEDS = 300
-"""Number of rejected seeds in a row after which generation fails. A split multiplies it, by its share."""
+"""Number of rejected seeds in a row after which generation fails; for a split, it is larger."""
 
 _PAIRS_FACTOR = 4
 """Factor on the maximum number of rejected seeds if tasks come in pairs, because pairs are rare."""

@@ -65,7 +65,7 @@ class Proposals:
         return Proposals(prior, scene, shapes, patterns, paired)
 
     def restrict_to(self, kinds: Collection[str]) -> Proposals:
-        """Return the source of goals that draws only goals about objects of these categories."""
+        """Return a source of random goals only about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
 

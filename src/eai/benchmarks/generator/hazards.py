@@ -240,7 +240,7 @@ class _SafePlanFinder:
                 yield walk
 
     def are_safe_if_shut_last(self, guards: Sequence[_HazardGoal]) -> bool:
-        """Whether the task's plan is safe if the agent shuts and switches off everything after it."""
+        """Whether the task's plan is safe if the agent afterwards shuts and switches off all objects."""
         walk = Walk(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
         is_shut = walk.follow(self.task.script, self._goals) and all(

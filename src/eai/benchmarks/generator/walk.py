@@ -125,7 +125,7 @@ class Walk:
 
 
 def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
-    """Return the operators of which a goal demands one; empty for a goal about states."""
+    """Return the alternative operators of a goal for actions; empty for a goal about states."""
     parts = f.operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
@@ -320,7 +320,7 @@ class TemporalGoalFinder:
 
     @cached_property
     def _cuts(self) -> list[int]:
-        """Numbers of steps of the certificate after each of which one more goal stays true to the end."""
+        """Numbers of steps of the certificate. After each number, one more goal is true for good."""
         states = list(enumerate(self._certificate.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals

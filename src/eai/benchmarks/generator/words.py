@@ -78,7 +78,7 @@ class Words:
         return self._make_definite(index) if self._is_only_one(index) else self._descriptions.get(index, name)
 
     def is_described(self, name: str) -> bool:
-        """Whether words other than its name distinguish an object from all others."""
+        """Whether an object can be described without its name."""
         index = self.scene.index[name]
         return self._is_only_one(index) or index in self._descriptions
 
@@ -346,7 +346,7 @@ class _Reader:
                 yield from (f.Or((first, second)) for second in self._find_meanings(text[place.end() :]))
 
     def _find_meanings(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
-        """Yield all goals that a sentence may mean; with `never`, it says that a fact never holds."""
+        """Yield all goals that a sentence may mean. If `never` is true, the sentence forbids a fact."""
         forms = ((False, False),) if never else ((False, False), (True, False), (False, True))
         for predicate in self._words.arities:
             for sentence in self._words.get_sentences(predicate):

@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 
 def _number_value(value: T, numbers: dict[T, int]) -> int:
-    """Return a number for a value. Values are counted from 0 in order of first use; equal values share it."""
+    """Return the number of a value. Values get numbers from 0 on first use; equal values share a number."""
     return numbers.setdefault(value, len(numbers))
 
 

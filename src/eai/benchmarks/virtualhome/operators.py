@@ -68,7 +68,7 @@ def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Oper
 
 
 def clear_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
-    """Return effects that remove an object from all pairs of these relations."""
+    """Return effects that end the given relations between an object and any other object."""
     return tuple(effect for relation in relations for effect in both_ways(Delete, relation(obj, ANYTHING)))
 
 

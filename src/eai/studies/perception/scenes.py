@@ -157,7 +157,7 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templ
 
 
 def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
-    """Return objects of a scene that are not shown yet. Objects in or on shown objects come first."""
+    """Return objects of a scene besides the shown objects. Objects in or on shown objects come first."""
     state, scene = task.initial, task.scene
     said = {index for fact in words.list_facts(state, range(len(scene.objects))) for index in fact.arguments}
     supports = [state.relation(words.stored_forms[name]) for name in words.support_predicates]
