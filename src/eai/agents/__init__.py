@@ -1,1 +1,1 @@
-"""Agents that act: observations, the game, environments, sessions, and the server for agents outside."""
+"""Agents that act: observations, games, environments, sessions, and the server for external agents."""

@@ -31,13 +31,13 @@ from eai.world.action import Action
 from eai.world.state import State
 
 Agent: TypeAlias = Callable[[], str]
-"""Returns the next command in the game that it was made for."""
+"""Function that returns the next command in the game for which the agent was made."""
 
 _MAX_TRIES = 60
-"""Maximum number of possible actions that the novel agent tries for a new state."""
+"""Maximum number of possible actions that the novel agent tries to find a new state."""
 
 _MAX_COMPARED = 12
-"""Number of actions that the greedy agent compares."""
+"""Maximum number of actions that the greedy agent compares in one state."""
 
 _VISITED_COST = 1000
 """Extra cost of a state that the greedy agent has visited."""
@@ -46,13 +46,13 @@ _FIRST_LIMITS = Limits(200, thorough=False, looks=8_000)
 """Limits of the explorer's first search for a plan with known objects."""
 
 _SECOND_LIMITS = Limits(300, looks=15_000)
-"""Limits of that search after all landmarks, before containers are opened."""
+"""Limits of the explorer's search after all landmarks are visited, before containers are opened."""
 
 _LAST_LIMITS = Limits(2_000)
-"""Limits of that search if nothing is left to open."""
+"""Limits of the explorer's search if nothing is left to open."""
 
 _EXPLORING_LIMITS = Limits(50)
-"""Limits of the search for a plan to see more."""
+"""Limits of the explorer's search for a plan to see more objects."""
 
 
 def random_agent(game: Game, seed: int = 0) -> Agent:
@@ -135,7 +135,7 @@ def _follow(commands: Iterable[str]) -> Agent:
 
 
 def _apply_to(formula: Formula, thing: Constant) -> Formula:
-    """Return a formula about ``x`` for an object."""
+    """Replace the variable ``x`` of a formula by an object."""
     x = Variable("x")
     return rewrite(
         formula,
@@ -188,7 +188,7 @@ class _Explorer:
         return game.stage.commands.write(action)
 
     def _find_plan(self) -> Sequence[Action]:
-        """Return a plan for the goals, or to see more."""
+        """Return a plan for the goals, or else a plan to see more objects."""
         return (
             self._plan_goals()
             or self._plan_to_see(self._find_unvisited())
@@ -203,7 +203,7 @@ class _Explorer:
         return plan
 
     def _explore_again(self) -> Sequence[Action]:
-        """Explore again after something was opened: its contents may be visible from elsewhere."""
+        """Explore again after an object was opened: its contents may be visible from elsewhere."""
         if not self._has_opened:
             return ()
         self._has_opened = False
@@ -221,7 +221,7 @@ class _Explorer:
     def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
         """Return a plan for the goals if the objects of pending goals are known or can be made.
 
-        A first search uses the objects of the goals, a second one all such objects.
+        A first search uses only the objects of the goals, a second search all known objects.
         """
         game, task = self._game, self._game.task
         usable_objects, effort = game.memory.known | self._find_absent(), (limits, len(game.memory.known))
@@ -239,7 +239,7 @@ class _Explorer:
         return ()
 
     def _find_absent(self) -> set[int]:
-        """Return the objects of the task that do not exist yet: no place hides them."""
+        """Return the objects of the task that do not exist yet, so that no place hides them."""
         holds = self._planner.heuristic.readings.holds
         state, present = self._game.state, self._present
         return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
@@ -271,9 +271,10 @@ class _Explorer:
         return [(i, _apply_to(visible, Constant(names[i].name))) for i in landmarks]
 
     def _find_closed(self) -> Sequence[tuple[int, Formula]]:
-        """Return objects that may hide others, and the conditions under which they do not.
+        """Return objects that may hide other objects, and the conditions under which they hide nothing.
 
-        Objects of goals come first, then kinds that hid something or are new, then visible objects.
+        Objects of goals come first, then kinds of objects that hid something or are new, then visible
+        objects.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
@@ -299,7 +300,7 @@ class _GoldSeeker(_Explorer):
         self._steps = deque(game.task.script)
 
     def _find_plan(self) -> Sequence[Action]:
-        """Return the next step if its objects are known, or a plan to see more."""
+        """Return the next step if its objects are known, or else a plan to see more objects."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return self._plan_to_see(self._find_unvisited()) or self._plan_to_open()
         return [self._steps.popleft()] if self._steps else ()

@@ -19,10 +19,10 @@ DONE = "DONE"
 """The command that ends the episode, if the agent decides when."""
 
 LOOK = "LOOK"
-"""The command that lists all visible facts, if turns tell only changes."""
+"""The command that lists all visible facts, for games whose turns report only changes."""
 
 MAX_LENGTH = 10_000
-"""Maximum number of characters of a command; longer ones are not parsed."""
+"""Maximum number of characters of a command; longer commands are not parsed."""
 
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
 
@@ -66,7 +66,7 @@ class Commands:
     def read(
         self, text: str, nameable: Collection[int], *, ends: bool
     ) -> tuple[CommandMeaning, tuple[str, ...]]:
-        """Read the meaning of a text; returns also the names of the repairs that the text needed.
+        """Read a text as a command. Return its meaning, and the names of the repairs that the text needed.
 
         Args:
             text: the text.

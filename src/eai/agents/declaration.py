@@ -1,7 +1,4 @@
-"""Acting as a registered ability: an answer is an episode, and these are its measures.
-
-Their definitions, with sources, are in ``docs/agents.md``.
-"""
+"""Declaration of the ability ``acting``, whose answers are episodes, with the measures of episodes."""
 
 from __future__ import annotations
 
@@ -100,7 +97,10 @@ def _path_length_share(won: bool, tried: int, shortest: int) -> float:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the maker of scorers; the import here keeps the engine out of reports."""
+    """Return the function that makes scorers.
+
+    The import is delayed, so that reports do not load the engine.
+    """
     from eai.agents.scorer import make_scorers
 
     return make_scorers(world)
@@ -113,7 +113,7 @@ def _make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
 
 
 def _read_experiment(answer: str) -> Experiment | None:
-    """Return the harness and rules of an episode; the import here lets reports start fast."""
+    """Return the harness and rules of an episode. The import is delayed, so that reports start fast."""
     from eai.agents.play import EpisodeAnswer, read_episode, rules_label
 
     episode = read_episode(answer)

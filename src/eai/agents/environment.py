@@ -56,7 +56,7 @@ class AnyText(gymnasium.Space[str]):
 
     @property
     def is_np_flattenable(self) -> bool:
-        """False: a text cannot be flattened to an array."""
+        """False, since a text cannot be flattened to an array."""
         return False
 
 
@@ -99,9 +99,10 @@ class TextEnvironment(gymnasium.Env[str, str]):
         if render_mode is not None and render_mode not in _MODES:
             modes = ", ".join(map(repr, _MODES))
             raise InputError(f"render_mode: expected {modes} or None, not {render_mode!r}")
-        if render_mode == CAMERA:  # not every world has scenes for a camera
+        if render_mode == CAMERA:  # only some worlds have scenes for a camera
             self.metadata = {**self.metadata, "render_modes": [*_MODES]}
-        elif "diagrams" not in get_entry_points("eai.offers"):  # gymnasium's check renders in every mode
+        # gymnasium's checker renders in every mode
+        elif "diagrams" not in get_entry_points("eai.offers"):
             self.metadata = {**self.metadata, "render_modes": []}
         self.render_mode = render_mode
         self.benchmark = benchmark

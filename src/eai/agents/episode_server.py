@@ -1,4 +1,4 @@
-"""Serves episodes to agents outside of this process, each with a sealed journal."""
+"""Serve episodes to agents outside of this process, each episode with a sealed journal."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class EpisodeServer:
         if command == LOOK and not play.turns:
             return self._arena.prompt(play.task).user
         told = play.say(command)
-        journal.write(play)  # before the agent reads the observation
+        journal.write(play)  # the turn must be on disk before the agent reads the observation
         if journal.ended is not None and place in self._written:
             self._write()
         elif journal.ended is not None:
@@ -122,13 +122,13 @@ class EpisodeServer:
         self._write()
 
     def close(self) -> None:
-        """Write the answers and close all journals. Episodes that have not ended can be resumed."""
+        """Write the answers and close all journals. Unfinished episodes can be resumed."""
         for _, journal in self._open.values():
             journal.close()
         self._write()
 
     def _write(self) -> None:
-        """Write all episodes that have begun as answers; an episode without an end is stopped.
+        """Write all episodes that have begun as answers. An episode without an end counts as stopped.
 
         Raises:
             InputError: a journal was changed or has another setting, or the folder cannot be written.
@@ -140,7 +140,7 @@ class EpisodeServer:
         self._written.update(begun)
 
     def _append(self, place: AnswerKey) -> None:
-        """Add an episode that has ended to the answers."""
+        """Write an episode that has ended into the file of answers."""
         self._written.add(place)
         with (
             convert_write_errors(self._find_response_file(place)),

@@ -32,11 +32,11 @@ from eai.world.state import State
 _LOG = logging.getLogger(__name__)
 
 GameEnd: TypeAlias = Literal["goal", "done", "refused", "steps"]
-"""Why a game has ended: all goals are reached, `DONE`, a refusal, or the limit of actions."""
+"""Reason for the end of a game: all goals are reached, `DONE`, a refusal, or the limit of actions."""
 
 
 class _Info(TypedDict, total=False):
-    """The facts about one turn that its observation does not tell.
+    """Facts about one turn that its observation does not show.
 
     Attributes:
         task_id: the task.
@@ -44,7 +44,7 @@ class _Info(TypedDict, total=False):
         won: whether the episode has ended with all goals reached, and with `DONE` if the rules require it.
         fault: the kind of error of the action, or None.
         slipped: whether the action was possible and did not work.
-        repairs: the repairs that reading the command took.
+        repairs: names of the repairs that reading the command needed.
         admissible_commands: the commands for possible actions, if the rules list them.
     """
 
@@ -79,7 +79,7 @@ class _CommandOutcome(NamedTuple):
 
 
 class Game:
-    """One game.
+    """One game of a task.
 
     Args:
         stage: the task, ready to be played.
@@ -89,7 +89,7 @@ class Game:
     Attributes:
         stage: the values that all games of the task share.
         task: the task.
-        ended: why the game has ended; None if it has not.
+        ended: the reason for the end of the game; None if it goes on.
         won: whether the game has ended with all goals reached, and with `DONE` if the rules require it. A
             refusal wins if no plan exists.
         refused: the agent's reason why the task is impossible; None without a refusal.
@@ -123,7 +123,7 @@ class Game:
 
     @property
     def memory(self) -> Memory:
-        """The memory of the agent, up to the present state even if turns tell outcomes alone."""
+        """The memory of the agent up to the present state, even if turns report only outcomes."""
         if self._memory.observation.state is not self.state:
             self._memory.update(self.state)
         return self._memory
@@ -158,7 +158,7 @@ class Game:
         return 0.0 if earned is None else pay_for(earned, self._rules.reward)
 
     def _find_counted_actions(self) -> list[Action]:
-        """Return the actions that were carried out, or not needed."""
+        """Return the actions that count: those that were carried out, and those that were not needed."""
         steps = self._episode.trajectory.steps
         return [
             step.action
@@ -169,7 +169,7 @@ class Game:
     def _compute_credit(self, *, is_last: bool) -> Credit | None:
         if self.refused is not None:
             return Credit(float(self.won), self.won, ended=False, faults=self._faults)
-        if self.task.has_no_plan:  # no plan reaches all goals, so that none of them is paid
+        if self.task.has_no_plan:  # no plan reaches all goals, so no goal is paid
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
         earned = credit_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
@@ -180,7 +180,7 @@ class Game:
         return replace(earned, conditions=gained)
 
     def _is_undeclared(self, *, is_last: bool) -> bool:
-        """Whether a required `DONE` is missing at the end."""
+        """Whether the game ended without a required `DONE`."""
         return is_last and self._rules.until == "done" and self.ended != "done"
 
     def briefing(self) -> str:
@@ -251,7 +251,7 @@ class Game:
         return self._make_result(tried, repairs, done=meant is None)
 
     def _answer(self, meant: str) -> _StepResult:
-        """Name the object that the instruction means. A question costs an action."""
+        """Answer a question: name the object that the instruction means. A question costs an action."""
         self._memory.has_looked = False
         self._turns += 1
         if self._has_no_actions_left:
@@ -319,7 +319,7 @@ class Game:
                 self.taken.append(meant.operator)
                 if self._rules.feedback not in OUTCOMES:
                     return _CommandOutcome(f"{line}: done.\n{self._memory.update(outcome)}")
-                if self._rules.observe == "partial":  # objects in sight now may be hidden later
+                if self._rules.observe == "partial":  # objects that are visible now may be hidden later
                     self._memory.update(outcome)
                 return _CommandOutcome(f"{line}: done.")
             case _:
@@ -334,7 +334,7 @@ class Game:
     def info(
         self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()
     ) -> _Info:
-        """Return the facts about a turn, or about the beginning, that no observation tells."""
+        """Return facts about a turn, or about the beginning, that no observation shows."""
         info = _Info(
             task_id=self.stage.task.id,
             goals=list(self.reached),
@@ -377,7 +377,7 @@ class Game:
 
 
 _MAX_BINDINGS = 1_000_000
-"""Maximum number of values of parameters that are tried to list the possible actions."""
+"""Maximum number of parameter values that are tried to list the possible actions."""
 
 
 def _name_fault(kind: FaultKind) -> str:

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from eai.abilities.plan_repairer import PlanRepairer
 
 _PAIR_ACTIONS = 50
-"""Number of actions in both tasks of a pair: it must not show which has no plan, or is ambiguous."""
+"""Number of actions allowed in both tasks of a pair, so that it does not show which task has no plan."""
 
 _EXTRA_ACTIONS = 8
-"""Number of actions for looking around, beside those of plans."""
+"""Number of actions allowed for looking around, in addition to the actions of plans."""
 
 
 class Reference(NamedTuple):
@@ -42,7 +42,7 @@ class Reference(NamedTuple):
     commands: tuple[str, ...] | None
 
     def budget(self, times: float) -> int:
-        """Return the maximum number of actions: enough for the commands, and some to look around."""
+        """Return the maximum number of actions: enough for the commands and for some looking around."""
         least = 0 if self.commands is None else len(self.commands)
         return max(ceil(times * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
 
@@ -84,7 +84,7 @@ class GameSetup:
 
     @cached_property
     def met_at_start(self) -> Share:
-        """The partial success of an episode without actions."""
+        """The conditions met by an episode without actions, as a value of partial success."""
         initial, goals = self.task.initial, self.goals
         return goals.find_partial_success(initial, (), goals.find_reached(initial, ()))
 
@@ -104,13 +104,14 @@ class GameSetup:
 
     @cached_property
     def repairer(self) -> PlanRepairer:
-        """The measure of how near actions are to success."""
-        from eai.abilities.plan_repairer import PlanRepairer  # only rewards for repairs need it
+        """The object that measures the closeness of actions to success."""
+        # imported here, since only rewards for repairs need it
+        from eai.abilities.plan_repairer import PlanRepairer
 
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
     def make_endless(self) -> GameSetup:
-        """Return the task in the same view, without slips or limits, until `DONE`."""
+        """Return the setup with the same view, but without slips and limits, and with an end by `DONE`."""
         stage = copy(self)
         stage.rules = self.rules.model_copy(
             update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}

@@ -68,7 +68,7 @@ class _JournalContent:
 
 
 def is_begun(path: Path) -> bool:
-    """Whether the episode of a file has begun: the file has a whole line."""
+    """Whether the episode of a journal has begun: the file has at least one complete line."""
     return path.exists() and b"\n" in path.read_bytes()
 
 
@@ -165,7 +165,7 @@ class Journal:
         self.write(play)
 
     def _resume(self, play: Session) -> int:
-        """Play the turns of the file again; returns the size of its whole lines."""
+        """Play the turns of the file again. Return the size of its complete lines in bytes."""
         before = _read_content(self._path, self._key, play)
         for turn in before.turns:
             play.say(turn["said"])
@@ -177,7 +177,7 @@ class Journal:
         return before.size
 
     def write(self, play: Session) -> None:
-        """Write the turns that are not on the disk yet, and the end of an episode that is over.
+        """Write all turns that are not on disk yet, and the end of the episode if it is over.
 
         Raises:
             InputError: the file cannot be written, or the episode has ended before these turns.
@@ -213,7 +213,7 @@ class Journal:
             self._file.flush()
             os.fsync(self._file.fileno())
         except (OSError, ValueError) as error:
-            # The content of the file is unknown now: a new journal reads it from the disk.
+            # After an error the content of the file is unknown, so a new journal must read it from disk.
             with suppress(OSError):
                 self._file.close()
             raise InputError(f"{self._path}: cannot be written ({error})") from error

@@ -29,7 +29,7 @@ Indices: TypeAlias = tuple[int, ...]
 """Indices of visible objects, in the order in which they are listed."""
 
 SignedFact: TypeAlias = tuple[str, Fact]
-"""A fact that became true, with ``+``, or false, with ``-``."""
+"""A changed fact: ``+`` if it became true, ``-`` if it became false."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class _VisibleFacts:
 
     @cached_property
     def text(self) -> str:
-        """The lines that state the facts."""
+        """The facts as lines of text."""
         return "\n".join(self.render(self.facts))
 
 
@@ -65,7 +65,7 @@ class _Observation(NamedTuple):
 
     @property
     def text(self) -> str:
-        """All the facts, in lines."""
+        """The lines of all visible facts."""
         return "\n".join([facts.text for facts in self.by_predicate if facts.text])
 
 
@@ -116,7 +116,7 @@ class Observer:
         )
 
     def render_objects(self, chosen: Collection[int]) -> str:
-        """Return the objects with their kinds and properties, in one line if these are equal."""
+        """Return the objects with their kinds and properties; objects with equal ones share a line."""
         by_kind = group_pairs((self._get_kind(index), index) for index in self.subjects if index in chosen)
         return "\n".join([f"{self.render_names(objects)} {kind}" for kind, objects in by_kind.items()])
 
@@ -262,21 +262,24 @@ class Memory:
         self._last_seen: dict[int, _Observation] = {}
 
     def look_around(self) -> str:
-        """Return the visible facts, once between two actions."""
+        """Return the visible facts; a second look without an action between gets only a note."""
         if self.has_looked:
             return "You have looked already: nothing has changed since."
         self.has_looked = True
         return self.describe(self.observation.visible)
 
     def describe(self, objects: Collection[int]) -> str:
-        """Return objects, and the visible facts or a note that pictures show them."""
+        """Return a description of objects, and the visible facts or a note that pictures show them."""
         described = self._observer.render_objects(objects)
         is_pictured = self._feedback == "pictures"
         facts = "What the pictures show." if is_pictured else self.observation.text or "-"
         return f"Objects [kind]: properties\n{described}\n\nNow:\n{facts}"
 
     def update(self, state: State) -> str:
-        """Observe a later state; returns the visible changes, and objects seen for the first time."""
+        """Observe a later state.
+
+        Return the visible changes, and the objects that are visible for the first time.
+        """
         observer, before = self._observer, self.observation
         stored = compare_states(before.state, state)
         self.observation = after = observer.observe(before, state, stored)

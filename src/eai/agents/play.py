@@ -35,7 +35,7 @@ OVER = "The episode is over."
 """The observation after a command in an episode that is over."""
 
 _ESTIMATED_ACTIONS = 100
-"""Estimated maximum number of actions in a game without a limit."""
+"""Assumed maximum number of actions in a game without a limit."""
 
 _BY_TOOLS = (
     "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
@@ -70,7 +70,7 @@ class AgentTask:
         self.rules = rules_of(setting)
 
     def stage(self, task: Task) -> GameSetup:
-        """Return a task, ready to be played in the setting."""
+        """Return the setup of a task in this setting."""
         return make_setup(task, self.benchmark, self.rules)
 
     def prompt(self, task: Task) -> Prompt:
@@ -125,7 +125,7 @@ def make_prompts_in_setting(
 
 
 def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
-    """Return the commands of an episode, of a plan, or of lines of text, with `DONE` at the end."""
+    """Return the commands of a text, which is an episode, a plan or lines of commands. `DONE` comes last."""
     if '"turns"' in answer:
         episode = read_episode(answer)
         return [turn.said for turn in episode.turns] if isinstance(episode, EpisodeAnswer) else []
@@ -150,7 +150,7 @@ _MAX_NAME_LENGTH = 100
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
 _Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")]
-"""A name that may be part of a file's name (`eai.base.files.to_file_name`), or empty."""
+"""Type of a harness's name: it may be part of a file's name (`eai.base.files.to_file_name`), or is empty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,7 +245,7 @@ def _read_lines(lines: Sequence[str]) -> EpisodeAnswer | Unreadable:
 
 
 def _replace_surrogates(text: str) -> str:
-    """Replace lone surrogates, which JSON readers refuse, by question marks."""
+    """Replace lone surrogates by question marks, since readers of JSON refuse them."""
     return text.encode(errors="replace").decode()
 
 
@@ -276,9 +276,9 @@ class Session(Game):
         self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, sha256_of(self.opening()))
 
     def say(self, said: str, thought: str = "") -> str:
-        """Carry out a command with the agent's thought; returns the observation.
+        """Carry out a command, and keep it with the agent's thought. Return the observation.
 
-        A look is a command of the episode only if turns tell changes.
+        A look counts as a command of the episode only if turns report changes.
         """
         if self.over:
             return OVER

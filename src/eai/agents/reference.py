@@ -33,23 +33,23 @@ _SHORTER_PLAN_LIMITS = Limits(300, looks=50_000)
 """Limits of the search for a plan that is shorter than the gold plan."""
 
 _MAX_COMMANDS = 200
-"""Maximum number of commands of an agent whose episode becomes a reference."""
+"""Maximum number of commands by which an agent may win to give the reference of a task."""
 
 _MAX_STAGES = 4096
-"""Maximum number of stages that are kept; one takes some milliseconds to make."""
+"""Maximum number of cached setups of games; making one takes some milliseconds."""
 
 
 @lru_cache(_MAX_STAGES)
 def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
-    """Return a task, found by its reference, ready to be played.
+    """Return the setup of the task with a reference.
 
     Args:
         task: a task of action sequencing, as `Suite.reference` writes it.
         rules: the rules of the games.
 
     Raises:
-        InputError: there is no such task, or it cannot be played.
-        DataError: the data cannot be had.
+        InputError: the task does not exist, or it cannot be played.
+        DataError: the data cannot be obtained.
     """
     reference = TaskReference.parse(task)
     if reference.ability is not Ability.ACTION_SEQUENCING:
@@ -62,7 +62,7 @@ def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
 
 @lru_cache(_MAX_STAGES)
 def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
-    """Return a task ready to be played. Players and scorers of the task share the stage.
+    """Return the setup of a task, which players and scorers of the task share.
 
     Raises:
         InputError: the task cannot be played.
@@ -86,7 +86,7 @@ def find_reference(stage: GameSetup) -> Reference:
 
 
 def _play_agent(game: Game, agent: Agent) -> tuple[str, ...]:
-    """Play a game; returns the commands before `DONE`."""
+    """Let an agent play a game. Return its commands before `DONE`."""
     commands: list[str] = []
     while len(commands) < _MAX_COMMANDS and (command := agent()) != DONE:
         game.act(command)

@@ -25,10 +25,10 @@ Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """The output of a policy: a text, or messages that end with its answer."""
 
 PROMPT_NOT_FOUND = "prompt_not_found"
-"""The additional metric that is 1 if an answer cannot be separated from its prompt."""
+"""Metric that is 1 if the answer cannot be separated from its prompt, else 0."""
 
 _POLICY_ROLE = "assistant"
-"""The role of the policy's messages; a last message by another role is no answer."""
+"""Role of messages by the policy. A last message by another role is no answer."""
 
 _SPECIAL_TOKENS = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
 """Special tokens of tokenizers at the end of a decoded text."""
@@ -65,7 +65,7 @@ def _is_text(part: object) -> bool:
 
 
 def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
-    """Return the value of an answer to a task, and the reasons.
+    """Return the reward of an answer to a task, with its reasons.
 
     Args:
         task: the task, as `Suite.reference` writes it.
@@ -124,7 +124,7 @@ class TrlHousehold:
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
-        """Begin an episode; returns the text that an agent reads first, about the world and the task."""
+        """Begin an episode. Return the text about the world and the task, which an agent reads first."""
         self._game = Game(find_setup(task, self._rules))
         return self._game.briefing()
 
@@ -241,7 +241,7 @@ class SkyRlTask:
         self._metrics: Mapping[str, float] = {}
 
     def step(self, action: str) -> dict[str, Any]:
-        """Return the value of the answer; the episode ends with it."""
+        """Return the reward of the answer. The episode ends with this step."""
         grade = grade_of(self._task, answer_of(action), self._shaping)
         self._metrics = grade.metrics
         return {

@@ -21,7 +21,7 @@ domain declares as `egocentric` are shown only for the agent.
 """
 
 Observe: TypeAlias = Literal["full", "partial"]
-"""The observed part of these objects: all of them, or only visible ones."""
+"""The observed part of the objects of a view: all of them, or only visible ones."""
 
 Feedback: TypeAlias = Literal["facts", "changes", "outcome", "pictures"]
 """The observation after a turn: all visible facts, the changes, or only the outcome of the action.
@@ -75,7 +75,7 @@ class GameRules(Options):
 
     @property
     def replay_rules(self) -> GameRules:
-        """The rules for a replay, without rewards and lists of possible actions: only players need these."""
+        """The rules for a replay, without rewards and lists of possible actions, which players need."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 
@@ -92,4 +92,4 @@ STANDARD = GameRules(
 """The standard setting of acting: the agent sees the scene from its place, and wins by `DONE` in time."""
 
 TRAINING = GameRules(max_steps=50)
-"""Default rules of trainers."""
+"""Default rules of games for training."""

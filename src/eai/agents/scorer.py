@@ -39,7 +39,7 @@ _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
 """Reasons for which an episode may have ended before the game was over."""
 
 _TOO_LATE = "too_late"
-"""The outcome of a step after the last allowed action."""
+"""Outcome of an action after the last allowed one."""
 
 
 def _get_benchmark(world: AbilityWorld) -> Benchmark:
@@ -49,7 +49,7 @@ def _get_benchmark(world: AbilityWorld) -> Benchmark:
 
 
 def make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the maker of scorers in a world."""
+    """Return the function that makes the scorer of a task in a world."""
     return partial(_ActingScorer, benchmark=_get_benchmark(world))
 
 
@@ -80,7 +80,10 @@ class _ActingScorer(Scorer):
         self.goals = GoalTest(task)
 
     def find_exclusion(self) -> TaskExclusion | None:
-        """Return why the task is not played, without computing its reference."""
+        """Return the reason why the task is not played.
+
+        The reference of the task is not computed for this.
+        """
         return self.task.plan_exclusion
 
     @cached_property
@@ -142,7 +145,7 @@ class _ActingScorer(Scorer):
         return verdict if difference is None else self._mark_unreplayable(verdict, difference), steps, moments
 
     def _mark_unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
-        """Return the verdict on an episode that does not replay: it reaches nothing, and its faults count."""
+        """Return the verdict on an episode whose replay differs: it reaches no goal, and its faults count."""
         step = len(verdict.turns) - 1 if verdict.turns else None
         return replace(
             verdict,
@@ -161,7 +164,10 @@ class _ActingScorer(Scorer):
     def _make_verdict(
         self, game: Game, episode: EpisodeAnswer, turns: tuple[Turn, ...], ended: str
     ) -> ActingVerdict:
-        """Return the verdict. Without a turn no goal counts as reached, though it may hold from the start."""
+        """Return the verdict.
+
+        If no turn was played, no goal counts as reached, even if it holds at the start.
+        """
         stage, held = game.stage, game.reached if turns else self.goals.none_reached
         faults = [turn.fault for turn in turns if turn.fault is not None]
         additional = faults.count(FaultKind.ADDITIONAL_STEP)
@@ -225,7 +231,7 @@ def _describe_difference(place: str, digest: str | None, told: str) -> str | Non
 
 
 def _report_turn(turn: Turn, game: Game) -> StepReport:
-    """Return the report of a turn; its reason has one line, even if an object's name has two."""
+    """Return the report of a turn. The reason is one line, even if the name of an object has two lines."""
     reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
     if game.ended == "steps" and not turn.is_action:

@@ -60,7 +60,7 @@ _HOW = "You act in a simulated world. Call look to read your task, act for each 
 
 
 class _Tickets:
-    """Verifies tickets of requests."""
+    """Verifies the tickets of requests: each must belong to an episode."""
 
     def __init__(self, worlds: EpisodeServer) -> None:
         self._worlds = worlds
@@ -181,7 +181,7 @@ def serve_http(worlds: EpisodeServer, app: Starlette, listener: socket.socket) -
 
 
 async def _run_until_done(worlds: EpisodeServer, run: Callable[[], Awaitable[None]]) -> None:
-    """Run a server. The signal USR1 ends all episodes, between two calls."""
+    """Run a server. On the signal USR1, all episodes end as soon as no call is under way."""
     if sys.platform != "win32":
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, worlds.end)
     await run()

@@ -16,11 +16,11 @@ from eai.tasks.options import Options
 ACTING = Ability("acting")
 
 AGENT = "agent"
-"""The field of a question's metadata with the setting of the task, as JSON."""
+"""Field of a question's metadata that has the setting of the task, as JSON."""
 
 
 REACT, TEXT = "react", "text"
-"""Harnesses: tool calls in Inspect's ``react``, and lines of text."""
+"""Names of harnesses: tool calls in Inspect's ``react``, and lines of text."""
 
 
 PICTURES = "pictures"

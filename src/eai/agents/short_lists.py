@@ -32,7 +32,7 @@ _FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
 _THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
 
 Write: TypeAlias = Callable[[str, Sequence[str]], str]
-"""Writes a sentence that states a predicate of objects with these names."""
+"""Function that writes a sentence: a predicate holds of objects with these names."""
 
 
 @lru_cache(1 << 16)
@@ -91,7 +91,7 @@ def _write_line(
 
 
 def spell_out(text: str) -> str:
-    """Return an observation with a line for each fact and each object, and without ranges."""
+    """Return an observation without ranges, with one line for each fact and each object."""
     text = _RANGE.sub(_list_range, text)
     text = _FACTS.sub(lambda line: _repeat_line(line[3], line[1], line[2]), text)
     return _THINGS.sub(lambda line: _repeat_line(line[1], "", line[2]), text)

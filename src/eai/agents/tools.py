@@ -10,7 +10,7 @@ from eai.base.errors import InputError
 from eai.world.domain import Domain
 
 ACT, READ, END = "act", "look", "done"
-"""Names of the tools."""
+"""Names of the tools: to act, to read the observation, and to end the episode."""
 
 
 def make_tools(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:

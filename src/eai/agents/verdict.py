@@ -12,7 +12,7 @@ from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
 Recoverability: TypeAlias = Literal["open", "lost", "unknown"]
-"""Whether the goals can be reached after an episode: yes, no, or unknown if the search was too short."""
+"""Whether the goals can still be reached after an episode: yes, no, or unknown if the search ended early."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class ActingVerdict(PlanVerdict):
     mean: Mapping[str, Share] | None = None
 
     credit = Verdict.credit
-    """None: an episode is paid while it is played, since its text could choose rules that it wins by."""
+    """None, since an episode is paid while it is played: its text could choose rules that are easy to win."""
 
     @property
     def is_unreplayable(self) -> bool:
@@ -93,12 +93,12 @@ class ActingVerdict(PlanVerdict):
         return self.refused is not None or any(turn.fault is None for turn in asked)
 
     def is_action(self, step: int) -> bool:
-        """Whether an action was tried in a turn, in time."""
+        """Whether an action was tried in a turn, before the limit of actions was reached."""
         return self.turns[step].is_action
 
 
 def describe_recoverability(verdict: ActingVerdict) -> str:
-    """Return in words whether the goals can still be reached at the end of an episode."""
+    """Return a sentence on whether the goals can still be reached at the end of an episode."""
     if verdict.outlook == "lost":
         after = f"after turn {verdict.lost_at}" if verdict.lost_at else "from the start"
         return f"lost for good {after}: no actions lead to the goals any more"
