@@ -81,7 +81,6 @@ def _encode(words: Mapping[str, str], text: str) -> str:
 
 
 def _decode(words: Mapping[str, str], text: str) -> str:
-    """Translate an obfuscated text back into the true names."""
     return _encode({new: old for old, new in words.items()}, text)
 
 
@@ -147,7 +146,6 @@ class _ObfuscatedWording(Wording):
         )
 
     def _explain_predicate(self, predicate: str) -> str:
-        """Return the meaning of a predicate as a sentence about its parameters."""
         arity = self._arity(predicate)
         return sentences_of(predicate, arity, self.english)[0].format(
             **{x: x for x in parameter_names(arity)}

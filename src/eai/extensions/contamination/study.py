@@ -64,7 +64,6 @@ def match_strata(
 
 
 def _label_case(case: Case, which: str, weight: float = 1) -> Case:
-    """Return a case with a weight, and with a prefix before its names."""
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
     return Case(f"{which} {case.task}", f"{which} {case.name}", share)
 

@@ -124,7 +124,6 @@ class BehaviorGoalInterpretation(Scorer):
         )
 
     def _group_conditions(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
-        """Return the matched, the wrong and the missing conditions."""
         stated = frozenset(predicted)
         wanted = [condition for option in self._choose_options(stated) for condition in option]
         needed = frozenset[Value](wanted)

@@ -113,7 +113,6 @@ def _parse_json(segment: str) -> list[dict[str, str]] | None:
 
 
 def _read_python_steps(segment: str) -> list[WrittenStep] | None:
-    """Return the steps of a Python expression, or None if it is not a list."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -132,7 +131,6 @@ def _read_python_steps(segment: str) -> list[WrittenStep] | None:
 
 
 def _to_steps(dictionaries: list[dict[str, str]]) -> list[WrittenStep]:
-    """Return the dictionaries that have an action and an object as steps."""
     return [
         WrittenStep(step["action"], strip_names(step["object"].strip().split(",")))
         for step in dictionaries

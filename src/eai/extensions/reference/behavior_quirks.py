@@ -343,7 +343,6 @@ def _take_first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple
 
 
 def _list_vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
-    """Yield all vectors of natural numbers with a sum, in lexicographic order."""
     if length == 1:
         yield (total,)
         return
@@ -366,7 +365,6 @@ def _truncate_options(formula: f.Formula, scene: Scene) -> f.Formula:
 
 
 def _use_direct_container(leaf: f.Leaf) -> f.Formula:
-    """Return the leaf, with ``inside`` replaced by ``directly_inside``."""
     if isinstance(leaf, f.Atom) and leaf.predicate == "inside":
         return replace(leaf, predicate=p.directly_inside.name)
     return leaf

@@ -90,7 +90,6 @@ def read_hands(state: State) -> _Hands:
 
 
 def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlans:
-    """Return the plan that makes a literal true; none if no action can."""
     predicate, arguments, truth = literal
     plan = (_achieve if truth else _undo)(predicate, arguments, read_hands(state), state.scene)
     return SubgoalPlans(() if plan is None else (plan,))
@@ -160,7 +159,6 @@ def _empty_hand(hand: str, hands: _Hands) -> ActionSequence:
 
 
 def _free_a_hand(hands: _Hands) -> ActionSequence:
-    """Return the actions that free a hand: none if a hand is already free."""
     return () if hands["LEFT"] is None or hands["RIGHT"] is None else _empty_hand("RIGHT", hands)
 
 

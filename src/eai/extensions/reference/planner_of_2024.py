@@ -213,7 +213,6 @@ def _mark_bound_names(expression: SExpr, bare: frozenset[str] = frozenset()) -> 
 
 
 def _list_bound_words(names: tuple[SExpr, ...]) -> list[str]:
-    """Return the words of a typed list, without the types."""
     words = [item.text if isinstance(item, Symbol) else "" for item in names]
     return [
         word
@@ -234,7 +233,6 @@ def _falsify_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
 
 
 def _make_names_distinct(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
-    """Return the operators with distinct names: a repeated name gets a number at its end."""
     renamed: dict[str, m.PddlAction] = {}
     for action in actions:
         name, number = action.name, 1

@@ -59,7 +59,6 @@ def _read_steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
 
 
 def _list_differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) -> Iterator[str]:
-    """Yield a note on the steps that the reference misses, and a note on the steps that it adds."""
     if isinstance(seen, Unreadable):
         if not isinstance(whole, Unreadable):
             yield f"none of {len(whole)} steps is seen"

@@ -146,7 +146,6 @@ def make_halting_planner(reason: str) -> SubgoalPlanner:
 
 
 def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:
-    """Return the verdict with the errors that count in summaries."""
     if verdict.goals is None:
         return verdict
     return replace(verdict, counted=SummaryCounts(bool(verdict.success), verdict.goals, errors))

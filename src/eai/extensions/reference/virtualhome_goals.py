@@ -167,7 +167,6 @@ def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
 
 
 def _read_goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
-    """Return the goal of an entry, or None if the entry lacks a field."""
     if any(name not in entry for name in names):
         return None
     return goal_of([_read_field(name, entry[name]) for name in names])

@@ -88,7 +88,6 @@ def _find_shared_object(locations: ObjectLocations) -> dict[int, tuple[int, int]
 
 
 def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
-    """Return the furniture of a room: objects that nothing carries and that never move."""
     held = set(locations.hands.values())
     return [
         i
@@ -115,7 +114,6 @@ def _is_beside(locations: ObjectLocations, thing: int) -> bool:
 
 
 def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int) -> Pose:
-    """Return a free pose that satisfies the relations of an object."""
     carrier = locations.find_carrier(thing)
     beside = [b for a, b in locations.relations[BESIDE] if a == thing and b in placer.poses]
     if carrier is not None:

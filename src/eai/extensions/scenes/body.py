@@ -154,7 +154,6 @@ def _halve_body(whole: Body) -> Body:
 
 
 def _read_parts(line: str, kind: _BodyKind) -> Iterator[BodyPart]:
-    """Return the parts that one line of a family of shapes describes."""
     form, *rest = line.split()
     part = BodyPart(form, _read_box(rest[:6], kind.size), 0.0, kind.colour)
     copies = ""
@@ -173,7 +172,6 @@ def _read_parts(line: str, kind: _BodyKind) -> Iterator[BodyPart]:
 
 
 def _copy_part(part: BodyPart, word: str) -> Iterator[BodyPart]:
-    """Return a part with its mirror images, or a ring of copies."""
     if word.startswith("ring-"):
         number = int(word.removeprefix("ring-"))
         yield from [_rotate_part(part, 2 * math.pi * i / number) for i in range(number)]
@@ -192,7 +190,6 @@ def rotate_point(at: Array, angle: float) -> Array:
 
 
 def _rotate_part(part: BodyPart, angle: float) -> BodyPart:
-    """Return a part rotated about the upright axis of its body, by an angle in radians."""
     middle = part.box.mean(0)
     return replace(part, box=part.box - middle + rotate_point(middle, angle), turn=part.turn + angle)
 

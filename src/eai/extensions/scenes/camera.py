@@ -171,7 +171,6 @@ def _view_nearby(scene: BodyScene) -> _Viewpoint:
 
 
 def _list_corners(scene: BodyScene, things: Collection[int]) -> Array:
-    """Return the corners of the boxes around objects, three numbers each."""
     boxes = [bounding_box(scene, thing) for thing in things if not scene.locations.is_held(thing)]
     return np.array(
         [[box[i, 0], box[j, 1], box[k, 2]] for box in boxes for i, j, k in product((0, 1), repeat=3)]

@@ -59,7 +59,7 @@ def pictures(
     for task_id in chosen:
         drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
         try:
-            drawn = _drawn(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
+            drawn = _make_files(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
         except InputError as error:
             refused.append(error)
             continue
@@ -75,7 +75,7 @@ def pictures(
     tell(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
 
 
-def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
+def _make_files(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
     match form:
         case "png":
             return {".png": png(drawing)}

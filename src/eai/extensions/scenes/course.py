@@ -78,7 +78,7 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
     scorer = suite.scorer(record.task_id)
     if not isinstance(scorer, _Executes):
         return None
-    before = _before(record)
+    before = _list_earlier_steps(record)
     states = states_along(scorer.domain, scorer.task.initial, [*before, *_steps(record.explanation)])
     return None if states is None else (scorer.task, states[len(before) :])
 
@@ -107,7 +107,7 @@ def _action(step: StepReport, scene: Scene) -> Action:
     return Action(step.call.name, tuple([scene.index[name] for name in named if name in scene.index]))
 
 
-def _before(record: Record) -> list[StepReport]:
+def _list_earlier_steps(record: Record) -> list[StepReport]:
     """Return the steps of earlier attempts, if the world continues."""
     options = AttemptOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":

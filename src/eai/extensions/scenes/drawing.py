@@ -150,8 +150,11 @@ def draw(tiles: Sequence[Tile]) -> Drawing:
     """Draw tiles with a legend below them. The drawing is `WIDTH` wide and as high as the tiles need."""
     inner = WIDTH - 2 * _GAP
     boxes = [_box(tile, inner) for tile in tiles]
-    scene, legend = _packed(boxes, inner), _legend(inner)
-    shapes = [*_moved(scene.shapes, _GAP, _GAP), *_moved(legend.shapes, _GAP, scene.height + 2 * _GAP)]
+    scene, legend = _pack_boxes(boxes, inner), _legend(inner)
+    shapes = [
+        *_move_shapes(scene.shapes, _GAP, _GAP),
+        *_move_shapes(legend.shapes, _GAP, scene.height + 2 * _GAP),
+    ]
     return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
 
 
@@ -167,13 +170,13 @@ def _box(tile: Tile, most: int) -> Drawing:
     shapes: list[_Shape] = [_Text(_PAD, _PAD, tile.name, NAME_SIZE, _INK, bold=True)]
     y = _PAD + NAME_SIZE + 6
     if marks.shapes:
-        shapes += _moved(marks.shapes, _PAD, y)
+        shapes += _move_shapes(marks.shapes, _PAD, y)
         y += marks.height + 5
     for line in lines:
         shapes.append(_Text(_PAD, y, line, TEXT_SIZE, _INK))
         y += _LEAD
     if zones.shapes:
-        shapes += _moved(zones.shapes, _PAD, y)
+        shapes += _move_shapes(zones.shapes, _PAD, y)
         y += zones.height
     height, width = y + _PAD, width + 2 * _PAD
     frame = _Rectangle(0, 0, width, height, _FILLS[tile.kind], _STROKES[tile.kind], 6, _LINES[tile.kind])
@@ -183,14 +186,14 @@ def _box(tile: Tile, most: int) -> Drawing:
 def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
     """Draw the tiles of one zone: the objects in one relation to the object around them."""
     top = _PAD + TEXT_SIZE + 5
-    content = _packed([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
+    content = _pack_boxes([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
     shapes: list[_Shape] = [
         _Text(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES["object"])
     ]
     width = max(content.width, text_width(f"{label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
     height = top + content.height + (_PAD if within else 0)
     frame = _Rectangle(0, 0, width, height, _ZONE_FILL, _ZONE_STROKE)
-    return Drawing(width, height, [frame, *shapes, *_moved(content.shapes, _PAD, top)])
+    return Drawing(width, height, [frame, *shapes, *_move_shapes(content.shapes, _PAD, top)])
 
 
 def _mark(text: str) -> Drawing:
@@ -199,7 +202,7 @@ def _mark(text: str) -> Drawing:
     return Drawing(width, height, [frame, _Text(5, 3, text, TEXT_SIZE, _INK)])
 
 
-def _packed(boxes: Sequence[Drawing], most: int) -> Drawing:
+def _pack_boxes(boxes: Sequence[Drawing], most: int) -> Drawing:
     """Arrange boxes row by row. The highest boxes come first, which leaves little space empty."""
     return _flow(sorted(boxes, key=lambda box: -box.height), most)
 
@@ -211,7 +214,7 @@ def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
     for box in boxes:
         if x and x + box.width > most:
             x, y, row = 0, y + row + gap, 0
-        shapes += _moved(box.shapes, x, y)
+        shapes += _move_shapes(box.shapes, x, y)
         x += box.width + gap
         width, row = max(width, x - gap), max(row, box.height)
     return Drawing(width, y + row, shapes)
@@ -243,6 +246,6 @@ def _words(text: str) -> Drawing:
     return Drawing(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)])
 
 
-def _moved(shapes: Sequence[_Shape], x: int, y: int) -> Iterator[_Shape]:
+def _move_shapes(shapes: Sequence[_Shape], x: int, y: int) -> Iterator[_Shape]:
     for shape in shapes:
         yield replace(shape, x=shape.x + x, y=shape.y + y)

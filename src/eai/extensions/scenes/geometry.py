@@ -136,7 +136,6 @@ def _touches(scene: _PlacedBodies, first: int, second: int) -> bool:
 
 
 def _meets_both_ways(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float) -> bool:
-    """Whether the rays along an axis and against it both meet an object."""
     return _meets(scene, middle, axis, other, reach) and _meets(scene, middle, -axis, other, reach)
 
 
@@ -152,7 +151,6 @@ def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: fl
 
 
 def _list_planes() -> list[list[Array]]:
-    """Return pairs of horizontal axes at right angles."""
     angles = [i * math.pi / 2 / (_PLANE_COUNT - 1) for i in range(_PLANE_COUNT)]
     return [
         [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]

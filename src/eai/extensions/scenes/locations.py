@@ -65,7 +65,6 @@ class ObjectLocations:
         return (self.find_carrier(thing), self.floor_of.get(thing), *sorted(self._list_neighbours(thing)))
 
     def _list_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
-        """Yield the objects under or beside which an object stands, each after the relation."""
         for name in (UNDER, BESIDE):
             yield from ((name, second) for first, second in self.relations[name] if first == thing)
 
@@ -181,7 +180,6 @@ def _is_absent(state: State, index: int) -> bool:
 
 
 def _list_visible_states(state: State, index: int, body: Body) -> frozenset[str]:
-    """Return the visible states of an object; `closed` only if it can be opened or its body has a door."""
     states = {word for name, word in _STATES.items() if index in _list_objects_with(state, name)}
     if "open" not in states and (index in _list_objects_with(state, "openable") or not body.slack):
         states.add("closed")

@@ -67,7 +67,6 @@ def _estimate_area(box: Box) -> float:
 def _spread_specks(
     part: BodyPart, state: str, colour: Vector, number: int, size: float
 ) -> Iterator[BodyPart]:
-    """Yield evenly spread specks on the top and the front of a part."""
     half = (part.box[1] - part.box[0]) / 2
     radius = min(0.05, max(0.0025, size * math.sqrt(_estimate_area(part.box) * 2)))
     flat = np.array([radius, radius, radius * (1.1 if state == "frozen" else 0.35)])
@@ -89,7 +88,6 @@ def _find_point_on_box(half: Array, index: int) -> Array:
 
 
 def _find_point_on_ball(half: Array, index: int, number: int) -> Array:
-    """Return a point on the upper three quarters of an ellipsoid."""
     height = 1 - 1.4 * (index + 0.5) / number
     level = math.sqrt(max(0.0, 1 - height * height))
     return half * (level * math.cos(index * _GOLDEN_ANGLE), level * math.sin(index * _GOLDEN_ANGLE), height)

@@ -90,7 +90,6 @@ def _list_visible(objects: Any) -> Iterator[tuple[int, Any, Any]]:
 
 
 def _draw_numbers(image: Image.Image, objects: Any) -> None:
-    """Draw a box with the index of the object around each visible object."""
     draw = ImageDraw.Draw(image)
     for thing, rows, columns in _list_visible(objects):
         left, top = int(columns.min()), int(rows.min())

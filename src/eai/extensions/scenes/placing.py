@@ -207,7 +207,6 @@ class Placer:
     def _draw_pose(
         self, size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation], within: int | None
     ) -> Pose | None:
-        """Return the first free pose of `_RANDOM_TRIES` random poses, or None."""
         draw = self._random
         for number in range(_RANDOM_TRIES):
             which = 0 if number < _RANDOM_TRIES // 3 else draw.randrange(len(spots)) if spots else 0
@@ -258,7 +257,6 @@ def _list_contacts(area: Box, low: Array, high: Array, half: Array, axis: int) -
 
 
 def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
-    """Whether a box overlaps no other box."""
     middle = np.array(at)
     overlaps = (low < middle + half + 0.001) & (high > middle - half - 0.001)
     return not overlaps.all(1).any()
@@ -277,12 +275,10 @@ def _select_boxes(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
 
 
 def _intersect(first: Box, second: Box) -> Box:
-    """Return the intersection of two boxes."""
     return np.array([np.maximum(first[0], second[0]), np.minimum(first[1], second[1])])
 
 
 def _set_height(area: Box, height: float) -> Box:
-    """Return an area with another height, in metres."""
     raised: Box = area.copy()
     raised[1, 2] = raised[0, 2] + height
     return raised

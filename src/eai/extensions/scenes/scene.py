@@ -150,7 +150,6 @@ def _make_lamp(box: Box, *, shadows: bool) -> Xml.Element:
 
 
 def _make_slab(sides: tuple[float, ...], **more: str) -> Xml.Element:
-    """Return a fixed box between six planes."""
     pairs = list(zip(sides[::2], sides[1::2], strict=True))
     size, middle = [(high - low) / 2 for low, high in pairs], [(low + high) / 2 for low, high in pairs]
     slab = Xml.Element("geom", type="box", size=_format_numbers(size), pos=_format_numbers(middle))
@@ -301,7 +300,6 @@ class BodyScene:
         return Pose((x, y, z), (a, b, c, d))
 
     def _paint(self, thing: int, placer: Placer) -> None:
-        """Show the parts of an object that exist in its states, in the colours of these states."""
         body = self._bodies[thing]
         states = placer.states.get(thing, frozenset())
         for geom, part in zip(self.geoms[thing], (*body.parts, *make_specks(body)), strict=True):

@@ -36,7 +36,7 @@ def tiles_of(
         tiles[doer] = Tile(doer, "agent", zones={hand: [] for hand in hands})
     for name in graph.names:
         tiles.setdefault(name, Tile(name, "other" if name in others else "object"))
-    placed = _placed(graph, words, agent, hands)
+    placed = _find_placements(graph, words, agent, hands)
     for name, fact in placed.items():
         holder = doer if fact.predicate in hands else fact.arguments[1]
         tiles[holder].zones.setdefault(fact.predicate, []).append(tiles[name])
@@ -49,7 +49,7 @@ def tiles_of(
     return [tile for name, tile in tiles.items() if name not in placed]
 
 
-def _placed(
+def _find_placements(
     graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
     """Return the fact that puts an object into another object or a hand, by object: the innermost fact."""
