@@ -120,7 +120,7 @@ class Library:
         prompts: Mapping[str, Prompt],
         look: ScenePerception | None = None,
     ) -> QuestionWriter:
-        """Return the asker of questions in several attempts, beginning with these prompts.
+        """Return the object that asks questions in several attempts. The first attempt uses these prompts.
 
         Our prompts are rendered again after the world has changed; published prompts and files of the user
         are not.

@@ -47,7 +47,7 @@ def _find_entries() -> Mapping[str, EntryPoint]:
 
 
 def study_names() -> tuple[str, ...]:
-    """Return the names of all studies, those of this package first."""
+    """Return the names of all studies. Studies of this package come first."""
     return tuple(_find_entries())
 
 

@@ -47,7 +47,7 @@ It also takes ``first``, the stage before these questions, and ``epochs``, the n
 
 @dataclass
 class FirstStage:
-    """A stage before the questions of a run. It finds beliefs that the questions state instead of the facts.
+    """A stage before the questions of a run. It finds goals or scenes (beliefs) for questions to state.
 
     Attributes:
         library: source of the prompts.
@@ -71,7 +71,7 @@ class FirstStage:
     def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
     ) -> tuple[Mapping[str, Prompt], BeliefSet]:
-        """Return the prompts for a model by task, and the beliefs that they state.
+        """Return the prompts for a model by task, and the goals or scenes (beliefs) that they state.
 
         Tasks without a belief are left out.
 
@@ -82,7 +82,7 @@ class FirstStage:
         return believed.prompts(self.library, suite, task_ids), believed
 
     def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-        """Return the beliefs of this stage and of all stages before it.
+        """Return the beliefs (goals and scenes to state) of this stage and of all stages before it.
 
         Raises:
             InputError: as raised by `believe`.

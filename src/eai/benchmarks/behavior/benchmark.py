@@ -147,7 +147,10 @@ NAME = "behavior"
 
 
 def wording(ability: Ability) -> Wording:
-    """Return the wording of an ability. Subgoals also name hands; goal interpretation names instances."""
+    """Return the names of objects and predicates in prompts of an ability.
+
+    Subgoals also name hands; goal interpretation names instances.
+    """
     if ability is Ability.GOAL_INTERPRETATION:
         return Wording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), find_declared_name

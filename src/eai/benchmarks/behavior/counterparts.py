@@ -57,7 +57,7 @@ _HANDS = ("RIGHT", "LEFT")
 
 
 def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
-    """Return the actions of the steps of a plan, up to the first step without an action.
+    """Return the household action of each step of a published operators' plan, until a step has no action.
 
     Planning problems have no hands. The right hand grasps first; the left hand grasps if the right is full.
     """

@@ -161,7 +161,7 @@ class _BehaviorTaskBuilder:
         self._index = self.scene.index
 
     def build_state(self, relations: Iterable[GroundRelation]) -> State:
-        """Return the initial state with these relations."""
+        """Return the initial state of the task with the given relations."""
         return self.scene.state(
             (*self._yield_kinds(), *self._yield_volume_comparisons(), *self._yield_situation(relations))
         )

@@ -34,7 +34,7 @@ def _load_english() -> English:
 
 
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
-    """Return the wording of an ability; abilities that take plans also get hidden facts."""
+    """Return the names of objects and predicates in prompts. For plans, prompts also state hidden facts."""
     plain = Wording(build_domain(), p.GOAL_PREDICATES)
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 from eai.base.grouping import group_pairs
 
 PACK = "behavior_1k"
-"""Name of the pack with these activities and annotations."""
+"""Name of the pack with the activities and annotations of BEHAVIOR-1K."""
 
 ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", "plans.txt"
 """Members of the pack. `ACTIVITIES` and `PLANS` have one line per activity."""
@@ -46,7 +46,7 @@ class _HeatSource(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """A rule that makes objects from several others.
+    """A rule that makes an object from several ingredients.
 
     Attributes:
         name: name of the recipe.

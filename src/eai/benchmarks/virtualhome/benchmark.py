@@ -219,7 +219,7 @@ def _find_surroundings(task: Task) -> Iterator[int]:
 
 
 def wording(ability: Ability) -> Wording:
-    """Return the wording of an ability.
+    """Return the names of objects and predicates in prompts of an ability.
 
     Goal interpretation names classes, and relations as in scene graphs.
     """

@@ -51,7 +51,7 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
 
 
 def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
-    """Return the actions of the steps of a plan, up to the first step without an action.
+    """Return the household action of each step of a published operators' plan, until a step has no action.
 
     Planning problems name objects by class. A class means the same object as in a plan.
     """

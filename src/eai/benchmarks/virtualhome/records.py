@@ -53,7 +53,7 @@ class ObjectRecord:
 
 @dataclass(frozen=True, slots=True)
 class GraphDelta:
-    """The difference of two graphs: remove, then replace, then append, each in order.
+    """The difference of two scene graphs: remove, then replace, then append objects and edges, in order.
 
     An edge in both `removed_edges` and `added_edges` moves to the end of its source's `ON` or `INSIDE`
     targets.

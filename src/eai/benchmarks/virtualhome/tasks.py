@@ -52,7 +52,7 @@ class _IndexedGraph:
     ends: Sequence[tuple[int, int]]
 
     def apply_delta(self, delta: GraphDelta) -> _IndexedGraph:
-        """Return the graph after a delta.
+        """Return the graph after the changes that a delta lists.
 
         Raises:
             DataError: the delta removes objects, which no graph of the data set does.
@@ -100,7 +100,7 @@ class _IndexedGraph:
         return State(Scene(VOCABULARY, self.objects, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
     def apply_delta_to_state(self, state: State, delta: GraphDelta) -> State:
-        """Return the state of this graph after a small delta.
+        """Return the state of this graph after the few changes that a delta lists.
 
         Raises:
             DataError: the delta adds or removes objects, which no final graph of the data set does.

@@ -93,7 +93,7 @@ class _Arm:
         return [keep_attempts(record, attempts) for records in self.runs.values() for record in records]
 
     def cases(self, metric: str, attempts: int) -> list[Case]:
-        """Return the cases that tasks add to a metric after a number of attempts, seed after seed."""
+        """Return what each task adds to a metric after a number of attempts, seed after seed."""
         return [case for records in self.runs.values() for case in _cases(records, metric, attempts)]
 
 
@@ -103,9 +103,9 @@ def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
 
 
 def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
-    """Return the arms of the runs of one model and suite, those without feedback first.
+    """Return the arms of one model and suite: runs grouped by their form of further attempts.
 
-    Plain runs are left out.
+    Arms without feedback come first. Runs without further attempts are left out.
     """
     by_experiment = group_pairs(
         (
@@ -125,7 +125,7 @@ def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
 
 
 def replanning_tables(arms: Sequence[_Arm]) -> list[Table]:
-    """Return the tables of the analysis."""
+    """Return the tables on further attempts."""
     return [_attempts_table(arms), _feedback_table(arms), _outcomes_table(arms)]
 
 
@@ -243,7 +243,7 @@ def _outcomes_table(arms: Sequence[_Arm]) -> Iterator[Row]:
 
 
 def _pair_cases(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[Case]]:
-    """Return the cases of tasks that both arms have under a seed, in the same order."""
+    """Return, for both arms, what each common task adds under a seed, in the same order of tasks."""
     pairs: list[tuple[Case, Case]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
         before = {case.task: case for case in _cases(control.runs[seed], SUCCESS, attempts)}

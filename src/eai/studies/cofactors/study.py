@@ -92,7 +92,7 @@ REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
 
 
 def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
-    """Return the tables of the analysis.
+    """Return the tables that compare scores with features of tasks.
 
     Args:
         tables: the tidy tables.

@@ -35,7 +35,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 
 
 def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
-    """Return the tables of the analysis, from the goals that answers state or should state."""
+    """Return the tables on goals that answers state or should state."""
     return [_predicates_table(atoms), _reasons(atoms), _wrong(atoms), _models_table(atoms)]
 
 

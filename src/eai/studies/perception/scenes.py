@@ -51,7 +51,7 @@ def _make_beliefs(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Bel
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneWords, graphs: Mapping[str, SceneGraph]
 ) -> BeliefSet:
-    """Return the beliefs of questions that state scene graphs, true or not.
+    """Return, as beliefs, the scene graphs that questions state instead of the scenes, whether true or not.
 
     Args:
         label: origin of the graphs, as experiments name it.
@@ -68,7 +68,7 @@ def make_scene_beliefs(
 
 
 def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> BeliefSet:
-    """Return the beliefs of questions that state the scene graphs that a model wrote, by task id."""
+    """Return, as beliefs, the scene graphs that a model wrote and that questions state, by task id."""
     words = scene_words(suite.benchmark)
     read = {task_id: read_scene_graph(text, words.arities) for task_id, text in texts.items()}
     return make_scene_beliefs(label, suite.tasks, words, read)
@@ -94,7 +94,7 @@ def show_scenes(
 def _show_true_scenes(
     choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
 ) -> dict[str, Belief]:
-    """Return the beliefs of questions that show the true scenes, by task id."""
+    """Return, as beliefs, the true scenes that questions show, by task id."""
     if choice.scene == "text":
         said = {
             i: _add_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)

@@ -373,7 +373,7 @@ def _make_pair(one: Run, other: Run, source: Source, goals: Path | None, *, sear
 def _find_reachable(
     benchmark: Benchmark, answers: Mapping[str, str], source: Source
 ) -> Iterator[tuple[str, bool]]:
-    """Yield each task id, and whether a plan for the stated goals reaches those of the task."""
+    """Yield each task id, and whether a plan for the stated goals also reaches the goals of the task."""
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
     stated = replace_goals(benchmark, answers)
     book = open_planned_book(stated, Ability.ACTION_SEQUENCING, source, Limits(_MAX_SEARCH_EFFORT))

@@ -1,8 +1,8 @@
-"""Find the goals that a model interprets in the first stage of a pipeline. Questions then state these goals.
+"""Find the goals that a model interprets in the first stage of a pipeline, for questions to state.
 
 Every answer has a defined outcome, and every task counts. The goals of a readable answer are stated, right or
 wrong, even if they name nothing that exists. An unreadable answer states no goals, and the second stage is
-asked all the same. Without an answer to the first stage no question is asked, and the task counts as not
+asked all the same. Without an answer to the first stage, no question is asked, and the task counts as not
 answered.
 """
 
@@ -225,7 +225,7 @@ def find_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> Belief
 
 
 def add_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite) -> BeliefSet:
-    """Return the beliefs with the subgoals that answers list; unreadable answers list none.
+    """Return the beliefs with the addition of subgoals that answers list. Unreadable answers list none.
 
     Args:
         goals: the beliefs with goals.

@@ -122,7 +122,7 @@ def _draw(distributions: Sequence[_Distribution], title: str, height: float) -> 
 
 
 def count_bins(counts: Mapping[int, int], *, decades: bool) -> dict[str, int]:
-    """Return counts by bin, labelled with the bin's bounds; bins without a case in between are included."""
+    """Return counts by bin, labelled with the bin's bounds. Empty bins between others are included."""
     if decades:
         powers = range(len(str(max(counts))))
         return {

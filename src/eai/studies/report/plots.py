@@ -278,7 +278,7 @@ def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None
 
 
 def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
-    """Return the names with most cases, sorted by name. Answers can contain any number of names."""
+    """Return the most frequent names, sorted by name. Answers can contain any number of names."""
     cases: dict[str, float] = {}
     for column in columns:
         for name, rate in column.items():

@@ -121,12 +121,12 @@ def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]
 
 
 def sensitivity_tables(trials: Sequence[OperatorTrial]) -> list[Table]:
-    """Return the tables of the analysis."""
+    """Return the tables on operators that break plans."""
     return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials_table(trials)]
 
 
 def group_cases(trials: Iterable[OperatorTrial]) -> dict[tuple[str, str], list[Case]]:
-    """Return the cases that trials add to success, by operator and category; `OVERALL` comes first."""
+    """Return what trials add to success, by operator and category; `OVERALL` comes first."""
     return group_pairs(
         ((trial.operator, category), make_case(trial, share_of_one(trial.outcome == _SOLVED)))
         for trial in trials
