@@ -65,7 +65,7 @@ _STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
 """Pattern of Python literals whose single quotes can be replaced by double quotes to get equal JSON."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
-"""Text between parts of the value that only separates or numbers them."""
+"""Pattern of text between parts of the value that only separates or numbers them."""
 _SEPARATORS = re.compile(r"[\s,;]*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
@@ -576,7 +576,7 @@ def _parse_literal(text: str) -> _DecodedJson | None:
             return decoded
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the compiler warns about escapes in the answer
+            warnings.simplefilter("ignore")  # the compiler would warn about escapes in the answer
             tree = ast.parse(text, mode="eval").body
         return _DecodedJson(_read_literal(tree, MAX_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):

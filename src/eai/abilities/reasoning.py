@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # words of the analysis channel if a tokenizer removed the special tokens
+        r"\Aanalysis(?=[A-Z])",  # a tokenizer may have removed the special tokens of the analysis channel
     ]
 )
 _CLOSING = "|".join(

@@ -245,7 +245,7 @@ class _Explorer:
         return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
 
     def _plan_to_see(self, hopes: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
-        """Return a plan to see hidden objects, by actions about one object or else about all known ones."""
+        """Return a plan to see hidden objects, by actions on one object or else on all known objects."""
         known = tuple(sorted(self._game.memory.known))
         if self._opened is not None and len(known) == self._opened[1]:
             self._fruitless[self._opened[0]] += 1

@@ -198,7 +198,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return self._camera
 
     def _draw_task_id(self) -> str:
-        """Return a random task; tasks without goals only if all tasks have none."""
+        """Return a random task. Tasks without goals are drawn only if no task has goals."""
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
         return next((task_id for task_id in order if self._tasks[task_id].plan_exclusion is None), order[0])
 

@@ -291,7 +291,10 @@ class Game:
 
     @property
     def _has_no_actions_left(self) -> bool:
-        """Whether more actions are tried than allowed. After the last one `DONE` is still allowed."""
+        """Whether the limit of actions is exceeded.
+
+        After the last allowed action, `DONE` is still allowed.
+        """
         return self.stage.limit is not None and self._turns > self.stage.limit
 
     def _compute_reward(self) -> float:

@@ -104,7 +104,7 @@ class Implies(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class ForAll(_Connectives):
-    """The body holds for every value of the variable."""
+    """A formula that holds if its body holds for every value of the variable."""
 
     variable: Variable
     body: Formula
@@ -112,7 +112,7 @@ class ForAll(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Exists(_Connectives):
-    """The body holds for at least one value of the variable."""
+    """A formula that holds if its body holds for at least one value of the variable."""
 
     variable: Variable
     body: Formula
@@ -120,7 +120,10 @@ class Exists(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Exactly(_Connectives):
-    """The body holds for exactly ``count`` values of the variable (``forn`` in the paper and in BDDL)."""
+    """A formula that holds if its body holds for exactly ``count`` values of the variable.
+
+    It is ``forn`` in the paper and in BDDL.
+    """
 
     count: int
     variable: Variable
@@ -129,10 +132,10 @@ class Exactly(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class ForPairs(_Connectives):
-    """The body holds for each pair of a matching between two categories (BDDL's ``forpairs``).
+    """A formula that holds if its body holds for each pair of a matching between two categories.
 
-    If ``count`` is None, the matching covers all objects of the smaller category. A number asks for that many
-    pairs (BDDL's ``fornpairs``).
+    It is BDDL's ``forpairs``. If ``count`` is None, the matching covers all objects of the smaller category.
+    A number asks for that many pairs (BDDL's ``fornpairs``).
     """
 
     first: Variable
@@ -143,35 +146,35 @@ class ForPairs(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Then(_Connectives):
-    """The parts hold one after the other on consecutive segments of the trace (the paper's ``then``)."""
+    """A formula whose parts hold in turn, on consecutive segments of the trace (the paper's ``then``)."""
 
     parts: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Next(_Connectives):
-    """The operand holds at the next position, which must exist (strong next)."""
+    """A formula that holds if its operand holds at the next position, which must exist (strong next)."""
 
     operand: Formula
 
 
 @dataclass(frozen=True, slots=True)
 class Eventually(_Connectives):
-    """The operand holds at this or some later position."""
+    """A formula that holds if its operand holds at this or some later position."""
 
     operand: Formula
 
 
 @dataclass(frozen=True, slots=True)
 class Always(_Connectives):
-    """The operand holds at this and every later position."""
+    """A formula that holds if its operand holds at this and every later position."""
 
     operand: Formula
 
 
 @dataclass(frozen=True, slots=True)
 class Until(_Connectives):
-    """``right`` holds at this or some later position, and ``left`` at every position before that one."""
+    """A formula: ``right`` holds at this or some later position, and ``left`` at every position before."""
 
     left: Formula
     right: Formula

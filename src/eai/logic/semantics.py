@@ -114,7 +114,7 @@ class _Evaluator:
         return self._combine(formula, binding, partial(self.find_starts, end=end), end)
 
     def _find_sequence_starts(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
-        """Return the start positions of consecutive pieces that satisfy the parts up to ``starts``."""
+        """Return the start positions of consecutive pieces that satisfy the parts and end at ``starts``."""
         for part in reversed(parts):
             starts = self._find_piece_starts(part, binding, starts)
         return starts

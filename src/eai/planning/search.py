@@ -11,10 +11,10 @@ from math import inf
 from typing import Generic, TypeVar
 
 S = TypeVar("S")
-"""Type of a state."""
+"""Type variable for states."""
 
 A = TypeVar("A")
-"""Type of an action."""
+"""Type variable for actions."""
 
 T = TypeVar("T")
 """Type of an item of an open list: a node, or a node with the actions that expand it."""

@@ -249,7 +249,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
 
 
 def _find_success(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
-    """Return whether an answer is right, or its contribution to a metric of means."""
+    """Return whether an answer is right; for a metric of means, return the answer's contribution to it."""
     if metric is None:
         return Share(answer_outcome is AnswerOutcome.SUCCESS, 1)
     return declaration_of(record.ability).contributions(record.verdict)[metric]

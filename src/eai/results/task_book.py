@@ -94,7 +94,7 @@ class TaskBook:
         return held
 
     def _objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
-        """Yield the objects of a task with this name in answers, or with this full name."""
+        """Yield the objects of a task that have a name in answers, or in full."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:
             full_name = task.scene.objects[index].name

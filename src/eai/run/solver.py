@@ -91,7 +91,7 @@ async def _drop_usage(response: Any) -> None:
     try:
         body = json.loads(await response.aread())
         plain = {**body, "usage": None}
-    except UNREADABLE:  # the response has no answer
+    except UNREADABLE:  # the provider's response has no answer
         return
     if not await _is_readable(body) and await _is_readable(plain):
         response._content = json.dumps(plain).encode()
@@ -290,7 +290,7 @@ def describe_error(error: BaseException) -> str:
 
 
 def _find_last_error(error: BaseException) -> BaseException:
-    """Return the provider's error; for a repeated request the error of its last attempt."""
+    """Return the provider's error; for a repeated request, the error of its last attempt."""
     if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
         return error.__cause__
     return error
@@ -340,7 +340,7 @@ def _make_restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> Generat
 
 
 async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
-    """Ask a model; ask again without restrictions if they were refused or left no answer.
+    """Ask a model. Ask again without restrictions if they were refused or left no answer.
 
     A stop sequence may stand in the middle of reasoning, and some servers return nothing for a schema that
     they do not support.

@@ -294,7 +294,8 @@ def find_log(job: Job, folder: Path) -> Path | None:
     if not folder.is_dir():
         return None
     job_sha256 = job.sha256
-    for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):  # log names begin with the time
+    # names of logs begin with the time, so the newest comes first
+    for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):
         try:
             header = _read_log(path, header_only=True)
         except InputError:  # the run was killed, so its log is incomplete
@@ -479,7 +480,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
         **sampling,
         max_connections=1
         if is_built_in
-        else pace.max_connections,  # so that interrupts take effect between requests
+        else pace.max_connections,  # lets interrupts take effect between requests
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,

@@ -29,7 +29,7 @@ Scope: TypeAlias = Mapping[str, int]
 
 
 def conjunction(parts: Sequence[Truth]) -> Truth:
-    """Return a function that tests whether all parts hold, in order."""
+    """Return a function that tests whether all parts of a formula hold, in order."""
 
     def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
@@ -41,7 +41,7 @@ def conjunction(parts: Sequence[Truth]) -> Truth:
 
 
 def disjunction(parts: Sequence[Truth]) -> Truth:
-    """Return a function that tests whether any part holds, in order."""
+    """Return a function that tests whether any part of a formula holds, in order."""
 
     def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
@@ -53,17 +53,20 @@ def disjunction(parts: Sequence[Truth]) -> Truth:
 
 
 def negation(part: Truth) -> Truth:
-    """Return a function that tests whether the part does not hold."""
+    """Return a function that tests whether a part of a formula does not hold."""
     return lambda state, binding: not part(state, binding)
 
 
 def complement(part: Extension) -> Extension:
-    """Return a function that selects the objects outside of the part."""
+    """Return a function that selects the objects that do not make the part true."""
     return lambda state, binding, among: among & ~part(state, binding, among)
 
 
 def intersection(parts: Sequence[Extension]) -> Extension:
-    """Return a function that selects the objects in all parts; each part tests only the remaining objects."""
+    """Return a function that selects the objects that make all parts true.
+
+    Each part tests only the remaining objects.
+    """
 
     def extension(state: State, binding: FrameBinding, among: int) -> int:
         for part in parts:
@@ -76,7 +79,10 @@ def intersection(parts: Sequence[Extension]) -> Extension:
 
 
 def union(parts: Sequence[Extension]) -> Extension:
-    """Return a function that selects the objects in any part; each part tests only the remaining objects."""
+    """Return a function that selects the objects that make any part true.
+
+    Each part tests only the remaining objects.
+    """
 
     def extension(state: State, binding: FrameBinding, among: int) -> int:
         mask = 0

@@ -115,7 +115,7 @@ def _find_new_effects(domain: Domain, before: State, action: Action, after: Stat
 
 
 def _fingerprint(state: State) -> int:
-    """Compute the hash of the facts of a state anew, so that a change of the state shows."""
+    """Return the hash of a state's facts, computed anew, so that a forbidden change of the state shows."""
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
@@ -137,7 +137,7 @@ def _check_additional_step(domain: Domain, before: State, action: Action) -> Ite
 
 
 def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
-    """Yield the visible changes that effects make under all conditions, as formulas.
+    """Yield, as formulas, the visible changes that an action always makes.
 
     For an effect with two branches, the formula is the disjunction of the changes of the branches.
     """

@@ -30,7 +30,7 @@ FAULT_PRECEDENCE = (
 
 
 class Simulator(Protocol):
-    """A world in which actions are executed. Each episode begins a new one.
+    """A world in which the actions of one episode are executed. Each episode begins a new simulator.
 
     The domain declares the predicates and the possible actions, and diagnoses impossible actions. The
     simulator gets neither impossible actions nor slips. Plans are searched, and exported, by the declaration
@@ -167,12 +167,12 @@ class Domain:
 
     @cached_property
     def find_visible(self) -> Callable[[State, int], int]:
-        """Function that returns which of some objects are visible in a state; objects are masks."""
+        """Function that selects, from a mask of objects, the objects that are visible in a state."""
         return self._compile_extension(self.visible or TRUE)
 
     @cached_property
     def find_landmarks(self) -> Callable[[State, int], int]:
-        """Function that returns which of some objects are known from the start; objects are masks."""
+        """Function that selects, from a mask of objects, the objects that the agent knows from the start."""
         return self._compile_extension(self.landmarks or FALSE)
 
     def _compile_extension(self, formula: Formula) -> Callable[[State, int], int]:

@@ -26,14 +26,14 @@ ANYTHING: Final = Variable("*")
 
 @dataclass(frozen=True, slots=True)
 class Add:
-    """The atom becomes true."""
+    """An effect that makes an atom true."""
 
     atom: Atom
 
 
 @dataclass(frozen=True, slots=True)
 class Delete:
-    """The atom becomes false; `ANYTHING` in it makes it a pattern for many atoms."""
+    """An effect that makes an atom false; `ANYTHING` in it makes it a pattern for many atoms."""
 
     atom: Atom
 
@@ -49,7 +49,7 @@ class When:
 
 @dataclass(frozen=True, slots=True)
 class ForEach:
-    """Each effect in turn takes place for all objects that met the condition before the action."""
+    """Effects that take place, in order, for all objects that met the condition before the action."""
 
     variable: Variable
     condition: Formula
@@ -58,7 +58,7 @@ class ForEach:
 
 @dataclass(frozen=True, slots=True)
 class Let:
-    """The effects take place for the first object (by index) that met the condition before the action."""
+    """Effects that take place for the first object (by index) that met the condition before the action."""
 
     variable: Variable
     condition: Formula

@@ -90,7 +90,7 @@ class _Recursion:
         return whole, circle
 
     def _find_least(self, state: State) -> State:
-        """Return the state with the least relations: facts that follow are added until none are missing."""
+        """Return the state with the least relations: consequences are added until no new fact follows."""
         scene, circle_scene = self._scene(state.scene)
         everything = range(len(scene.objects))
         facts: list[Fact] = []

@@ -47,7 +47,7 @@ class Matrix:
 
 
 class Relation:
-    """A set of pairs on top of a shared matrix. A relation that is part of a state never changes.
+    """A binary relation: a shared matrix with changes. A relation that is part of a state never changes.
 
     Two relations are equal if they share a matrix and have the same pairs.
 

@@ -202,7 +202,7 @@ class _AnswerMeaning:
         """Return the objects that a goal means. An unknown name is kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])
-        if len(first) > 2:  # three or more objects: only the first reading is tried
+        if len(first) > 2:  # for three or more objects, only the first reading is tried
             return first
         meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
         self._times[said] += 1

@@ -164,7 +164,7 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
     members = value.members
     repairs: tuple[str, ...] = ()
     if len(members) == 2 and members[0][0] == ACTION and members[1][0] == OBJECT:
-        action, objects = members[0][1], members[1][1]  # the form that prompts ask for
+        action, objects = members[0][1], members[1][1]  # prompts ask for this form
     else:
         by_key = dict(members)
         keys = [key for key in _OBJECT_KEYS if key in by_key]

@@ -168,7 +168,7 @@ _MAX_CACHED_STATES = 16
 
 
 class _FailureReason(NamedTuple):
-    """Why a subgoal does not hold: the id of the check, and the reason in words."""
+    """The reason why a subgoal does not hold: the id of the check, and a text."""
 
     id: str
     words: str
@@ -445,7 +445,7 @@ class _ProgramBuilder:
                 yield () if literal is None else (literal,)
 
     def _drop_unobserved(self, formula: f.Formula) -> f.Formula:
-        """Replace atoms that the domain does not observe by true."""
+        """Replace atoms by true if the domain does not observe them."""
         match formula:
             case f.And(parts) | f.Or(parts):
                 return type(formula)(tuple([self._drop_unobserved(part) for part in parts]))

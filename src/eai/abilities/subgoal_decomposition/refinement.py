@@ -216,7 +216,7 @@ class Refinement:
     def _actions_of_role(
         self, operators: Iterable[Operator], role: Role, objects: Sequence[int]
     ) -> dict[Action, int]:
-        """Return the actions of a role about different objects, as helpers that are for no part."""
+        """Return the actions of a role about different objects, as helpers that serve no part directly."""
         return {
             Action(o.name, arguments): 0
             for o in operators

@@ -235,9 +235,9 @@ _NO_SUBGOAL = -1
 
 
 def _end_branch(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
-    """Return the branch ended at a subgoal without an action.
+    """Return the branch after it failed at a subgoal without trying an action.
 
-    ``earlier`` is the last state in which it held, if any.
+    ``earlier`` is the last state in which the subgoal held, if any.
     """
     kind = check.fault if earlier is None else FaultKind.WRONG_ORDER
     fault = Fault(kind, check, earlier)
@@ -406,7 +406,7 @@ class _Exploration:
                 self._finish(after, self._failed)
 
     def _follow(self, branch: Branch, plan: ActionSequence, instruction: Perform) -> Branch:
-        """Return the branch after a plan, or after its first failing step.
+        """Continue a branch by a plan, up to the plan's first failing step.
 
         A plan that is too long ends the branch.
         """

@@ -284,7 +284,7 @@ With very many parts fewer states are tested.
 
 
 _AttemptRank: TypeAlias = tuple[int, int, int]
-"""Rank of a failed attempt; the smallest is the nearest to the goal.
+"""Rank of a failed attempt to reach a subgoal. The smallest rank is nearest to the goal.
 
 It holds the negated number of parts that would be met, the number of failing checks, and the number of
 actions.

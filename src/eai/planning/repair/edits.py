@@ -160,7 +160,7 @@ def replaceable(plan: EditedPlan) -> Iterator[int]:
 
 
 _END = PlanEntry(0, Action("", ()))
-"""A kept step at the end of a plan, so that the last edits are counted like all others."""
+"""Kept step appended to a plan when edits are counted, so that the edits at its end count, too."""
 
 
 def edits_of(plan: EditedPlan) -> tuple[PlanEdit, ...]:
