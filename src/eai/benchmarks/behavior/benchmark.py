@@ -68,7 +68,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 
 
 def _read_entries(belief: Belief) -> Iterator[object]:
-    """Yield the goals in an answer, states first; none if the answer cannot be read."""
+    """Yield the goals in an answer, states first. An unreadable answer has no goals."""
     entries = _NOTATION.entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 

@@ -43,7 +43,7 @@ GroundOption: TypeAlias = tuple[GoalCondition, ...]
 
 @dataclass(frozen=True, slots=True)
 class BehaviorObject:
-    """An object of a task.
+    """An object of a BEHAVIOR task, with its names in actions, in BDDL and in the simulator.
 
     Attributes:
         name: name in actions, such as ``rag_51``.

@@ -169,7 +169,7 @@ class _SceneMaker:
     # The objects.
 
     def _find_objects(self, synset: str) -> list[str]:
-        """Return the objects of a kind, declared ones first."""
+        """Return the objects of a kind. Objects that the activity declares come first."""
         return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
     def _add_object(self, synset: str) -> str:
@@ -192,7 +192,7 @@ class _SceneMaker:
         return need in present or any(self._kinds.has(kind, need) for kind in self._declared_kinds.values())
 
     def _can_be_made(self, kind: str, present: set[str], above: tuple[str, ...]) -> bool:
-        """Whether a kind is present, or can be made from present kinds."""
+        """Whether the scene has an object of a kind, or one can be made from its objects."""
         if kind in present:
             return True
         return kind not in above and any(

@@ -293,7 +293,6 @@ def _count_excess_pairs(
 
 
 def _find_agent_patterns(task: Task) -> tuple[Pattern, ...]:
-    """Return the patterns of the goals about the agent."""
     patterns = [p for goal in task.goals for p in find_patterns(goal.formula, task.scene)]
     return tuple(dict.fromkeys([pattern for pattern in patterns if _is_of_agent(pattern, task.scene)]))
 

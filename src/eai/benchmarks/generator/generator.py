@@ -439,7 +439,7 @@ class Generator:
         wanted: int,
         hidden: frozenset[int],
     ) -> None:
-        """Extend an action sequence by goals of one title until it is long enough or no more are reached."""
+        """Extend an action sequence by goals of one title, until it is long enough or further goals fail."""
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row

@@ -232,7 +232,6 @@ def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
 
 
 def _exchange_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
-    """Return goals in which two objects have exchanged their places."""
     return tuple([goal(rename_objects(task_goal.formula, _swap(names))) for task_goal in goals])
 
 

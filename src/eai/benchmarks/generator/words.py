@@ -185,7 +185,6 @@ class Words:
         return self._make_sentence(atom, self._name_variables(goal, voice), voice, negated=negated)
 
     def _make_temporal_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
-        """Return a goal over time as a statement."""
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
                 never = self._make_sentence(one, {}, voice, never=True)

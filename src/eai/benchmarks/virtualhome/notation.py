@@ -175,7 +175,7 @@ SUBGOAL_ACTIONS = (
 """The actions that the reference allows in subgoals (``resources/vocabulary.json``, ``subgoal_actions``)."""
 
 MISSING_ACTION = "POUR"
-"""An action in the goals of five tasks that the reference's vocabulary lacks."""
+"""Action that occurs in the goals of five tasks, but not in the reference's vocabulary."""
 
 
 class VirtualHomeSubgoals(SubgoalNotation):

@@ -23,7 +23,7 @@ SCENE = "scene"
 
 
 class NamedFact(NamedTuple):
-    """A fact whose objects have the names that answers use."""
+    """A fact that names its predicate and objects as answers do."""
 
     predicate: str
     arguments: tuple[str, ...]

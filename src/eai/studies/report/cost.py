@@ -73,7 +73,7 @@ def _report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
 
 
 def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool) -> Iterator[str]:
-    """Yield the section on cost; nothing if no record has token counts.
+    """Yield the section on cost, or no section if no record has token counts.
 
     Args:
         runs: all runs, including experiments.
