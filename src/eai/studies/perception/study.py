@@ -139,7 +139,7 @@ class _ComparedRuns:
 
     @cached_property
     def plain_cases(self) -> dict[str, Case]:
-        """What each task adds to the metric in the run whose questions list the true scene."""
+        """The contribution of each task to the metric in the run whose questions list the true scene."""
         return {case.task: case for case in self.cases(PLAIN)} if PLAIN in self.runs else {}
 
     def cost_cells(self, group: _PerceivedTasks) -> Row:

@@ -44,7 +44,7 @@ _VIEWER = "http://127.0.0.1:7575/#/logs"
 
 
 Owner: TypeAlias = Literal["agent", "object", "other"]
-"""What a tile of a picture shows: the agent, an object that the task is about, or another object."""
+"""Kind of object on a tile of a picture: the agent, an object that the task is about, or another object."""
 
 
 @dataclass(slots=True)
