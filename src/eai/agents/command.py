@@ -1,4 +1,4 @@
-"""Commands: one action as an agent writes it, on a line or in the notation of the benchmark's answers."""
+"""Commands: actions as an agent writes them, one a line or in the notation of the benchmark's answers."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def _adapter() -> TypeAdapter[EpisodeAnswer]:
 
 
 def read_episode(text: str) -> EpisodeAnswer | Unreadable:
-    """Read an episode: a JSON object as `Play.text` writes it, or commands, one a line."""
+    """Read an episode: a JSON object that `Play.text` made, or one command a line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
         return _read_lines([line.strip() for line in text.splitlines() if line.strip()])
     try:

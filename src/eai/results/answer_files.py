@@ -132,7 +132,7 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
                 limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
                 if (
                     sum(info.file_size for info in members) > limit
-                ):  # zipfile never reads more of a member than its stated size
+                ):  # `zipfile` reads no more of a member than its stated size
                     raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
                 for info in members:
                     name = f"{path}: {info.filename}"

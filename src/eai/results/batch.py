@@ -131,7 +131,9 @@ class Scoring(Workers):
         return workers.map_batches(partial(_reward_batch, reward), answers, batch_sizes=sizes)
 
     def _batch_sizes(self, suite: Suite, number: int) -> tuple[int, int]:
-        """Return the first and the largest batch size: small if a planner may take minutes an answer.
+        """Return the first and the largest batch size.
+
+        They are small if a planner may take minutes for an answer.
 
         If the number of answers is known, each worker gets two equal batches, because each batch has a fixed
         cost.
@@ -257,7 +259,7 @@ def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
 
 
 def _add_agent(record: Record, first: Experiment) -> Record:
-    """Return a record with the harness and rules that its answer names, or else those of the first answer."""
+    """Return a record with the harness and rules of its answer, or else with those of the first answer."""
     agent = declaration_of(record.ability).read_experiment(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
 

@@ -93,7 +93,7 @@ class _Deviations:
 
     @property
     def observed_variance(self) -> float:
-        """Variance of the number from the real units alone."""
+        """Variance of the number without the pseudo-units."""
         return sum(added * added for added in self.of_units.values())
 
     @property

@@ -238,7 +238,10 @@ class SuiteResult:
 
     @property
     def _counted(self) -> Collection[Record]:
-        """The records that count: those of all epochs if a task counts by their mean."""
+        """The records that count.
+
+        If a task counts by the mean over epochs, these are the records of all epochs.
+        """
         averaged = declaration_of(self.suite.ability).combine_epochs is not None
         return self.records_by_key().values() if averaged else self.records
 
@@ -269,7 +272,7 @@ class SuiteResult:
 
     @property
     def right_by_epoch(self) -> Sequence[Cases]:
-        """Which answers of each epoch are right.
+        """Whether each answer is right, by epoch.
 
         It is empty without epochs, or without a metric for whole answers.
         """
@@ -377,7 +380,7 @@ def _make_records(
 def _make_trial_records(
     model_answers: ModelAnswers, trials: Trials, answers: Mapping[str, Answer], unanswered: Iterable[Record]
 ) -> list[Record]:
-    """Return the records of an experiment; ``answers`` has the last answer of each trial that counts."""
+    """Return the records of an experiment; ``answers`` has the last counted answer of each trial."""
     suite, options = trials.suite, trials.options
     by_task = {record.task_id: replace(record, experiment=options.experiment) for record in unanswered}
     for task_id, answer in answers.items():

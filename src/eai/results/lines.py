@@ -47,7 +47,7 @@ class TidyLine:
 
     @property
     def agent(self) -> str:
-        """The model with its harness and effort, as tables name it."""
+        """The model with its harness and effort, in the form that tables use."""
         return ", ".join(filter(None, (self.model, self.harness, self.effort)))
 
 

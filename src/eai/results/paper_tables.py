@@ -122,7 +122,7 @@ def _to_list(value: str | list[str]) -> list[str]:
 
 
 def _find_contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
-    """Yield a note for each cell for which another full table prints another figure."""
+    """Yield a note for each cell whose figure differs between two full tables of the paper."""
     full = read_paper_setting().full_tables
     if table.name not in (*full, *read_paper_setting().same_quantity):
         return

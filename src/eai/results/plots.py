@@ -52,7 +52,7 @@ LINES = ("#2f6690", "#bf5348", "#3f7f62", "#d8b455", "#8a64a0", "#e0905a", "#5d5
 _MAX_LABEL_CHARACTERS = 30
 _MAX_LABEL_LINES = 3
 _LAST_FONT_CHARACTER = "\u058f"
-"""Last character of the plots' font (Latin, Greek, Cyrillic, Armenian)."""
+"""Last character that the plots' font has (Latin, Greek, Cyrillic, Armenian)."""
 
 
 def wrap_label(name: str) -> str:
@@ -180,7 +180,7 @@ def _target(path: Path, file_format: str) -> Path:
 
 
 COLUMN = 3.4
-"""Width of a page's column in inches, so that letters have their stated size."""
+"""Width of a column of a page, in inches. Figures of this width show letters in their stated size."""
 
 PAGE = 7.0
 """Width of a page's text in inches."""
@@ -202,7 +202,7 @@ _LABEL_INCHES = 1.7
 """Width of the labels of rows and of the edges, in inches."""
 
 _DARK_PERCENT = 55.0
-"""Percent above which a cell's letters are white instead of dark."""
+"""Rate in percent above which the letters in a cell are white instead of dark."""
 
 
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:

@@ -16,7 +16,7 @@ from eai.benchmarks.errata_use import ErrataUse
 from eai.tasks.task import TaskExclusion
 
 NOT_ANSWERED = TaskExclusion("not answered")
-"""The reason for excluding a task without an answer, if the user asks for it; the run is not ranked then."""
+"""Reason for excluding a task without an answer, if the user asks for it. The run is then not ranked."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ LINES = "_outputs.jsonl"
 PARQUET = "_outputs.parquet"
 """Suffix of the name of a response file in Parquet."""
 COLUMNS = ("identifier", "llm_output")
-"""Keys of a row: the id of the task, as the file spells it, and the answer."""
+"""Keys of a row: the task's id in the file's spelling, and the answer."""
 SAMPLE = "sample"
 """Key of the number of an answer, in files that may have several answers to a task."""
 MAX_SAMPLES = 10_000_000

@@ -86,7 +86,9 @@ def select_verified_rows(answers: Iterable[TrainingRow], minimum: float) -> Iter
 
 
 def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Iterator[TrainingRow]:
-    """Yield pairs of each task's best answer (the first of equal ones) with each answer of a lower reward.
+    """Yield pairs of answers to one task: the best answer, and an answer with a lower reward.
+
+    Of several best answers, the first one is used.
 
     Args:
         answers: the rows of answers.

@@ -97,7 +97,7 @@ def _work_on(content: bytes) -> bytes:
 
 
 def _pickle_error(error: Exception) -> bytes:
-    """Return a pickled exception with its traceback, or an EaiError with its text if it cannot be pickled."""
+    """Pickle an exception with its traceback, or an EaiError with its text if it cannot be pickled."""
     try:
         content = pickle.dumps(ExceptionWithTraceback(error, error.__traceback__))
         pickle.loads(content)  # noqa: S301 - some exceptions can be pickled but not loaded
@@ -117,7 +117,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 MIN_BATCH_SIZE, MAX_BATCH_SIZE = 16, 1024
-"""Number of items in a worker's first batch, so that all workers get some, and in its largest batch."""
+"""Number of items in a worker's first batch (small, so that all workers get some) and in its largest."""
 
 MAX_BATCHES_PER_WORKER = 2
 """Maximum number of batches that a worker has at a time: one in progress and one to go on with.
@@ -137,7 +137,7 @@ MAX_DEATHS = 3
 
 @dataclass(slots=True, eq=False)
 class _Batch:
-    """Some items of a stream, the pickled work on them, and their pickled results."""
+    """A batch: items of a stream, the pickled work on them, and their pickled results."""
 
     work: bytes
     items: Sequence[Any]
@@ -159,7 +159,7 @@ class _Batch:
 
 @dataclass(slots=True, eq=False)
 class _Worker:
-    """A process, and its batches in the order in which their results will come."""
+    """A worker process, and its batches in the order in which results will arrive."""
 
     process: BaseProcess
     connection: Connection

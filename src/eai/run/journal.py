@@ -157,7 +157,7 @@ class RunState:
         )
 
     def add_answer(self, answer: Answer) -> None:
-        """Write an answer to the journal and add it.
+        """Write an answer to the journal, and add it to the answers of the run.
 
         Raises:
             InputError: the journal cannot be written; then the run sends no more questions.

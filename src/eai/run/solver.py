@@ -62,7 +62,7 @@ def split_reply(text: str) -> _ReplyParts:
 
 
 def restore_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
-    """Add the closing brace that a stop sequence cut off, as the published answers have it."""
+    """Add the closing brace that a stop sequence cut off; the published answers have this brace."""
     if "}" not in stop or parts.answer.count("{") <= parts.answer.count("}"):
         return parts
     return parts._replace(answer=parts.answer + "}", repairs=(*parts.repairs, "stop_sequence"))
@@ -234,10 +234,10 @@ class _Transcript:
         self._metadata = add_epoch(state)
 
     def ask(self, question: Prompt, conversation: Conversation) -> list[ChatMessage]:
-        """Add a question to the state: all messages of the first one, the last message of later ones.
+        """Add a question to the state: all messages of the first question, the last message of later ones.
 
         Returns:
-            the messages to send. The last has the attempt, and the actions executed in a world that
+            the messages to send. The last message has the attempt, and the actions executed in a world that
                 continues.
         """
         self.attempt += 1

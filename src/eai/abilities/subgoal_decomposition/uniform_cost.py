@@ -256,7 +256,7 @@ class _UniformCostSearch:
                     yield Node(way.state, met, depth, node, way.plan())
 
     def _find_approach(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
-        """Return the shortest movement that makes an action possible, or None if no short one does."""
+        """Return the shortest movement after which an action is possible; None if no short one helps."""
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
@@ -292,7 +292,7 @@ actions.
 
 
 class _TriedAction(NamedTuple):
-    """An action that is tried after a plan, its state, and the numbers of the failing checks."""
+    """An action tried after a plan, the state in which it is tried, and the numbers of its failing checks."""
 
     node: PlanNode
     candidate: CandidateAction
@@ -404,11 +404,11 @@ class _FailedSearch:
         return met, self._min_failing(node, candidate, lacking), node.depth + 1
 
     def _min_failing(self, node: PlanNode, candidate: CandidateAction, lacking: int) -> int:
-        """Return a lower bound of the failing checks of an action: at least one if it is out of reach."""
+        """Return the minimum number of failing checks of an action: 1 or more if it is out of reach."""
         return lacking or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Try an action in the reachable state in which the fewest of its checks fail."""
+        """Try an action in a state that movement reaches: the state in which fewest of its checks fail."""
         self.effort += 1
         failing = candidate.find_failing(node.state)
         best = _TriedAction(node, candidate, (*node.plan(), candidate.action), node.state, failing)

@@ -94,7 +94,7 @@ _KNOWN_SIGN = re.compile(
     r"|(?<=\()\s*:action\b|(?<=\(\s):action\b",
     re.IGNORECASE,
 )
-"""Beginnings of sections of PDDL."""
+"""Pattern of the beginnings of sections of PDDL."""
 _OPERATOR_SIGN = re.compile(r"""\(\s*:action\b|["']output["']""", re.IGNORECASE)
 _WRAPPER = re.compile(r"[{\[]")
 _END_OF_WRAPPER = re.compile(r"""[\s"'`\]]*\}""")

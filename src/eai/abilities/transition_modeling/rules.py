@@ -171,7 +171,7 @@ class MatchingRules(ABC):
 
 
 _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
-"""The readable parts of an operator, or None, and the defects of its other parts."""
+"""An operator that was read: its readable parts (None for an unreadable part), and its defects."""
 
 
 _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]

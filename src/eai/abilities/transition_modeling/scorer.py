@@ -184,7 +184,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
 
 
 def _describe_unbound(report: OperatorReport, side: str) -> str:
-    """Return a remark on variables that are not parameters.
+    """Return a remark on variables of an operator that are not among its parameters.
 
     A clause with such a variable may resemble a gold clause.
     """
@@ -199,6 +199,6 @@ def _describe_unbound(report: OperatorReport, side: str) -> str:
 
 
 def _list_clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
-    """Return clauses in words, such as ``clauses (open ?x), (near ?y)``."""
+    """Return a list of clauses as text, such as ``clauses (open ?x), (near ?y)``."""
     noun = "alternative" if are_any else "clause"
     return f"{noun}{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"
