@@ -173,7 +173,7 @@ class EpisodeServer:
         return sorted(begun, key=lambda place: (place[1], order[place[0]]))
 
     def _open_episode(self, place: AnswerKey) -> tuple[Session, Journal]:
-        """Return an episode with its journal. It begins if it has not begun."""
+        """Return an episode with its journal, after beginning the episode if it has not begun."""
         if place not in self._open:
             task_id, epoch = place
             path, stage = find_journal(self._folder, place), self._arena.stage(self._suite.tasks[task_id])
@@ -183,5 +183,5 @@ class EpisodeServer:
         return self._open[place]
 
     def _make_ticket(self, place: AnswerKey) -> str:
-        """Return the ticket of an episode; a restart of the server does not change it."""
+        """Return the ticket of an episode. It stays the same after a restart of the server."""
         return hmac.new(self._key, f"ticket {place[1]} {place[0]}".encode(), "sha256").hexdigest()

@@ -305,7 +305,7 @@ class Memory:
             yield from (f"{sign} {line}" for line in self._observer.render_facts(fact for _, fact in facts))
 
     def _compare_visible(self, before: _Observation, new: Sequence[int]) -> Iterator[str]:
-        """Yield lines for objects out of sight and in sight again, with changes in the meantime."""
+        """Yield lines about objects that went out of sight or came back, with changes in the meantime."""
         observer, after = self._observer, self.observation
         visible, expected = {*after.visible}, {*before.visible, *new}
         gone = [index for index in before.visible if index not in visible]

@@ -241,7 +241,7 @@ class _Agenda:
         return bool(new)
 
     def _nearest_first(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
-        """Yield goals by their cost, hard goals first.
+        """Yield goals by their estimated cost, hard goals first.
 
         The last known cost of a goal is used until its turn comes. Only then is it estimated again. A single
         goal is estimated only after it was not reached; the estimate sets its turn after a restart.

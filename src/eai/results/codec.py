@@ -102,7 +102,9 @@ def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
 def experiment_to_json(
     experiment: Experiment, summaries: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 ) -> dict[str, Json]:
-    """Return the fields ``study`` and ``agent`` of records and summaries, each only if there is a choice.
+    """Return the fields ``study`` and ``agent`` of records and summaries.
+
+    A field without choices is left out.
 
     Args:
         experiment: the experiment.

@@ -39,15 +39,18 @@ class Shaping(str, Enum):
     """A rule that pays an answer by its verdict."""
 
     SUCCESS = "success"
-    """1 if the whole answer is right, else 0; for subgoals divided like all other shapings."""
+    """Pay 1 if the whole answer is right, else 0.
+
+    For subgoals it is divided by the number of added actions plus one, as all pay is.
+    """
     GOALS = "goals"
-    """The gain in goals, or 0 if an error ended the answer."""
+    """Pay the gain in goals, or 0 if an error ended the answer."""
     PROGRESS = "progress"
-    """The gain in goals up to the error that ended the answer, if there is one."""
+    """Pay the gain in goals; if an error ended the answer, the gain before the error."""
     DIAGNOSIS = "diagnosis"
-    """``progress`` divided by one more than the number of diagnosed faults."""
+    """Pay ``progress`` divided by one more than the number of diagnosed faults."""
     REPAIR = "repair"
-    """Closeness of a plan to success: it falls with the number of edits that would repair the plan."""
+    """Pay the closeness of a plan to success, which falls with the number of edits that repair the plan."""
     PARTIAL = "partial"
     """The gain in partial success up to the error that ended the answer; ``progress`` for abilities without
     it.

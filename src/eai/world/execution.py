@@ -68,7 +68,7 @@ class Trajectory:
 
     @property
     def additional_steps(self) -> int:
-        """Number of steps that were skipped because their effects held already."""
+        """Number of steps that were skipped because they were not needed."""
         return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 
 
