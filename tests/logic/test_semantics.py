@@ -31,7 +31,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl import parse, read_formula
-from eai.logic.semantics import _Violation, explain, find_violation, holds, support
+from eai.logic.semantics import _ViolatedPart, explain, find_violation, holds, support
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
@@ -322,15 +322,15 @@ def test_a_temporal_part_is_completed_as_early_as_possible() -> None:
 @pytest.mark.parametrize(
     ("formula", "expected"),
     [
-        (And((Eventually(P), R)), _Violation(R, None)),
-        (And((Eventually(R), Always(P))), _Violation(Eventually(R), None)),
-        (And((Eventually(Q), Always(P))), _Violation(P, 2)),
-        (And((Next(Q), R)), _Violation(Next(Q), None)),
-        (Always(Or((P, Q))), _Violation(Or((P, Q)), 3)),
-        (Until(P, R), _Violation(P, 2)),
-        (Until(Not(R), R), _Violation(R, None)),
-        (And((And((P, Q)), Eventually(P))), _Violation(And((P, Q)), None)),
+        (And((Eventually(P), R)), _ViolatedPart(R, None)),
+        (And((Eventually(R), Always(P))), _ViolatedPart(Eventually(R), None)),
+        (And((Eventually(Q), Always(P))), _ViolatedPart(P, 2)),
+        (And((Next(Q), R)), _ViolatedPart(Next(Q), None)),
+        (Always(Or((P, Q))), _ViolatedPart(Or((P, Q)), 3)),
+        (Until(P, R), _ViolatedPart(P, 2)),
+        (Until(Not(R), R), _ViolatedPart(R, None)),
+        (And((And((P, Q)), Eventually(P))), _ViolatedPart(And((P, Q)), None)),
     ],
 )
-def test_a_violation_has_its_part_and_its_position(formula: Formula, expected: _Violation) -> None:
+def test_a_violation_has_its_part_and_its_position(formula: Formula, expected: _ViolatedPart) -> None:
     assert find_violation(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected

@@ -49,7 +49,7 @@ LOG_SUFFIX = ".eval"
 
 
 @dataclass(frozen=True, slots=True)
-class _ModelAnswers:
+class _AnswersToScore:
     """The answers of one model to one suite, and the folder of their results.
 
     Attributes:
@@ -165,7 +165,7 @@ def score(
             say(f"written to {out}")
 
 
-def _split_by_rules(share: _ModelAnswers) -> list[_ModelAnswers]:
+def _split_by_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
     """Split answers by their game rules, with one folder for each of several rules."""
     parts = split_by_rules(share.suite.ability, share.answers)
     shares = []
@@ -181,7 +181,7 @@ def _split_by_rules(share: _ModelAnswers) -> list[_ModelAnswers]:
     return shares
 
 
-def _note_elsewhere(shares: Sequence[_ModelAnswers]) -> None:
+def _note_elsewhere(shares: Sequence[_AnswersToScore]) -> None:
     """Print a note on standard error with the number of answers to tasks outside the data set, if any."""
     for share in shares:
         if share.answers.skipped_rows:
@@ -200,8 +200,8 @@ def _open_scoring(workers: int, ray: str | None) -> Scoring:
 
 
 def _score_all(
-    shares: Sequence[_ModelAnswers],
-    parts_of: Callable[[_ModelAnswers], Iterable[RecordBatch]],
+    shares: Sequence[_AnswersToScore],
+    parts_of: Callable[[_AnswersToScore], Iterable[RecordBatch]],
     *,
     as_json: bool,
     wide: bool,
@@ -222,7 +222,7 @@ def _score_all(
     return printed
 
 
-def _score_suite(share: _ModelAnswers, parts: Iterable[RecordBatch]) -> Totals:
+def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> Totals:
     """Score a model's answers to a suite, write its records, and return its totals."""
     if share.out is not None:
         _note_replaced(share.out / records.RECORDS, share)
@@ -233,7 +233,7 @@ def _score_suite(share: _ModelAnswers, parts: Iterable[RecordBatch]) -> Totals:
     return totals
 
 
-def _interrupt_message(shares: Sequence[_ModelAnswers], done: int) -> str:
+def _interrupt_message(shares: Sequence[_AnswersToScore], done: int) -> str:
     """Return the message after an interrupt of scoring."""
     if not done or shares[0].out is None:
         return "interrupted; nothing is written"
@@ -243,7 +243,7 @@ def _interrupt_message(shares: Sequence[_ModelAnswers], done: int) -> str:
 
 
 def _parts(
-    share: _ModelAnswers, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
+    share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterable[RecordBatch]:
     """Yield the records of all answers in batches, and the means of several epochs."""
     averaged = declaration_of(share.suite.ability).combine_epochs
@@ -263,7 +263,7 @@ def _parts(
 
 
 def _parts_of(
-    share: _ModelAnswers, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
+    share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterator[RecordBatch]:
     suite, answers = share.suite, share.answers
     missing = find_tasks_without_row(suite, answers)
@@ -279,7 +279,7 @@ def _parts_of(
             report(done)
 
 
-def _finish_of(share: _ModelAnswers) -> Callable[[Record], Record] | None:
+def _finish_of(share: _AnswersToScore) -> Callable[[Record], Record] | None:
     """Return a function that adds experiment, stated goals and prompt name to a record."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
@@ -310,7 +310,7 @@ def _note_authority(name: str, totals: Totals) -> None:
     note(f"{name}: {left} of {format_count(totals.judges.total(), 'problem')} went to Fast Downward{limits}")
 
 
-def _note_replaced(file: Path, share: _ModelAnswers) -> None:
+def _note_replaced(file: Path, share: _AnswersToScore) -> None:
     """Print a note on standard error if a file of records of another run is replaced."""
     if not file.is_file():
         return
@@ -324,14 +324,14 @@ def _note_replaced(file: Path, share: _ModelAnswers) -> None:
         note(f"{file}: the records of {before.model}, {before.domain} {before.ability.value} are replaced")
 
 
-def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_ModelAnswers]:
+def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_AnswersToScore]:
     """Yield the answers to one suite. With several files, each model has its own folder."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
     answers_by_file = [_read(file, suite) for file in files]
     _refuse_equal_models([answers.model for answers, _ in answers_by_file])
     several = len(files) > 1
     return [
-        _ModelAnswers(suite, answers, out / answers.model if out and several else out, logged=logged)
+        _AnswersToScore(suite, answers, out / answers.model if out and several else out, logged=logged)
         for answers, logged in answers_by_file
     ]
 
@@ -343,7 +343,7 @@ def _find_answers_by_path(
     protocol: Protocol,
     source: Source,
     out: Path | None,
-) -> list[_ModelAnswers]:
+) -> list[_AnswersToScore]:
     """Yield the answers in files whose paths name their suites, of one benchmark or ability if given.
 
     Raises:
@@ -366,7 +366,7 @@ def _find_answers_by_path(
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
             answers, logged = _read(file.path, suite)
-            shares.append(_ModelAnswers(suite, replace(answers, model=file.model), folder, logged=logged))
+            shares.append(_AnswersToScore(suite, replace(answers, model=file.model), folder, logged=logged))
     return shares
 
 

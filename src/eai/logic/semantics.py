@@ -381,14 +381,14 @@ class _Evidence:
 
 
 @dataclass(frozen=True, slots=True)
-class _Violation:
+class _ViolatedPart:
     """A violated part of a formula, and the position at which it should have held; None for any position."""
 
     part: f.Formula
     position: int | None
 
 
-def find_violation(formula: f.Formula, trace: Trace) -> _Violation:
+def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
     """Return the violated subformula of a formula that does not hold on the trace.
 
     For always and until, the violated subformula is the body or left side, with the first position of its
@@ -400,14 +400,14 @@ def find_violation(formula: f.Formula, trace: Trace) -> _Violation:
     match formula:
         case f.And(parts) if parts:
             failing = [part for part in parts if not evaluator.find_starts(part, {}, end) & 1]
-            return find_violation(failing[0], trace) if failing else _Violation(formula, None)
+            return find_violation(failing[0], trace) if failing else _ViolatedPart(formula, None)
         case f.Always(body) | f.Until(left=body):
             violations = ~evaluator.find_positions(body, {}, end) & ((2 << end) - 1)
             if violations:
-                return _Violation(body, next(positions_in(violations)))
-            return _Violation(formula.right if isinstance(formula, f.Until) else body, None)
+                return _ViolatedPart(body, next(positions_in(violations)))
+            return _ViolatedPart(formula.right if isinstance(formula, f.Until) else body, None)
         case _:
-            return _Violation(explain(formula, trace).failed[0], None)
+            return _ViolatedPart(explain(formula, trace).failed[0], None)
 
 
 def explain(formula: f.Formula, trace: Trace) -> _Evidence:

@@ -125,7 +125,7 @@ class _BestOption:
         return _MetShare((gain + before.met * total) // before.total, total, not search.is_cut)
 
 
-_GoalPart: TypeAlias = "int | AllOf[_GoalPart] | AnyOf[_GoalPart] | Choose[_GoalPart] | Pairing[_GoalPart]"
+_Counted: TypeAlias = "int | AllOf[_Counted] | AnyOf[_Counted] | Choose[_Counted] | Pairing[_Counted]"
 """A choice with numbers for its conditions."""
 
 _SetValues: TypeAlias = dict[int, int]
@@ -154,7 +154,7 @@ class _OptionSearch:
 _FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
 
 
-def _simplify(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _GoalPart:
+def _simplify(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
     """Return a choice with numbered conditions and without nested conjunctions."""
     match choice:
         case LiteralChoice(literal):
@@ -200,7 +200,7 @@ def _contradicts(conditions: int, positive: int) -> bool:
     return bool(conditions & conditions >> 1 & positive)
 
 
-def _members(part: _GoalPart) -> Sequence[_GoalPart]:
+def _members(part: _Counted) -> Sequence[_Counted]:
     """Return the direct parts of a part."""
     match part:
         case int():
@@ -216,7 +216,7 @@ def _members(part: _GoalPart) -> Sequence[_GoalPart]:
 class _Compiler:
     """Compiles parts of a goal to functions that find the best sets of their common conditions."""
 
-    def __init__(self, choices: Sequence[_GoalPart], fixed: int, positive: int) -> None:
+    def __init__(self, choices: Sequence[_Counted], fixed: int, positive: int) -> None:
         self._fixed = fixed
         self._positive = positive
         self._barred = _negations(fixed, positive)
@@ -224,7 +224,7 @@ class _Compiler:
         self._occurring = 0
         self._all = self._count(AllOf(tuple(choices)))
 
-    def _count(self, part: _GoalPart) -> Counter[int]:
+    def _count(self, part: _Counted) -> Counter[int]:
         """Count how often each atom occurs, and note atoms that members of a joint choice share."""
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -239,7 +239,7 @@ class _Compiler:
             total.update(inner)
         return total
 
-    def table(self, part: _GoalPart) -> _FindSets:
+    def table(self, part: _Counted) -> _FindSets:
         """Return the function that finds the best sets of a part's common conditions that are still open."""
         match part:
             case int():
@@ -265,7 +265,7 @@ class _Compiler:
             return lambda search: {1 << number: 0}
         return lambda search: {0: search.values[number]}
 
-    def _all_of(self, parts: Sequence[_GoalPart]) -> _FindSets:
+    def _all_of(self, parts: Sequence[_Counted]) -> _FindSets:
         plain = [part for part in parts if isinstance(part, int) and part >> 1 not in self._common]
         plain = [number for number in plain if not (self._fixed | self._barred) >> number & 1]
         barred = any(isinstance(part, int) and self._barred >> part & 1 for part in parts)
@@ -374,7 +374,7 @@ class _Compiler:
                     joined[both] = total
         return joined
 
-    def _close_table(self, table: _FindSets, part: _GoalPart) -> _FindSets:
+    def _close_table(self, table: _FindSets, part: _Counted) -> _FindSets:
         closed = self._find_closed(self._count(part))
         if not closed:
             return table
