@@ -39,16 +39,16 @@ from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
 
 MIN_DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
-"""Minimum number of actions of a question, for each depth column. The next minimum ends the column."""
+"""Minimum number of actions to consider in questions of each depth column, by the title of the column."""
 
 GUESS_AND_SHORTCUTS = (GUESS, *SHORTCUTS)
-"""Names of guessing and of all shortcuts, which answer without knowledge of the world."""
+"""Names of guessing and of the shortcuts. Both answer questions without knowledge of the world."""
 
 
 class _AskedQuestion(NamedTuple):
-    """A question of a file, and the probability that guessing answers it.
+    """A question of a file, and the probability that a guess answers it correctly.
 
-    A guess is random. In open form, it is the most frequent answer of the file.
+    A guess is a random choice. In open form (no choices), it is the most frequent gold answer of the file.
     """
 
     question: Question
@@ -64,12 +64,13 @@ class _QuestionVerdict(Verdict):
 
     Attributes:
         success: whether the answer is completely right. A missing answer is not.
-        counts: numbers of right, wrong and missing items. At most one is missing if one suffices.
+        counts: numbers of right, wrong and missing items of the answer. If the question accepts any one gold
+            answer, at most one item counts as missing.
         kind: the subject of the question.
         form: the form of the answer.
         depth: number of actions that the answer has to consider.
         gold: the gold answers.
-        chances: probability that guessing and each shortcut answer it, by name.
+        chances: probability that guessing or a shortcut answers the question correctly, by its name.
     """
 
     success: bool = False
@@ -113,10 +114,11 @@ def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation
 
 
 def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
-    """Return what one answer adds to each rate.
+    """Return the share that one answer adds to each rate, by the name of the rate.
 
     ``right``, each kind, each form, and each kind and depth: whether the answer is right. ``chance``: the
-    probability that guessing or a shortcut is right. ``f1``: for open form only, the F1 of the items.
+    probability that guessing or a shortcut is right. ``f1``: the F1 score of the listed items, for open form
+    only. ``parsing``: whether the answer could not be read.
     """
     right = share_of_one(verdict.success)
     is_open = verdict.form is QuestionForm.OPEN
@@ -147,23 +149,23 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
-    """Return the outcome class of an answer."""
+    """Return the outcome of an answer: success, or the class of its error."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return error_outcome(verdict) or counts_outcome(verdict.counts, enough=False)
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
-    """Whether two verdicts are about the same question, shown with or without the rules."""
+    """Whether two verdicts are about the same question. Its prompt may show the rules of actions or not."""
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 
 _QUESTION_FILE_START = re.compile(rb'\{"id":(?!.*?"base":)')
-"""The beginning of a question file. A task file also begins with an id, but its next field is `base`."""
+"""Regular expression for the beginning of a question file. A task file begins with `id`, then `base`."""
 
 
 def open_questions(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
-    """Read the questions of a file; None if the file is not a question file.
+    """Read the questions of a file. Return None if the file is not a question file.
 
     Raises:
         InputError: the file begins with a question but cannot be read.
@@ -182,7 +184,7 @@ def _get_prompt_and_answer(world: AbilityWorld, asked: _AskedQuestion) -> Questi
 
 
 def _get_features(asked: _AskedQuestion) -> TaskFeatures:
-    """Return the group of a question: its task, so that questions about one task count together."""
+    """Return the features of a question: its task, so that questions about one task count as dependent."""
     return TaskFeatures(asked.question.task, None, 0)
 
 

@@ -1,4 +1,4 @@
-"""Questions about one action: its effects, which action it was, whether it is possible, and why not."""
+"""Questions about one action: its effects, whether it is possible and why not, and which action it was."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from eai.world.action import Action
 from eai.world.state import Fact, State
 
 _LISTED_ACTIONS = 8
-"""Number of actions that an applicability question lists; half of them are possible."""
+"""Number of actions that a question about possible actions lists. Half of them are possible."""
 
 _MAX_DRAWS = 20
 """Maximum number of random draws of a fact or an action."""
 
 _MAX_BINDINGS = 200_000
-"""Maximum number of parameter bindings that are tried to list all possible actions."""
+"""Maximum number of actions (operators with objects) that are tried to find all possible actions."""
 
 _RANDOM_BINDINGS = 40
-"""Number of random actions per operator that are searched for an unmet requirement."""
+"""Number of random actions of the operator that are drawn to find unmet requirements."""
 
 _FEWEST_UNMET_PROBABILITY = 0.5
-"""Probability that the action with the fewest unmet requirements is chosen."""
+"""Probability that a why-not question uses the action with the fewest unmet requirements."""
 
 _PATH_OPERATOR_PROBABILITY = 0.2
-"""Probability that an operator of the task's path is preferred to all other operators."""
+"""Probability that an operator of the task's path stays a candidate. If none stays, all are candidates."""
 
 _NO_EFFECT_PROBABILITY = 0.3
 """Probability that a question about an action without effect is kept."""
@@ -43,7 +43,7 @@ _WRONG_CHOICES = 3
 
 
 def make_forward_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which facts hold after an action; in open form, which facts it changes."""
+    """Ask which facts hold after an action. The open form asks which facts the action changes."""
     moment = _draw_transition(setting, rng)
     if moment is None:
         return None
@@ -77,7 +77,7 @@ def make_backward_item(setting: QuestionSetting, rng: random.Random, number: int
 
 
 def make_inverse_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which single action made exactly the listed changes."""
+    """Ask which single action changed exactly the facts that the question lists."""
     moment = _draw_transition(setting, rng)
     if moment is None:
         return None
@@ -142,7 +142,7 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # all equally often, also rarely unmet ones
+    one = rng.choice(seen)  # uniform over requirements: rarely unmet ones are asked, too
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)
@@ -165,10 +165,10 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
 def draw_statements(
     setting: QuestionSetting, rng: random.Random, states: Sequence[State]
 ) -> tuple[list[str], list[str]]:
-    """Draw facts that hold in the last of several states, and facts that do not.
+    """Draw facts that hold in the last of several states, and facts that do not; return both lists as texts.
 
-    If possible, facts of both lists had the other value in an earlier state. So neither "nothing changed"
-    nor "everything changed" separates true from false statements.
+    If possible, each list has facts that had the other truth value in an earlier state. Neither "nothing
+    changed" nor "everything changed" then separates true from false statements.
     """
     start, last = frozenset(setting.list_changeable_facts(states[0])), states[-1]
     gained = frozenset([fact for state in states[1:] for fact in setting.find_added_facts(states[0], state)])
@@ -186,7 +186,7 @@ def draw_statements(
 def draw_untrue_facts(
     setting: QuestionSetting, rng: random.Random, ever: frozenset[Fact], number: int
 ) -> list[Fact]:
-    """Draw facts that are not in the given set: each is a known fact with one object replaced."""
+    """Draw facts that are not in the set ``ever``: facts of this set with one object replaced."""
     facts: list[Fact] = []
     true_facts, objects = sorted(ever), range(len(setting.scene.objects))
     for _ in range(_MAX_DRAWS if true_facts else 0):
@@ -201,9 +201,10 @@ def draw_untrue_facts(
 
 
 def _draw_transition(setting: QuestionSetting, rng: random.Random) -> tuple[State, Action, State] | None:
-    """Draw a state of the path, an action possible in it, and the next state; None if no action was found.
+    """Draw a state of the path and an action. Return the state, the action and the state after the action.
 
-    The action is the path's next step or a random action, with equal probability.
+    The action is the path's next step or a random possible action, with equal probability. Return None if no
+    possible action was found.
     """
     step = rng.randrange(len(setting.states))
     state = setting.states[step]
@@ -223,11 +224,12 @@ def _make_which_action_item(
     is_right: Callable[[State], bool],
     values: Mapping[str, str],
 ) -> Item | None:
-    """Make a question about the single action that leads to a right state.
+    """Make a question that asks which single action leads to a state with a given property.
 
-    A right action can change all predicates in ``changed``, and ``is_right`` holds after it. All actions on
-    all objects are tried; there is no question if they are too many. A wrong action shares its name or
-    objects with a right one or with another wrong one. Some wrong actions are possible.
+    An action is right if it can change all predicates in ``changed``, and ``is_right`` holds for the state
+    after it. All actions on all objects are tried. If there are more than `_MAX_BINDINGS`, return None. A
+    wrong action shares its name or its objects with a right action or with another wrong action. Some wrong
+    actions are possible.
     """
     bindings, all_objects = Effort(_MAX_BINDINGS), range(len(setting.scene.objects))
     tried = [
@@ -272,7 +274,10 @@ def _make_which_action_item(
 def _draw_possible_and_impossible(
     setting: QuestionSetting, rng: random.Random, state: State, number: int
 ) -> tuple[list[Action], list[Action]]:
-    """Draw possible and impossible actions, preferably by the same operators, which then reveal nothing."""
+    """Draw possible and impossible actions, preferably by the same operators.
+
+    The name of an operator then does not reveal whether the action is possible.
+    """
     right: list[Action] = []
     wrong: list[Action] = []
     for operator in rng.sample(setting.rules.operators, len(setting.rules.operators)):
@@ -298,7 +303,7 @@ def _draw_possible_and_impossible(
 def _draw_actions(
     setting: QuestionSetting, rng: random.Random, state: State, number: int, *, possible: bool
 ) -> list[Action]:
-    """Draw different random actions; fewer than requested if not enough are found."""
+    """Draw different random actions. Return fewer than requested if not enough are found."""
     actions: dict[Action, None] = {}
     for _ in range(2 * number):
         action = setting.draw_action(rng, state, possible=possible)

@@ -1,6 +1,7 @@
 """Questions about plans: their final state, their outcome, and their unneeded steps.
 
-Reachability, next-action and landmark questions are about all plans that a few listed actions allow.
+Three kinds of question are about all plans that consist of a few listed actions: reachable facts, the first
+action of a shortest plan, and actions that every plan contains (landmarks).
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from eai.world.action import Action
 from eai.world.state import Fact, State
 
 _MAX_FACTS = 12
-"""Maximum number of facts about one object in an answer."""
+"""Maximum number of gold facts in a question that asks for all facts about one object."""
 
 _MAX_PLAN_CHANGES = 12
-"""Maximum number of plan changes that are tried to get the wanted outcome."""
+"""Maximum number of random changes of a plan that are tried to get the wanted outcome."""
 
 _WRONG_CHOICES = 3
 """Number of wrong choices beside the right one."""
@@ -38,37 +39,43 @@ _MAX_DETOURS = 3
 """Maximum number of unneeded actions that are inserted into a plan."""
 
 _PLAN_OPERATOR_PROBABILITY = 0.75
-"""Probability that an inserted action uses an operator of the plan, so that its name reveals nothing."""
+"""Probability that an inserted unneeded action uses an operator of the plan.
+
+Its name then does not reveal that the action was inserted.
+"""
 
 _WANTED_OUTCOMES = ("works", "fails", "misses", "fails")
-"""Wanted outcomes, in turn. Half of the plans fail, as two of four choices name a failing step."""
+"""Outcomes of plans that questions take in turn.
+
+Half of the plans fail, because two of the four choices name a failing step.
+"""
 
 _MAX_ACTIONS = 8
-"""Maximum number of available actions in a question about all plans."""
+"""Maximum number of listed actions in a question about all plans that consist of them."""
 
 _MIN_ACTIONS = 5
-"""Minimum number of available actions in a question about all plans."""
+"""Minimum number of listed actions in a question about all plans that consist of them."""
 
 _MAX_STATES = 150
-"""Maximum number of explored states. If the actions lead to more states, there is no question."""
+"""Maximum number of states that the listed actions may lead to. With more states, no question is asked."""
 
 _MAX_STATE_GRAPHS = 4
-"""Maximum number of sets of available actions for each task."""
+"""Maximum number of different lists of actions in the questions about one task."""
 
 _MAX_FACTS_PER_ANSWER = 4
-"""Maximum number of reachable facts and of unreachable facts in a question."""
+"""Maximum number of reachable facts in a question, and maximum number of unreachable facts."""
 
 _MIN_DISTANCE = 2
-"""Minimum number of actions of a shortest plan for a goal."""
+"""Minimum length of a shortest plan for a goal, in actions."""
 
 _MAX_GOALS = 3
 """Maximum number of facts in a goal."""
 
 _DISTANCES = 4
-"""Number of different goal distances; questions take them in turn."""
+"""Number of different lengths of shortest plans. Questions take these lengths in turn."""
 
 _GOAL_CANDIDATES = 8
-"""Number of goals that are tried to get the wanted distance."""
+"""Number of goals that are tried to get the wanted length of a shortest plan."""
 
 _NumberedSteps: TypeAlias = Sequence[tuple[int, Action]]
 """Steps of a changed plan, each with its number in the plan that the question shows; 0 for an added step."""
@@ -96,7 +103,7 @@ class _PlanOutcome(NamedTuple):
 def _find_outcome(
     setting: QuestionSetting, start: State, plan: Sequence[Action], done: int = 0
 ) -> _PlanOutcome:
-    """Return the outcome of a plan whose first `done` steps already led to the given state."""
+    """Return the outcome of a plan. ``start`` is the state after its first ``done`` steps."""
     states = _find_states(setting, start, plan[done:])
     position = done + len(states) - 1
     if position < len(plan):
@@ -107,7 +114,7 @@ def _find_outcome(
 
 
 def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action]) -> list[State]:
-    """Return the state before each step up to the first impossible step, or up to the end."""
+    """Return the states before each step up to the first impossible step; without one, also the last."""
     states = [start]
     for action in plan:
         after = setting.find_next_state(states[-1], action)
@@ -118,7 +125,7 @@ def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action])
 
 
 def make_state_tracking_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which facts hold after several actions; in open form, for all facts about one object."""
+    """Ask which facts hold after several actions. The open form asks for all facts about one object."""
     if not setting.path:
         return None
     first = rng.randrange(len(setting.path))
@@ -139,7 +146,7 @@ def make_state_tracking_item(setting: QuestionSetting, rng: random.Random, numbe
 
 
 def make_counterfactual_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask for the outcome of a working plan after a step is omitted, added, or swapped with the next."""
+    """Ask for the outcome of a working plan after a step is left out, added, or swapped with the next."""
     if not setting.path_reaches_goals:
         return None
     for _ in range(_MAX_PLAN_CHANGES):
@@ -157,7 +164,7 @@ def make_counterfactual_item(setting: QuestionSetting, rng: random.Random, numbe
 
 
 def make_validation_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask at which step a plan fails and why, or whether it works."""
+    """Ask whether a plan works. If it fails, ask at which step and why."""
     if not setting.path_reaches_goals:
         return None
     working_plan, states = _insert_detours(setting, rng)
@@ -176,7 +183,7 @@ def make_validation_item(setting: QuestionSetting, rng: random.Random, number: i
 
 
 def make_justification_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which single steps of a plan can be left out."""
+    """Ask which steps of a plan can be left out, each without the others."""
     if not setting.path_reaches_goals:
         return None
     plan, states = _insert_detours(setting, rng)
@@ -229,9 +236,10 @@ def _make_outcome_item(
     operators: set[str],
     values: Mapping[str, str],
 ) -> Item | None:
-    """Make a question about the outcome of a plan; None if the failing step has no number.
+    """Make a question about the outcome of a plan. Return None if the step that fails has no number.
 
-    The choices are always the same: it works, it misses a goal, or one of two steps fails.
+    Each question offers the same kinds of choice: the plan works, it misses a goal, or one of two steps
+    fails.
     """
     failing = plan[outcome.failing_step][0] if outcome.unmet_requirement else 0
     if outcome.unmet_requirement and not failing:
@@ -266,7 +274,7 @@ def _make_outcome_item(
 def _corrupt_plan(
     setting: QuestionSetting, plan: Sequence[Action], position: int, rng: random.Random
 ) -> list[Action]:
-    """Remove a step, swap it with the next, or replace one of its objects or its operator."""
+    """Remove a step, swap it with the next step, or replace the step's operator or one of its objects."""
     action, corrupted = plan[position], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
         case "leave out":
@@ -284,7 +292,7 @@ def _corrupt_plan(
 
 
 def _insert_detours(setting: QuestionSetting, rng: random.Random) -> tuple[list[Action], list[State]]:
-    """Return the path with up to three unneeded actions inserted, and its states."""
+    """Return a task's path with up to three unneeded actions inserted, and the states along this path."""
     plan, states = list(setting.path), list(setting.states)
     length = len(plan) + rng.randint(0, _MAX_DETOURS)
     for _ in range(_MAX_PLAN_CHANGES):
@@ -311,7 +319,7 @@ def _format_goals(setting: QuestionSetting) -> str:
 
 
 def make_reachability_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which facts the available actions can make true, and which never become true."""
+    """Ask which facts the listed actions can make true, and which facts they never make true."""
     wider = _draw_state_graph(setting, rng)
     if wider is None:
         return None
@@ -336,7 +344,7 @@ def make_reachability_item(setting: QuestionSetting, rng: random.Random, number:
 
 
 def make_next_action_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which action begins a shortest plan."""
+    """Ask which of the listed actions begins a shortest plan for a goal."""
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
         return None
@@ -346,7 +354,7 @@ def make_next_action_item(setting: QuestionSetting, rng: random.Random, number: 
 
 
 def make_landmarks_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which actions every plan contains."""
+    """Ask which of the listed actions every plan for a goal contains."""
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
         return None
@@ -360,9 +368,9 @@ class _DistantGoal:
     """A goal that takes several actions to reach.
 
     Attributes:
-        graph: the available actions, and all states that they lead to.
+        graph: the listed actions, and all states that they lead to.
         goals: the facts that must hold together.
-        goal_states: numbers of the states that satisfy the goal, nearest first.
+        goal_states: indices of the states that satisfy the goal, nearest to the start first.
         distance: number of actions in a shortest plan.
     """
 
@@ -373,9 +381,10 @@ class _DistantGoal:
 
 
 def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int) -> _DistantGoal | None:
-    """Draw facts that become true together only after several actions.
+    """Draw a goal: facts that become true together only after several actions.
 
-    Several candidates are drawn. The result's distance is closest to the distance that `number` asks for.
+    Several goals are drawn. The chosen goal's distance from the start is closest to the distance wanted for
+    the question with this ``number``.
     """
     graph = _draw_state_graph(setting, rng)
     if graph is None:
@@ -393,7 +402,7 @@ def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int
 
 
 def _draw_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw one of a task's few sets of available actions; return it with all states it leads to."""
+    """Draw one of a task's few sets of listed actions. Return its state graph, or None if it has none."""
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
         generator = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
@@ -402,7 +411,7 @@ def _draw_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGrap
 
 
 def _make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw some available actions, from the path and others, and explore all states they lead to."""
+    """Draw actions, some of them from a task's path, and explore all states that they lead to."""
     first = rng.randrange(len(setting.path)) if setting.path else 0
     chosen = dict.fromkeys(setting.path[first : first + rng.randint(3, _MAX_ACTIONS - 2)])
     states = setting.states[first : first + len(chosen) + 1]

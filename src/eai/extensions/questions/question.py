@@ -1,6 +1,6 @@
 """World-model questions, the file that holds them (one JSON object per line), and the grading of answers.
 
-Grading depends on the question and the text of the answer alone.
+A grade depends only on the question and the text of the answer.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class QuestionKind(str, Enum):
 
 
 class QuestionForm(str, Enum):
-    """The form of an answer: yes or no, the letter of a choice, or a list."""
+    """The form of an answer: yes or no, the letter of a choice, or (open form) a list of items."""
 
     YES_NO = "yes_no"
     CHOICE = "choice"
@@ -103,10 +103,11 @@ def questions_to_bytes(questions: Iterable[Question]) -> bytes:
 
 
 def read_questions(file: Path) -> tuple[Sequence[Question], str]:
-    """Read the questions of a file in order; return them and the SHA-256 digest of the file.
+    """Read the questions of a file in order. Return them and the SHA-256 digest of the file.
 
     Raises:
-        InputError: the file cannot be read, is empty, or a line is no question; names file, line and field.
+        InputError: the file cannot be read or is empty, or a line is no question. The message names the file,
+            the line and the field.
     """
     content = read_content(file)
     questions: dict[str, Question] = {}
@@ -137,9 +138,10 @@ class QuestionGrade:
 
     Attributes:
         exact: whether the answer is completely right.
-        counts: numbers of right, wrong and missing items. At most one is missing if one suffices.
-        readable: whether the answer could be read.
-        repairs: names of the repairs that reading the answer took.
+        counts: numbers of right, wrong and missing items of the answer. If the question accepts any one gold
+            answer, at most one item counts as missing.
+        readable: whether the answer could be parsed.
+        repairs: names of the repairs that were needed to parse the answer.
     """
 
     exact: bool
@@ -162,7 +164,7 @@ def grade_answer(question: Question, text: str) -> QuestionGrade:
 
 
 def format_gold_answer(question: Question) -> str:
-    """Return a right answer in the form that a model would write."""
+    """Return a gold answer as the text that a model would write."""
     answers = question.answer[:1] if question.accept == "any" else question.answer
     if question.form is not QuestionForm.OPEN:
         return answers[0]
@@ -170,7 +172,7 @@ def format_gold_answer(question: Question) -> str:
 
 
 def _parse_answer(form: QuestionForm, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
-    """Return the items of an answer and the names of the repairs; None if it cannot be read."""
+    """Return the items of an answer, and the names of the repairs needed to parse it; None if unreadable."""
     if form is QuestionForm.OPEN:
         reading = read_json(text, _LIST_FORM)
         return None if isinstance(reading, Unreadable) else (reading.value, reading.repairs)

@@ -1,7 +1,7 @@
 """The material of questions: a task in a small scene, the rules of its domain, and a path of actions.
 
-The rules are the requirements and effects of actions, in words and formulas, exactly as declared.
-An `Item` is the content of a question before it is phrased in one of its forms.
+Rules are the requirements and effects of actions, in words and formulas, as the domain declares them. An
+`Item` is the content of a question before it becomes yes-or-no, multiple choice or open.
 """
 
 from __future__ import annotations
@@ -33,16 +33,19 @@ from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, compare_states
 
 _MAX_PATH_ACTIONS = 24
-"""Maximum number of actions in a path."""
+"""Maximum number of actions in the path of a task."""
 
 _RANDOM_ACTIONS = 6
 """Number of random actions tried for the path of a task without a plan."""
 
 _MAX_ACTION_DRAWS = 40
-"""Maximum number of random draws for one action."""
+"""Maximum number of random draws to find one possible (or impossible) action."""
 
 _UNSUITABLE_PROBABILITY = 0.25
-"""Probability that an impossible action is kept if its objects are of the wrong kind."""
+"""Probability that an impossible action is kept if its objects are of the wrong kind.
+
+Such an action is impossible in every state, so it is easy to recognize.
+"""
 
 _SEARCH_LIMITS = Limits(60)
 
@@ -55,13 +58,13 @@ class QuestionSetting:
     """The material of the questions about one task.
 
     Attributes:
-        task: the task, in a scene that has only the shown objects.
+        task: the task, in a scene that has only the objects that prompts show.
         rules: the rules of the domain that prompts can show.
         path: actions that can be executed in order from the start of the task.
-        states: the states along the path: one more than actions.
-        seed: seed of the choices that all questions about the task share.
-        state_graphs: sets of actions with the states they lead to, by number, filled on demand. None marks
-            a set that leads to too many states.
+        states: the states along the path, from the start to the state after the last action.
+        seed: seed of the random choices that all questions about the task share.
+        state_graphs: sets of actions with the states they lead to, by the number of the set; filled when
+            needed. None marks a set that leads to too many states.
     """
 
     task: Task
@@ -78,7 +81,7 @@ class QuestionSetting:
 
     @property
     def scene(self) -> Scene:
-        """All objects of the task."""
+        """The scene: all objects of the task."""
         return self.task.scene
 
     @cached_property
@@ -97,7 +100,7 @@ class QuestionSetting:
         return tuple([i for i in range(len(self.scene.objects)) if i != self.scene.agent])
 
     def find_next_state(self, state: State, action: Action) -> State | None:
-        """Return the state after an action; None if a requirement is not met."""
+        """Return the state after an action, or None if a requirement of the action is not met."""
         operator = self.domain.compiled[action.operator]
         binding = operator.bind(state, action.arguments)
         return operator.apply(state, binding) if operator.is_possible(state, binding) else None
@@ -109,11 +112,11 @@ class QuestionSetting:
         return tuple([n for n, check in enumerate(operator.checks, 1) if not check.holds(state, binding)])
 
     def evaluate_goals(self, state: State) -> tuple[bool, ...]:
-        """Return for each goal whether it holds in a state."""
+        """Return a truth value for each goal: whether it holds in a state."""
         return tuple([self.rules.evaluator.holds(goal, {}, state) for goal in self.goals])
 
     def find_added_facts(self, before: State, after: State) -> list[Fact]:
-        """Return the changeable facts that hold in the second state but not in the first."""
+        """Return the facts that hold only in the second state, without facts that no action can change."""
         return [fact for fact in compare_states(before, after).added if fact.predicate in self.rules.fluents]
 
     def format_changes(self, before: State, after: State) -> tuple[str, ...]:
@@ -122,7 +125,7 @@ class QuestionSetting:
         return (*self.to_texts(self.find_added_facts(before, after)), *removed)
 
     def is_same_state(self, one: State, other: State) -> bool:
-        """Whether two states have the same changeable facts."""
+        """Whether two states agree in all facts whose predicates actions can change."""
         return not self.find_added_facts(one, other) and not self.find_added_facts(other, one)
 
     def list_changeable_facts(self, state: State) -> list[Fact]:
@@ -130,7 +133,7 @@ class QuestionSetting:
         return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
 
     def to_text(self, fact_or_action: Fact | Action) -> str:
-        """Return a fact or an action as text."""
+        """Return a fact or an action as text, such as ``lit(lamp)``."""
         return (
             action_text(fact_or_action, self.scene)
             if isinstance(fact_or_action, Action)
@@ -144,9 +147,9 @@ class QuestionSetting:
     def draw_action(
         self, rng: random.Random, state: State, *, possible: bool, operators: Sequence[str] = ()
     ) -> Action | None:
-        """Draw a possible (or impossible) action on different objects; None if none was found.
+        """Draw a possible (or impossible) action whose objects all differ; return None if none was found.
 
-        All operators, or those named in ``operators``, are equally likely.
+        All operators, or all operators named in ``operators``, are equally likely.
         """
         candidates = [
             operator for operator in self.rules.operators if operator.name in operators
@@ -179,8 +182,8 @@ class QuestionSetting:
 def make_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) -> QuestionSetting:
     """Prepare the material of a task for questions.
 
-    The path is the task's own plan, as far as the shown objects suffice. If the task has no plan, the path
-    is a plan found by search, or some random actions.
+    The path is the beginning of the task's own plan, up to the first step with an object that prompts do not
+    show. If the task has no plan, the path is a plan found by search, or some random actions.
     """
     small_task, rng = _restrict_to_shown_objects(task), random.Random(seed)  # noqa: S311 - chance, not secrets
     plan = small_task.script or _search_plan(small_task, planner)
@@ -191,7 +194,7 @@ def make_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) ->
 
 
 def _restrict_to_shown_objects(task: Task) -> Task:
-    """Reduce a task to the objects that a prompt shows and its plan uses. Goals about actions are dropped."""
+    """Reduce a task to the objects that a prompt shows or its plan uses. Leave out goals about actions."""
     named = [i for action in task.script for i in action.arguments]
     kept = sorted({*prompt_objects(task), *named})
     number = {index: i for i, index in enumerate(kept)}
@@ -210,7 +213,7 @@ def _restrict_to_shown_objects(task: Task) -> Task:
 
 
 def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
-    """Return the steps of a plan that can be executed and shown, without unneeded ones."""
+    """Return the first steps of a plan that can be executed and whose rules prompts can show."""
     arities = rules.domain.arities
     well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
     executed = execute(rules.domain, task.initial, well_formed).executed
@@ -220,7 +223,7 @@ def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tup
 
 
 def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
-    """Search a plan for a task; return no steps if it has no goals or a goal seems unreachable."""
+    """Search a plan for a task. Return no steps if the task has no goals or a goal seems unreachable."""
     goals = [goal.formula for goal in task.goals]
     if goals and all(planner.looks_reachable(task.initial, goal, task.planning_objects) for goal in goals):
         return find_plan(task, planner, _SEARCH_LIMITS).plan
@@ -239,14 +242,14 @@ def _walk_randomly(task: Task, rules: DomainRules, rng: random.Random) -> tuple[
 
 @dataclass(frozen=True)
 class StateGraph:
-    """Some actions, each usable any number of times, and all states that they lead to.
+    """All states that some actions lead to. Each action can be used any number of times.
 
-    All of them are explored, so an absent state is proved to be unreachable.
+    The exploration is complete, so a state that is absent is proved to be unreachable.
 
     Attributes:
         actions: the actions.
         states: every reachable state, in breadth-first order from the start.
-        edges: for each state, the possible actions and the states they lead to, both as numbers.
+        edges: for each state, pairs of a possible action and the state after it. Both are indices.
         depths: for each state, the minimum number of actions that lead to it.
         added_facts: for each state, the facts that hold in it but not at the start.
     """
@@ -263,7 +266,7 @@ class StateGraph:
         return frozenset().union(*self.added_facts)
 
     def restrict_to_actions(self, actions: Sequence[int]) -> StateGraph:
-        """Return the part that is reachable with a subset of the actions, given by number."""
+        """Return the part of the graph that some of the actions, given as indices, can reach."""
         new_numbers = {number: n for n, number in enumerate(actions)}
 
         def successors(n: int) -> Iterator[tuple[int, int]]:
@@ -281,7 +284,7 @@ class StateGraph:
         )
 
     def find_distances(self, goals: Iterable[int]) -> Mapping[int, int]:
-        """Return the minimum number of actions from each state to a goal state, if it reaches one."""
+        """Return the minimum number of actions to a goal state, for each state that can reach one."""
         sources = group_pairs((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
         level, depth = list(goals), 0
         distances = dict.fromkeys(level, depth)
@@ -296,7 +299,7 @@ class StateGraph:
 def explore_states(
     setting: QuestionSetting, start: State, actions: Sequence[Action], max_states: int
 ) -> StateGraph | None:
-    """Explore all states that some actions lead to; None if there are more than ``max_states``."""
+    """Explore all states that some actions lead to. Return None if there are more than ``max_states``."""
 
     def successors(state: State) -> Iterator[tuple[int, State]]:
         for number, action in enumerate(actions):
@@ -314,10 +317,13 @@ def explore_states(
 def _explore(
     start: K, successors: Callable[[K], Iterator[tuple[int, K]]], max_nodes: float = math.inf
 ) -> tuple[list[K], tuple[tuple[tuple[int, int], ...], ...], tuple[int, ...]]:
-    """Return nodes in breadth-first order, their edges and depths, and stop after ``max_nodes`` nodes."""
+    """Return all nodes in breadth-first order, the edges of each node and the depth of each node.
+
+    Edges are pairs of a label and the index of the next node. Stop after ``max_nodes`` nodes.
+    """
     numbers, nodes, depths = {start: 0}, [start], [0]
     edges: list[tuple[tuple[int, int], ...]] = []
-    for n, node in enumerate(nodes):  # the list grows while it is read
+    for n, node in enumerate(nodes):  # the loop appends to `nodes`
         node_edges = []
         for action, after in successors(node):
             if after not in numbers:
@@ -339,15 +345,17 @@ class Item:
         state: the state that the question shows.
         operators: names of the operators whose rules are shown.
         depth: number of actions to consider.
-        right: texts that can be the right choice, most deceptive first.
+        right: texts that can be the right choice. The texts that a reader is least likely to believe come
+            first.
         wrong: texts that can be a wrong choice, most tempting first.
         answer: the gold answers in open form.
         accept: whether an answer must name all gold answers, or only one.
-        values: further values for the templates.
-        formulas: goals that are shown, so that the rules include their predicates.
-        labels: labels of texts that do not begin with their operator or predicate; it is their first label.
+        values: further values that the templates of prompts insert, by the name of the field.
+        formulas: goals that are shown, so that the shown rules include the predicates of these goals.
+        labels: for texts that do not begin with their operator or predicate: labels to use instead.
         are_actions: whether `right` and `wrong` are actions, whose rules a question with choices shows.
-        yes_no_texts: texts for yes-no questions, since similar texts have the other answer; None for all.
+        yes_no_texts: texts that a yes-no question may use; None for all. A text is left out if no similar
+            text has the other answer.
     """
 
     state: State
@@ -365,7 +373,7 @@ class Item:
 
 
 ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], Item | None]
-"""Makes the item of a question at random, or None. The number selects the wanted class of answers."""
+"""Makes the content of a question at random, or returns None. The number selects the kind of answer."""
 
 
 def find_texts_with_counterpart(
@@ -377,7 +385,7 @@ def find_texts_with_counterpart(
 
 
 def draw_in_order(rng: random.Random, elements: Sequence[T], most: int) -> list[T]:
-    """Draw at most ``most`` elements, and keep their order."""
+    """Draw at most ``most`` elements of a sequence at random, and keep their order."""
     if len(elements) <= most:
         return list(elements)
     return [elements[i] for i in sorted(rng.sample(range(len(elements)), most))]

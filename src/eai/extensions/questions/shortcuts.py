@@ -1,6 +1,7 @@
-"""Shortcuts: answering without knowledge of the world. Choices are drawn so that shortcuts stay near chance.
+"""Shortcuts: rules that answer questions without knowledge of the world, such as "take the longest choice".
 
-The module also measures the entropy of gold answers and the rates that guessing and shortcuts reach.
+Choices are drawn so that no shortcut is right more often than chance. The module also measures the entropy of
+gold answers, and how often guessing and each shortcut are right.
 """
 
 from __future__ import annotations
@@ -27,38 +28,44 @@ from eai.results.rate import Rate, rate_of
 from eai.tasks.share import Share
 
 LETTERS = "ABCD"
-"""Letters of the choices."""
+"""Letters that name the choices of a question, in order."""
 
 _TEMPTING_PROBABILITY = 0.5
-"""Probability that a yes-no question uses the most tempting statement."""
+"""Probability that a yes-no question uses the most tempting statement of an item."""
 
 _MAX_DRAWS = 24
-"""Maximum number of draws of choices until no shortcut gains."""
+"""Maximum number of times that choices are drawn. The last resort is the draw with the smallest imbalance."""
 
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _TRAIT_WEIGHT = 12
-"""Weight of a trait that one statement has alone. Statements that share a trait share the weight equally."""
+"""Weight of a trait (a label that a shortcut relies on) if one statement of a question has it.
+
+Statements of one question that share a trait share the weight equally.
+"""
 
 _TOLERATED_IMBALANCE = 6
-"""Tolerated imbalance of all traits together: the sum of squared differences, in questions."""
+"""Tolerated imbalance of all traits together: the sum of the squared differences in question counts."""
 
 _QUESTIONS_PER_TOLERANCE = 10
 """Number of questions after which the tolerated imbalance grows by one."""
 
 _MAX_OCCURRENCES = 5
-"""Maximum counted occurrences of a statement's names in the question's text."""
+"""Maximum number of occurrences of a statement's names in the question's text that are told apart."""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
-"""Names of the shortcuts, which answer without knowledge of the world.
+"""Names of the shortcuts: rules that answer without knowledge of the world.
 
-For choices: ``names``: the choice that shares most names with the others. ``longest``: the longest choice.
-``text``: the choice with most names in the question's text. ``unchanged``: a fact that holds before the
-actions. ``operator``: the choice whose operator or predicate was right most often in earlier questions.
+For questions with choices, a shortcut takes this choice:
+``names``: the choice that shares most names with the other choices. ``longest``: the longest choice.
+``text``: the choice with most names that occur in the question's text. ``unchanged``: a fact that holds
+before the actions. ``operator``: the choice whose operator or predicate was right most often in earlier
+questions.
 
-For yes or no: the more frequent answer to earlier statements with the same operator, number of names in the
-text, length class, or value before the actions. ``names`` guesses.
+For yes-no questions, a shortcut takes the answer that was right more often for similar earlier statements.
+Similar means: the same operator (``operator``), number of names in the text (``text``), length class
+(``longest``), or value before the actions (``unchanged``). ``names`` guesses.
 """
 
 
@@ -66,12 +73,12 @@ class _SurfaceFeatures(NamedTuple):
     """Superficial features of a statement.
 
     Attributes:
-        names: the names in the statement.
+        names: the names of objects, operators and predicates in the statement.
         mentioned_names: number of its names that occur in the question's text.
-        mentions: total number of their occurrences there.
+        mentions: total number of occurrences of its names in the question's text.
         length: number of characters.
         holds: whether the statement is a fact that holds before the actions.
-        labels: its operator or predicate, and further labels that group it.
+        labels: its operator or predicate, and further labels that group statements.
     """
 
     names: frozenset[str]
@@ -110,12 +117,12 @@ def make_feature_reader(
 
 
 class ClosedQuestion(NamedTuple):
-    """A question in closed form.
+    """A question in closed form: yes or no, or multiple choice.
 
     Attributes:
         shown: the choices, or the single statement of a yes-no question.
-        right: position of the right text; None if the statement is wrong.
-        read_features: reads the superficial features of a text.
+        right: index of the right text in ``shown``; None if the statement of a yes-no question is wrong.
+        read_features: returns the superficial features of a text.
     """
 
     shown: Sequence[str]
@@ -124,13 +131,14 @@ class ClosedQuestion(NamedTuple):
 
 
 _Trait: TypeAlias = tuple[str, str]
-"""A shortcut and a label of the trait that it uses."""
+"""The name of a shortcut, and a label that marks statements which the shortcut treats alike."""
 
 
 class ShortcutLedger:
-    """Counts how often statements with each trait were right, in the questions of one kind and form so far.
+    """Counts how often statements with each trait were right in earlier questions of one kind and form.
 
-    A trait is in balance if its statements are right as often as guesses are.
+    A trait is a label that a shortcut relies on. It is in balance if statements with the trait are right as
+    often as random guesses are.
     """
 
     def __init__(self) -> None:
@@ -142,7 +150,7 @@ class ShortcutLedger:
         self._imbalance = 0
 
     def find_excess(self, question: ClosedQuestion) -> int:
-        """Return by how much a question would exceed the tolerated imbalance; 0 if it would not."""
+        """Return by how much the imbalance would exceed the tolerance after a question; 0 if it would not."""
         step = self._imbalance_change(question)
         if step <= 0:
             return 0
@@ -155,11 +163,11 @@ class ShortcutLedger:
         )
 
     def add(self, question: ClosedQuestion) -> Mapping[str, float]:
-        """Count a question.
+        """Add a question to the counts.
 
         Returns:
-            The credit of each shortcut for the question, given the questions before. It is 1, 0, or a
-            fraction for a guess among several choices.
+            the probability that each shortcut answers the question correctly, by name. It uses the counts
+            before this question. It is a fraction if the shortcut has to guess among several choices.
         """
         traits = self._find_traits(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, traits) for shortcut in SHORTCUTS}
@@ -200,7 +208,10 @@ class ShortcutLedger:
         return _share(scores[right] == best, scores.count(best))
 
     def _right_rate(self, trait: _Trait | None, options: int) -> float:
-        """Return how often statements with a trait were right, smoothed by one observation at chance."""
+        """Return how often statements with a trait were right: a share from 0 to 1.
+
+        One fictitious observation at the rate of guessing is added, so that rare traits stay near that rate.
+        """
         if trait is None:
             return _share(1, options)
         return _share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
@@ -239,14 +250,17 @@ class ShortcutLedger:
         return all_traits
 
     def _length_class(self, length: int) -> str:
-        """Return whether a statement is longer or shorter than most statements so far."""
+        """Return ``long``, ``short`` or ``medium``: a statement's length compared with earlier ones."""
         shorter = bisect_left(self._lengths, length)
         longer = len(self._lengths) - bisect_right(self._lengths, length)
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
 def _balance_changes(question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
-    """Return what a question adds to the balance of each trait; the expected sum of a guess is 0."""
+    """Return the change that a question makes to the balance of each trait.
+
+    The changes are weighted so that the expected sum is 0 if the right choice is random.
+    """
     weights: dict[_Trait, int] = {}
     for position, statement_traits in enumerate(traits):
         for trait, part in statement_traits.items():
@@ -272,18 +286,18 @@ def draw_closed_question(
     rng: random.Random,
     turn: int,
 ) -> tuple[int, ClosedQuestion] | None:
-    """Draw choices so that no shortcut gains; return the remaining excess and the question.
+    """Draw choices (or a statement) so that no shortcut gains.
 
-    None if the item has too few texts.
+    Return the remaining excess of imbalance and the question, or None if the item has too few texts.
 
     Args:
         item: the content of the question.
         setting: the material of the task.
-        form: yes or no, or a choice.
+        form: yes or no, or multiple choice.
         question_text: the text of the question without the choices.
-        ledger: counts of the questions before.
+        ledger: counts over the earlier questions.
         rng: the random generator.
-        turn: selects the letter or the yes or no that is right.
+        turn: selects the right letter, or whether yes or no is right.
     """
     is_right, position = turn % 2 == 0, turn % len(LETTERS)
     candidates = item.right if is_right else item.wrong
@@ -320,7 +334,10 @@ def _draw_statement(among: Sequence[str], rng: random.Random) -> str:
 
 
 def _draw_choices(item: Item, rng: random.Random, position: int) -> list[str]:
-    """Draw wrong texts that resemble each other as much as the right text, and insert the right text."""
+    """Draw a right text and wrong texts, and insert the right text at a position.
+
+    If possible, the wrong texts resemble each other as much as they resemble the right text.
+    """
     right = rng.choice(item.right)
     similar = [
         texts for texts in _find_similar_texts(right, item.wrong, rng) if len(texts) >= len(LETTERS) - 1
@@ -331,9 +348,10 @@ def _draw_choices(item: Item, rng: random.Random, position: int) -> list[str]:
 
 
 def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
-    """Yield sets of wrong texts that differ from each other as they differ from the right text.
+    """Yield sets of wrong texts that resemble each other as much as they resemble the right text.
 
-    All share its name, or all share its arguments, or two names and two arguments are combined in four ways.
+    In the first set, all texts share the right text's name; in the second, its arguments. The third set
+    combines two names with two arguments.
     """
     name, _, arguments = right.partition("(")
     far = rng.choice(wrong)
@@ -345,14 +363,15 @@ def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) ->
 
 
 GUESS = "guess"
-"""Name of guessing, listed beside the shortcuts."""
+"""Name of guessing, which tables list beside the shortcuts."""
 
 
 def answer_entropy(questions: Sequence[Question], kind: QuestionKind, form: QuestionForm) -> float | None:
-    """Return the entropy of the answers to questions of a kind and form; None for fewer than two questions.
+    """Return the entropy of the gold answers of a kind and form; None for fewer than two questions.
 
-    It is a share of the maximum, which equally frequent answers reach. Possible answers are yes and no, the
-    letters, or the outcomes of a plan; in other open questions, the different answers that occur.
+    The entropy is a share, from 0 to 1, of the maximum, which is reached if all possible answers are equally
+    frequent. Possible answers are yes and no, the letters, or the outcomes of a plan. In other open
+    questions, they are the different answers that occur.
     """
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
@@ -365,7 +384,7 @@ def answer_entropy(questions: Sequence[Question], kind: QuestionKind, form: Ques
 
 
 def _answer_class(question: Question) -> tuple[str, ...]:
-    """Return the answer as a class. An outcome of a plan counts only as works, fails or misses a goal."""
+    """Return the class of a gold answer. An outcome of a plan is reduced to works, fails or misses a goal."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,
         QuestionKind.VALIDATION,
@@ -375,9 +394,9 @@ def _answer_class(question: Question) -> tuple[str, ...]:
 
 
 def guess_probabilities(questions: Sequence[Question]) -> dict[str, float]:
-    """Return the probability that a guess is right, by id of the question.
+    """Return the probability that a guess is right, by the id of the question.
 
-    A guess is a random choice. In open form, it is the most frequent answer.
+    A guess is a random choice. In open form, it is the most frequent gold answer of the question's kind.
     """
     common = _most_frequent_answers(questions)
     return {
@@ -388,11 +407,13 @@ def guess_probabilities(questions: Sequence[Question]) -> dict[str, float]:
 
 
 def shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
-    """Return the rates of guessing and of each shortcut, by name. Guessing stands in for an absent shortcut.
+    """Return how often guessing and each shortcut are right, by name.
+
+    If a question has no value for a shortcut, the value of guessing is used.
 
     Args:
         questions: the questions.
-        guesses: the probability that a guess is right, by id of the question.
+        guesses: the probability that a guess is right, by the id of the question.
     """
     names = dict.fromkeys([GUESS, *(name for question in questions for name in question.shortcuts)])
     return {
@@ -404,12 +425,12 @@ def shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) 
 
 
 def best_shortcut(chances: Mapping[str, Rate]) -> str:
-    """Return the name with the highest rate; guessing wins ties."""
+    """Return the name of the shortcut (or of guessing) with the highest rate. Guessing wins ties."""
     return max(chances, key=lambda name: chances[name].numerator)
 
 
 def _most_frequent_answers(questions: Iterable[Question]) -> dict[QuestionKind, str]:
-    """Return the most frequent gold answer of each kind in open form; the first one wins ties."""
+    """Return the most frequent gold answer to open questions, by kind. The earlier answer wins ties."""
     golds = group_pairs(
         (question.kind, format_gold_answer(question))
         for question in questions

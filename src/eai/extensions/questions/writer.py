@@ -1,4 +1,4 @@
-"""Write questions: kinds and forms take turns, and so do the tasks."""
+"""Write questions. Kinds of question and forms of answer take turns, and tasks take turns, too."""
 
 from __future__ import annotations
 
@@ -35,23 +35,26 @@ ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
     QuestionKind.NEXT_ACTION: plans.make_next_action_item,
     QuestionKind.LANDMARKS: plans.make_landmarks_item,
 }
-"""The function that makes the items of each kind."""
+"""Function that makes the content of a question, for each kind."""
 
 _MIN_OBJECTS = 4
-"""Minimum number of objects in the scene of a task."""
+"""Minimum number of objects in the scene of a task. Smaller tasks get no questions."""
 
 _MAX_TASKS_PER_QUESTION = 30
 """Maximum number of tasks that are tried for one question."""
 
 _ITEMS_PER_TASK = 2
-"""Number of items that are tried for each task."""
+"""Number of times that a question about a task is tried before the next task is tried."""
 
 _MAX_FAILURES = 5
-"""Maximum number of failed attempts in a row for one kind and form."""
+"""Maximum number of failed attempts in a row before questions of a kind and form are no longer tried."""
 
 
 _ANSWER_BLOCKS = 16
-"""Number of blocks, each with every letter once, before the order of right answers repeats."""
+"""Number of blocks in the order of right answers, after which the order repeats.
+
+Each block has every letter once.
+"""
 
 _NEED_RULES = frozenset(
     [
@@ -60,17 +63,17 @@ _NEED_RULES = frozenset(
         (QuestionKind.VALIDATION, QuestionForm.OPEN),
     ]
 )
-"""Kinds and forms that refer to numbered requirements, so they need the rules in the prompt."""
+"""Pairs of kind and form whose questions refer to numbered requirements, so prompts must show the rules."""
 
 
 @dataclass(slots=True)
 class _KindAndFormState:
-    """State of one kind and form while questions are written.
+    """Progress of the questions of one kind and form while they are written.
 
     Attributes:
         kind: subject of the questions.
-        form: form of their answers.
-        ledger: counts of what shortcuts gain.
+        form: form of the answers.
+        ledger: counts of how often statements with each trait were right.
         failures: number of failed attempts in a row.
     """
 
@@ -81,7 +84,7 @@ class _KindAndFormState:
 
 
 class _QuestionDraft(NamedTuple):
-    """A draft of a question: its material, its content and its choices; no choices in open form."""
+    """A question before it is put into words: material, content, and choices (None in open form)."""
 
     setting: QuestionSetting
     item: Item
@@ -93,7 +96,7 @@ class Writer:
 
     Args:
         benchmark: the benchmark.
-        source: access to its data.
+        source: access to the benchmark's data.
         templates: the templates of prompts.
     """
 
@@ -116,17 +119,18 @@ class Writer:
         *,
         rules: bool = True,
     ) -> Iterator[Question]:
-        """Yield questions. Any first part of them is spread evenly over kinds and forms.
+        """Yield questions. Any number of first questions is spread evenly over kinds and forms.
 
-        There are fewer than ``number`` if the tasks do not yield enough. Equal arguments, equal questions.
+        There are fewer than ``number`` questions if the tasks do not allow more. Equal arguments give equal
+        questions.
 
         Args:
             kinds: the kinds of question.
             forms: the forms of answer.
             number: number of questions, spread evenly over kinds and forms.
             seed: seed of all random choices.
-            rules: whether prompts state the rules. If not, questions about numbered requirements are
-                then left out. All other questions keep their id.
+            rules: whether prompts state the rules of actions. Without rules, questions about numbered
+                requirements are left out. All other questions keep their id.
         """
         order = _make_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
@@ -158,7 +162,10 @@ class Writer:
     def _drafts(
         self, tasks: Iterator[str], cell: _KindAndFormState, number: int, seed: int
     ) -> Iterator[_QuestionDraft]:
-        """Yield drafts about the tasks: first drafts that keep shortcuts near chance, then the rest."""
+        """Yield drafts about some tasks.
+
+        Drafts that keep all shortcuts near chance come first. The other drafts follow, smallest excess first.
+        """
         rng = _make_generator(seed, cell.kind.value, cell.form.value, number)
         order = _draw_answer_order(f"{seed} {cell.kind.value} {cell.form.value}")
         others: list[tuple[int, _QuestionDraft]] = []
@@ -188,7 +195,7 @@ class Writer:
     def _phrase(
         self, draft: _QuestionDraft, cell: _KindAndFormState, turn: int
     ) -> tuple[Question, str | None]:
-        """Return a draft as a question, and its closed-book prompt if it does not need the rules."""
+        """Return a draft as a question, and its prompt without rules (None if it needs rules)."""
         setting, item, posed = draft
         form, shown = cell.form, [] if posed is None else posed.shown
         right = None if posed is None else posed.right
@@ -261,9 +268,10 @@ def _format_objects(setting: QuestionSetting) -> str:
 
 
 def _format_facts(setting: QuestionSetting, item: Item, operators: Collection[str]) -> str:
-    """Return the shown facts as lines: all changeable facts, and the other facts that the rules refer to.
+    """Return the facts that a prompt shows as lines, one line for each predicate.
 
-    Each predicate has a line, in which ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
+    They are all facts that actions can change, and the other facts that the rules refer to. ``p(a, {b, c})``
+    stands for ``p(a, b)`` and ``p(a, c)``.
     """
     shown = setting.rules.fluents | setting.rules.find_predicates(operators, item.formulas)
     names = [thing.name for thing in setting.scene.objects]
@@ -280,9 +288,9 @@ def _format_facts(setting: QuestionSetting, item: Item, operators: Collection[st
 
 
 def _draw_answer_order(seed: str) -> list[int]:
-    """Return the order of right answers, which repeats.
+    """Return the order of right answers as a list of turns, which the writer repeats.
 
-    Of four consecutive turns, two are yes and two are no, and each letter occurs once.
+    Of four consecutive turns, two mean yes and two mean no, and each letter occurs once.
     """
     rng = random.Random(seed)  # noqa: S311 - chance, not secrets
     return [turn for _ in range(_ANSWER_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]
