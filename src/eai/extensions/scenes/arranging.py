@@ -19,7 +19,7 @@ WALL_HEIGHT = 2.6
 """Height of walls in metres."""
 
 _FURNITURE_GAP = 0.3
-"""Gap between pieces of furniture along a wall in metres, in which doors can swing."""
+"""Gap in metres between pieces of furniture along a wall. It leaves space for doors to swing."""
 
 _ROOM_DISTANCE = 0.35
 """Distance between the walls of neighbouring rooms in metres."""
@@ -31,7 +31,9 @@ _WALL_CABINET_HEIGHT, _WINDOW_HEIGHT = 1.42, 0.9
 def arrange_objects(
     locations: ObjectLocations, names: Sequence[str], seed: str
 ) -> tuple[Placer, Mapping[int, Box]]:
-    """Return poses of all objects of a state, and the boxes of rooms. Random draws depend on the seed.
+    """Return the placer with poses of all objects of a state, and the box of each room.
+
+    The seed determines all random draws.
 
     Raises:
         InputError: the state has no floor, or an object does not fit where the state puts it.
@@ -54,13 +56,13 @@ def arrange_objects(
 def place_rest(
     placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], *, crowded: bool = False
 ) -> None:
-    """Place the objects that have no pose yet: supports before their contents, large before small.
+    """Place the objects that have no pose yet: supports before their contents, large objects before small.
 
     Args:
-        placer: the bodies, some of which have a pose.
-        locations: the locations of objects by a state.
+        placer: the bodies of objects; some have a pose.
+        locations: the locations of objects in a state.
         boxes: the box of each room.
-        crowded: whether an object that does not fit overlaps others instead of raising an error.
+        crowded: whether an object that does not fit may overlap other objects. If not, it raises an error.
 
     Raises:
         InputError: an object does not fit where the state puts it.
@@ -79,7 +81,10 @@ def place_rest(
 
 
 def _find_shared_object(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
-    """Return an object that stands over an object of another room, with its own floor, then the other."""
+    """Return an object that stands over an object of another room, with the floors of both rooms.
+
+    The mapping is empty if no object does. Its own floor comes first.
+    """
     rooms = [
         (roof, (locations.find_room(roof), locations.find_room(thing)))
         for thing, roof in locations.relations[UNDER]
@@ -101,7 +106,7 @@ def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
 
 
 def _is_beside(locations: ObjectLocations, thing: int) -> bool:
-    """Whether an object stands next to furniture that is placed earlier."""
+    """Whether an object stands next to furniture that gets its place earlier."""
     others = [
         second
         for first, second in locations.relations[BESIDE]
@@ -132,7 +137,7 @@ def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, B
 def _find_crowded_pose(
     placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
 ) -> Pose:
-    """Return the pose in the middle of the area to which an object belongs."""
+    """Return a pose in the middle of an object's support, container or room. It may overlap others."""
     carrier, height = locations.find_carrier(thing), locations.bodies[thing].size[2]
     if carrier is None:
         x, y, _ = boxes[locations.find_room(thing)].mean(0)
@@ -152,7 +157,7 @@ def _compute_volume(locations: ObjectLocations, thing: int) -> float:
 
 @dataclass(slots=True)
 class _RoomPlan:
-    """A room that is being furnished. Its left front corner is the origin; y grows to the back."""
+    """A room to which furniture is added. Its left front corner is the origin; y grows to the back."""
 
     bodies: Mapping[int, Body]
     width: float
@@ -160,20 +165,20 @@ class _RoomPlan:
     poses: dict[int, tuple[float, float, float, int]] = field(default_factory=dict)
 
     def put(self, thing: int, x: float, y: float, quarters: int, above: float = 0.0) -> None:
-        """Put an object over a point of the floor; `above` is the height of its lower side in metres."""
+        """Put an object over a point of the floor; ``above`` is the height of its underside in metres."""
         self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarters)
 
 
 def _furnish_rooms(
     bodies: Mapping[int, Body], rooms: Mapping[int, Sequence[int]], joined: Mapping[int, tuple[int, int]]
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
-    """Return the boxes of rooms that stand side by side, and the poses of their furniture.
+    """Return the boxes of rooms in a row from left to right, and the poses of their furniture.
 
     Args:
         bodies: the body of each object.
-        rooms: the furniture of each room, by floor.
-        joined: the objects that stand between two rooms without a wall, with both floors. These floors are
-            neighbours in ``rooms``.
+        rooms: the furniture of each room, by the floor of the room.
+        joined: the objects that stand in two rooms, between which no wall is built, with the floors of both.
+            These floors are neighbours in ``rooms``.
     """
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}
@@ -218,7 +223,7 @@ _STANDS = ("wall", "high", "door", "window", "middle", "free")
 
 
 def _split_rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> list[list[int]]:
-    """Split objects into rows that are at most so wide. An object that is wider gets its own row."""
+    """Split objects into rows of at most the given width. An object that is wider gets its own row."""
     rows: list[list[int]] = []
     left = 0.0
     for thing in things:
@@ -232,7 +237,7 @@ def _split_rows(bodies: Mapping[int, Body], things: Sequence[int], width: float)
 
 
 def _put_row(plan: _RoomPlan, row: Sequence[int], y: float) -> None:
-    """Put objects side by side, centred in the room."""
+    """Put objects side by side in a row that is centred in the room."""
     sizes = [plan.bodies[thing].size for thing in row]
     x = plan.width / 2 - (sum([size[0] for size in sizes]) + 0.7 * (len(row) - 1)) / 2
     for thing, (width, depth, _) in zip(row, sizes, strict=True):

@@ -23,7 +23,7 @@ Box: TypeAlias = Array
 """An axis-aligned box in metres, as two rows of three numbers: the low corner and the high corner."""
 
 HALF_PREFIX = "half_"
-"""Prefix of the categories of halves of objects."""
+"""Prefix of the category of an object that is half of a cut object."""
 
 _SHADES = {"own": 1.0, "light": 1.25, "dark": 0.72, "deep": 0.5}
 _STATES = ("open", "closed", "on", "off")
@@ -35,13 +35,13 @@ class BodyPart:
     """A part of a body.
 
     Attributes:
-        form: `box`; `ball` (an ellipsoid); or a cylinder: `post` (upright), `pipe` (from front to back),
-            `bar` (from left to right).
+        form: shape of the part: `box`; `ball` (an ellipsoid); or a cylinder: `post` (upright), `pipe` (from
+            front to back), `bar` (from left to right).
         box: the box around the part before its rotation, relative to the middle of the body.
         turn: rotation about the part's own upright axis, in radians.
         colour: red, green and blue from 0 to 1.
         is_solid: whether other bodies collide with the part.
-        when: the state in which the part exists; empty for always.
+        when: the state of the object, such as `open`, in which the part exists; empty for always.
     """
 
     form: str
@@ -54,15 +54,16 @@ class BodyPart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """The shape of an object, relative to its middle. The front is towards negative y.
+    """The shape of an object, relative to its middle. Its front is towards negative y.
 
     Attributes:
         size: width, depth and height in metres.
         parts: the parts of the body.
-        stand: location in a room if nothing carries the object: free, wall, high, door, window or middle.
-        tops: surfaces that can carry objects, as flat boxes, the best first.
-        spaces: spaces that can contain objects, the best first.
-        below: the space under the object, if it has one.
+        stand: location in a room if no other object carries this object: free, wall, high, door, window or
+            middle.
+        tops: surfaces that can carry other objects, as flat boxes, the best first.
+        spaces: spaces that can contain other objects, as boxes, the best first.
+        below: the space under the object, as a tuple of one box; empty without such a space.
         slack: height by which contents may rise above a space, as a share of the height of the space.
     """
 
@@ -76,9 +77,10 @@ class Body:
 
 
 def find_kind(name: str, category: str) -> str:
-    """Return the kind of an object, from its name without a number or else from its category.
+    """Return the kind of an object, from its name without a number. If no kind is found, use its category.
 
-    If the whole name is no kind, its first word counts, then its last: ``bottle`` of ``olive_oil__bottle``.
+    If the whole name is not a kind, its first word may be one, then its last: ``bottle`` of
+    ``olive_oil__bottle``.
     """
     kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF_PREFIX) else category
     words = kind.split("__")
@@ -88,7 +90,7 @@ def find_kind(name: str, category: str) -> str:
 
 @cache
 def find_body(kind: str) -> Body | None:
-    """Return the body of a kind of object or of half an object; None if the table lacks the kind."""
+    """Return the body of a kind of object (or of half an object), or None if the table of kinds lacks it."""
     if kind.startswith(HALF_PREFIX):
         whole = find_body(kind.removeprefix(HALF_PREFIX))
         return None if whole is None else _halve_body(whole)
@@ -119,7 +121,7 @@ def read_kinds() -> Mapping[str, _BodyKind]:
 
 @cache
 def _read_families() -> Mapping[str, Any]:
-    """Return the families of shapes as they stand in the file, with the table `[colours]`."""
+    """Return the shapes of each family as the file lists them, with the file's table `[colours]`."""
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 
@@ -137,7 +139,7 @@ def _make_body(family: Mapping[str, Any], kind: _BodyKind) -> Body:
 
 
 def _halve_body(whole: Body) -> Body:
-    """Return the left half of a body. The cut on its right is pale."""
+    """Return the left half of a body. The cut surface, on the right, is pale."""
     width, depth, height = whole.size
     half = np.array([width / 2, depth, height])
     form = "box" if whole.parts[0].form == "box" else "ball"

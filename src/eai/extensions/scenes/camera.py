@@ -30,10 +30,10 @@ _EYE_HEIGHT = 1.6
 """Height of the robot's eyes in metres."""
 
 _MAX_DISTANCE = 9.0
-"""Distance in metres at which a camera stops moving back, even if objects are outside the picture."""
+"""Maximum distance in metres that a camera moves back to get objects into the picture."""
 
 _HAND_OFFSETS = {0: -0.22, 1: 0.22}
-"""Horizontal offsets of the left and the right hand from the middle of the view."""
+"""Horizontal offsets of the left and the right hand from the middle of the picture."""
 
 
 class _Viewpoint(NamedTuple):
@@ -45,7 +45,7 @@ class _Viewpoint(NamedTuple):
 
     @property
     def axes(self) -> tuple[Array, Array, Array]:
-        """The directions ahead, to the right and up, as vectors of length 1."""
+        """The directions ahead, to the right and up of the viewpoint, as vectors of length 1."""
         way = np.array(self.at) - np.array(self.eye)
         way /= np.linalg.norm(way)
         right = np.cross(way, (0.0, 0.0, 1.0))
@@ -54,12 +54,12 @@ class _Viewpoint(NamedTuple):
 
 
 class Camera:
-    """Renders pictures of a scene through EGL, on a GPU or in software. Close it after use.
+    """Renders pictures of a scene through EGL, on a GPU or in software. Close the camera after use.
 
     Args:
         scene: the scene.
         size: width and height of pictures in pixels.
-        shadows: whether lamps cast shadows, which takes two thirds of the rendering time.
+        shadows: whether lamps cast shadows. Shadows take two thirds of the rendering time.
 
     Attributes:
         scene: the scene.
@@ -75,7 +75,7 @@ class Camera:
         self._shadows = shadows
         try:
             self._renderer = self._mujoco.Renderer(scene.model, size[1], size[0])
-        except Exception as error:  # of MuJoCo, of OpenGL, or because EGL is missing
+        except Exception as error:  # raised by MuJoCo, by OpenGL, or because EGL is missing
             raise EaiError(f"{_EGL_ERROR}: {error}") from error
 
     def colours(self, view: CameraView) -> Any:
@@ -103,7 +103,7 @@ class Camera:
         return owner[geoms]
 
     def close(self) -> None:
-        """Free the resources of the renderer."""
+        """Free the memory of the renderer."""
         self._renderer.close()
 
     def __enter__(self) -> Camera:
@@ -132,7 +132,7 @@ class Camera:
 
 
 def _view_from_head(scene: BodyScene) -> _Viewpoint:
-    """Return the view from the front of the fullest room, far enough back to show all its objects."""
+    """Return the view of the room with most objects from its front, with all its objects in the picture."""
     locations, room = scene.locations, scene.locations.fullest_room
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
     seen = [thing for thing in locations.bodies if locations.find_room(thing) == room]
@@ -143,7 +143,10 @@ def _view_from_head(scene: BodyScene) -> _Viewpoint:
 
 
 def _view_nearby(scene: BodyScene) -> _Viewpoint:
-    """Return the view of the object that carries most others, or else of the objects of the fullest room."""
+    """Return the view of the object that carries most other objects.
+
+    If no object carries another, return the view of the objects of the room with most objects.
+    """
     locations = scene.locations
     place = _find_main_support(locations)
     if place is None:
@@ -160,7 +163,7 @@ def _view_nearby(scene: BodyScene) -> _Viewpoint:
         is_furniture = locations.bodies[place].stand not in ("free", "middle")
         ahead = scene.find_front(place) if is_furniture else np.array([0.0, -1.0, 0.0])
     points = _list_corners(scene, seen)
-    if not points.size:  # the robot's hands hold all objects there
+    if not points.size:  # the robot's hands hold all objects that would be shown
         points = _list_corners(scene, locations.bodies if place is None else [place])
     low, high = points.min(0), points.max(0)
     at = (low + high) / 2
@@ -178,7 +181,7 @@ def _list_corners(scene: BodyScene, things: Collection[int]) -> Array:
 
 
 def _move_back(start: _Viewpoint, points: Array, ahead: Array, reach: float, room: Box) -> _Viewpoint:
-    """Move a viewpoint back, between the walls, until it shows all points or is `_MAX_DISTANCE` away."""
+    """Move a viewpoint back inside the room until it shows all points or is `_MAX_DISTANCE` away."""
     ahead = ahead / np.linalg.norm(ahead)
     while True:
         eye = np.array(start.eye) + reach * ahead
@@ -190,7 +193,7 @@ def _move_back(start: _Viewpoint, points: Array, ahead: Array, reach: float, roo
 
 
 def _shows_all(sight: _Viewpoint, points: Array) -> bool:
-    """Whether all points are in the picture, inside a margin of 6 %."""
+    """Whether all points are in the picture, outside a margin of 6 % at its edges."""
     (way, right, above), from_eye = sight.axes, points - np.array(sight.eye)
     far = from_eye @ way
     most = 0.94 * math.tan(math.radians(sight.angle) / 2)
@@ -208,7 +211,7 @@ def _to_vector(array: Array) -> Vector:
 
 
 def _find_main_support(locations: ObjectLocations) -> int | None:
-    """Return the object that carries most visible objects, or None if no object carries any."""
+    """Return the object that carries most visible objects, directly or not; None if no object carries any."""
     carried = [thing for thing in locations.visible if locations.find_carrier(thing) is not None]
     many = Counter(map(locations.find_bottom, carried))
     return max(many, key=lambda thing: (many[thing], -thing), default=None)

@@ -1,6 +1,6 @@
-"""Show an answer in pictures: the scene at the start and after each step.
+"""Compute the states and pictures along an answer: at the start and after each step.
 
-Records hold no states. The executed steps of a record are executed again.
+Records of answers hold no states, so the executed steps of a record are executed again.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from eai.world.state import Scene, State
 
 @runtime_checkable
 class _Executes(Structure):
-    """A scorer that executes answers."""
+    """A scorer that executes answers, with the domain and the task."""
 
     domain: Domain
     task: Task
 
 
 def courses(source: Source) -> Callable[[Record], TileScenes]:
-    """Return a function from a record to its tiles after each step. Each suite is opened once."""
+    """Return a function that returns the tiles of a record after each step. It opens each suite only once."""
 
     @cache
     def suite_of(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
@@ -56,7 +56,7 @@ def courses(source: Source) -> Callable[[Record], TileScenes]:
 
 
 def course_of(record: Record, suite: Suite) -> TileScenes:
-    """Return the tiles at the start and after each step, or nothing if `states_of` returns None."""
+    """Return the tiles of a record at the start and after each step; empty if `states_of` returns None."""
     found = states_of(record, suite)
     if found is None:
         return ()
@@ -71,7 +71,7 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
     """Return the task of a record, and the states at the start and after each step of its answer.
 
     Returns:
-        the task and the states, or None if the data of the record were others, or if it has no plan.
+        the task and the states, or None if the record was made with other data, or if its answer has no plan.
     """
     if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
         return None
@@ -84,7 +84,7 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
 
 
 def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
-    """Return the state at the start and after each step, or None if an executed step is not possible."""
+    """Return the states at the start and after each step, or None if a step cannot be executed again."""
     episode = Episode(domain, initial)
     states = [episode.state]
     for step in steps:
@@ -108,7 +108,7 @@ def _action(step: StepReport, scene: Scene) -> Action:
 
 
 def _list_earlier_steps(record: Record) -> list[StepReport]:
-    """Return the steps of earlier attempts, if the world continues."""
+    """Return the steps of a record's earlier attempts if attempts continue in one world; else none."""
     options = AttemptOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":
         return []

@@ -20,11 +20,11 @@ from eai.world.state import State
 PNG = "image/png"
 
 MOST_HEIGHT = 1536
-"""Maximum height of a picture in pixels, if the objects of the task fit. Models shrink higher pictures."""
+"""Maximum height of a picture with unrelated objects, in pixels. Models shrink higher pictures."""
 
 
 def picture_words(benchmark: Benchmark) -> SceneWords:
-    """Return the words of pictures, which are those of observations: pictures show hands, too."""
+    """Return the words for objects and relations in pictures: those of observations, which show hands."""
     return SceneWords(benchmark.observed_wording())
 
 
@@ -63,7 +63,7 @@ def drawn_images(
     """Return a diagram of the initial state of each task, as PNG.
 
     Raises:
-        EaiError: the library that draws them is not installed.
+        EaiError: matplotlib, which draws the diagrams, is not installed.
     """
     words = picture_words(benchmark)
     return {i: (Image(*drawn_image(task, words, clutter)),) for i, task in tasks.items()}
@@ -73,7 +73,7 @@ def drawn_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tup
     """Return the media type and the bytes of a diagram of the initial state of a task.
 
     Raises:
-        EaiError: the library that draws them is not installed.
+        EaiError: matplotlib, which draws the diagram, is not installed.
     """
     return PNG, png(picture_of(task, words, clutter)[0])
 
@@ -82,7 +82,7 @@ def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int
     """Return the diagram of some objects in a state as an array of numpy: height, width, 3 colours.
 
     Raises:
-        EaiError: the library that draws them is not installed.
+        EaiError: matplotlib, which draws the diagram, is not installed.
     """
     drawn = image_of(picture_of(task, picture_words(benchmark), state=state, objects=objects)[0])
     import numpy as np  # which comes with matplotlib

@@ -1,7 +1,7 @@
 """Draw tiles as SVG and PNG. Equal tiles give equal bytes.
 
-Boxes within a box never overlap, and texts stay in their box. One monospaced font gives the width of every
-text without measuring.
+Boxes within a box never overlap, and texts stay in their box. All texts use one monospaced font, so the
+number of characters gives the width of a text.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WIDTH = 1024
 NAME_SIZE, TEXT_SIZE = 14, 12
 _PAD, _GAP, _LEAD = 8, 8, 17
 _TEXT_COLUMNS = 34
-"""Width of the lines of a tile in characters, unless its name or its zones are wider."""
+"""Width of the lines of a tile in characters. A tile is wider if its name or its nested tiles need it."""
 
 _INK = "#1a1a1a"
 _FILLS: Mapping[Owner, str] = {"agent": "#fff3d6", "object": "#ffffff", "other": "#f0f0f0"}
@@ -42,7 +42,7 @@ _EMPTY = "(empty)"
 
 @dataclass(frozen=True, slots=True)
 class _Rectangle:
-    """A box in pixels from the top left corner; colours as ``#rrggbb``."""
+    """A rectangle, in pixels from the top left corner of the picture; colours as ``#rrggbb``."""
 
     x: int
     y: int
@@ -56,7 +56,7 @@ class _Rectangle:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """A line of text, from its top left corner."""
+    """A line of text. Its location is that of its top left corner."""
 
     x: int
     y: int
@@ -71,7 +71,7 @@ _Shape = _Rectangle | _Text
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """Shapes in a rectangle, from its top left corner. Later shapes cover earlier shapes."""
+    """A drawing: shapes located from its top left corner. Later shapes cover earlier shapes."""
 
     width: int
     height: int
@@ -111,7 +111,7 @@ def png(drawing: Drawing) -> bytes:
     """Return the drawing as PNG.
 
     Raises:
-        EaiError: matplotlib, which has the font and brings Pillow, is not installed.
+        EaiError: matplotlib, which contains the font and installs Pillow, is not installed.
     """
     file = io.BytesIO()
     image_of(drawing).save(file, "PNG", optimize=False)
@@ -147,7 +147,7 @@ def image_of(drawing: Drawing) -> Image:
 
 
 def draw(tiles: Sequence[Tile]) -> Drawing:
-    """Draw tiles with a legend below them. The drawing is `WIDTH` wide and as high as the tiles need."""
+    """Draw tiles with a legend below them. The drawing is `WIDTH` pixels wide and as high as necessary."""
     inner = WIDTH - 2 * _GAP
     boxes = [_box(tile, inner) for tile in tiles]
     scene, legend = _pack_boxes(boxes, inner), _legend(inner)
@@ -159,7 +159,7 @@ def draw(tiles: Sequence[Tile]) -> Drawing:
 
 
 def _box(tile: Tile, most: int) -> Drawing:
-    """Draw a tile at the top left corner, at most as wide as the given number of pixels."""
+    """Draw a tile (an object's box), at most as wide as the given number of pixels."""
     inner = most - 2 * _PAD
     zones = _flow([_zone(label, within, inner) for label, within in tile.zones.items()], inner)
     named, letter = text_width(tile.name, NAME_SIZE), text_width(" ", TEXT_SIZE)
@@ -184,7 +184,7 @@ def _box(tile: Tile, most: int) -> Drawing:
 
 
 def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
-    """Draw the tiles of one zone: the objects in one relation to the object around them."""
+    """Draw one zone of a tile: the tiles of all objects that are in one relation to the tile's object."""
     top = _PAD + TEXT_SIZE + 5
     content = _pack_boxes([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
     shapes: list[_Shape] = [

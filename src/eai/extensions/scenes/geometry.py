@@ -1,11 +1,11 @@
 """Test spatial relations with contacts, boxes and rays, as iGibson defines them (``igibson/object_states``).
 
-Rays begin at the middle of the first body. The first object is
+Rays begin at the middle of the first object's body. The first object is
 
-* on the second if both touch, a ray down meets the second, and a ray up does not;
-* inside the second if its middle is in the box of the second, and rays along an axis and its opposite both
+* on the second object if both touch, a ray down meets the second, and a ray up does not;
+* inside the second object if its middle is in the box of the second, and rays in both directions of an axis
   meet the second, for two of three axes;
-* next to the second if their boxes are near, and a horizontal ray from one meets the other.
+* next to the second object if their boxes are near, and a horizontal ray from one of them meets the other.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ _HORIZONTAL_REACH, _VERTICAL_REACH = 1.0, 5.0
 """Lengths of horizontal and vertical rays in metres."""
 
 _PLANE_COUNT = 5
-"""Number of pairs of horizontal axes that are tried, at 0 to 90 degrees."""
+"""Number of pairs of orthogonal horizontal axes along which rays are tried, rotated by 0 to 90 degrees."""
 
 _MAX_DISTANCE_SHARE = 1 / 6
-"""Maximum distance between the boxes of neighbours, as a share of the mean of their summed sides."""
+"""Maximum distance between the boxes of two neighbours, as a share of the mean side length of both boxes."""
 
 _UP, _DOWN = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
 
@@ -49,7 +49,7 @@ class _PlacedBodies(Protocol):
 
     @property
     def geoms(self) -> Mapping[int, range]:
-        """MuJoCo geoms of each object, by index: one geom for each part."""
+        """Geoms (geometric shapes of MuJoCo) of each object, by index: one geom for each part."""
 
 
 def is_on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
@@ -103,7 +103,7 @@ def is_next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
 
 
 def is_on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
-    """Whether an object is on the floor of a room. Objects that hang on its walls count, too."""
+    """Whether an object is on the floor of a room. Objects that hang on the walls of the room count, too."""
     middle, (low, high) = _find_middle(scene, thing), bounding_box(scene, thing)
     at_home = all(room[0, i] <= middle[i] <= room[1, i] for i in (0, 1))
     is_fixed = scene.model.body_dofnum[scene.bodies[thing]] == 0
@@ -140,7 +140,7 @@ def _meets_both_ways(scene: _PlacedBodies, middle: Array, axis: Array, other: in
 
 
 def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
-    """Whether a ray meets a solid part of an object within its reach."""
+    """Whether a ray meets a solid part of an object within the given length."""
     model, data, ray = scene.model, scene.data, scene.mujoco.mju_rayGeom
     for geom in _list_solid_geoms(scene, other):
         form = int(model.geom_type[geom])

@@ -1,4 +1,7 @@
-"""Read locations and visible states of objects from a state of a world that has the predicates below."""
+"""Read locations and visible states of objects from a state of a world.
+
+The world has to declare the predicates that this module names.
+"""
 
 from __future__ import annotations
 
@@ -12,34 +15,34 @@ from eai.world.relation import bits
 from eai.world.state import State, WorldObject
 
 INSIDE, ON, UNDER, BESIDE = "lies_in", "lies_on", "stands_under", "stands_by"
-"""Stored relations between the locations of two objects."""
+"""Names of stored relations between the locations of two objects."""
 
 _OBJECT_RELATIONS = (INSIDE, ON, UNDER, BESIDE)
 
 ON_FLOOR = ("stands_on", "by_floor")
-"""Stored relations between an object and the floor of its room. A world has one of them."""
+"""Names of stored relations between an object and the floor of its room. Each world declares one of them."""
 
 SUPPORTS = (INSIDE, ON)
-"""Stored relations by which the second object carries the first."""
+"""Names of stored relations in which the second object carries (contains or supports) the first."""
 
 _FLOORS = "floor"
 _STATE_WORDS = ("open", "dusty", "stained", "soaked", "frozen", "cooked", "burnt")
 _STATES = {"is_toggled_on": "on", **{f"is_{word}": word for word in _STATE_WORDS}}
-"""Visible state of an object for each stored predicate."""
+"""Word for the visible state of an object, by the name of the stored predicate."""
 
 _HANDS = ("in_left_hand", "in_right_hand")
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectLocations:
-    """Locations and visible states of objects in one state.
+    """Locations and visible states of objects in one state of the world.
 
     Attributes:
         bodies: the body of each present object, by index.
-        absent: the body of each absent object, such as a half of an uncut object.
-        floors: the floors of rooms.
+        absent: the body of each absent object, such as a half of an object that is not cut yet.
+        floors: the floors of rooms; each stands for its room.
         relations: the pairs of present objects in each relation.
-        floor_of: the floor of each object that nothing carries, if the state says it.
+        floor_of: the floor of each object that no other object carries, if the state says it.
         states: the visible states of each object.
         hands: the objects in the left hand (0) and the right hand (1).
     """
@@ -53,7 +56,7 @@ class ObjectLocations:
     hands: Mapping[int, int] = field(default_factory=dict)
 
     def find_carrier(self, thing: int) -> tuple[str, int] | None:
-        """Return the object that carries an object, after the relation to it; None if nothing does."""
+        """Return the relation of an object to its carrier, and the carrier; None if no object carries it."""
         for relation in SUPPORTS:
             for carried, carrier in self.relations[relation]:
                 if carried == thing:
@@ -61,7 +64,7 @@ class ObjectLocations:
         return None
 
     def describe_location(self, thing: int) -> tuple[object, ...]:
-        """Return all that the state says about the location of an object, for comparison."""
+        """Return the relations and the floor that locate an object. Equal values: it did not move."""
         return (self.find_carrier(thing), self.floor_of.get(thing), *sorted(self._list_neighbours(thing)))
 
     def _list_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
@@ -69,7 +72,7 @@ class ObjectLocations:
             yield from ((name, second) for first, second in self.relations[name] if first == thing)
 
     def list_carriers(self, thing: int) -> Iterator[tuple[str, int]]:
-        """Yield the carrier of an object (`find_carrier`), the carrier of that carrier, and so on."""
+        """Yield an object's carrier, the carrier of that carrier, and so on, as pairs (relation, carrier)."""
         for _ in self.bodies:
             carrier = self.find_carrier(thing)
             if carrier is None:
@@ -82,7 +85,7 @@ class ObjectLocations:
         return len(list(self.list_carriers(thing)))
 
     def is_shut_in(self, thing: int) -> bool:
-        """Whether an object is in a closed container, directly or not."""
+        """Whether an object is in a closed container, directly or inside or on another object."""
         return any(how == INSIDE and "closed" in self.states[i] for how, i in self.list_carriers(thing))
 
     @property
@@ -91,7 +94,7 @@ class ObjectLocations:
         return [i for i in self.bodies if not self.is_held(i) and not self.is_shut_in(i)]
 
     def find_room(self, thing: int) -> int:
-        """Return the floor of the room of an object."""
+        """Return the floor of an object's room."""
         root = self.find_bottom(thing)
         near = [root, *(other for _, other in self._list_neighbours(root))]
         return next((self.floor_of[index] for index in near if index in self.floor_of), self.floors[0])
@@ -103,11 +106,11 @@ class ObjectLocations:
         return max(self.floors, key=lambda floor: (many[floor], -floor))
 
     def is_held(self, thing: int) -> bool:
-        """Whether a hand holds an object or its carrier. Contents of held objects are not shown."""
+        """Whether a hand holds an object or its carrier. Pictures omit the contents of held objects."""
         return self.find_bottom(thing) in self.hands.values()
 
     def find_bottom(self, thing: int) -> int:
-        """Return the object at the bottom of the pile on which an object lies."""
+        """Return the object at the bottom of the pile on (or in) which an object lies."""
         return [thing, *(carrier for _, carrier in self.list_carriers(thing))][-1]
 
 
@@ -147,7 +150,7 @@ def _find_body_of(thing: WorldObject) -> Body:
     """Return the body of an object.
 
     Raises:
-        InputError: no body is known for the kind of the object.
+        InputError: the table of kinds has no body for the object.
     """
     kind = find_kind(thing.name, thing.category)
     body = find_body(kind)
@@ -157,18 +160,18 @@ def _find_body_of(thing: WorldObject) -> Body:
 
 
 def _list_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
-    """Return the pairs of a relation whose first object is present; none if the world lacks the relation."""
+    """Return the pairs of a relation whose first object is present; none if the world does not declare it."""
     known = name in state.scene.vocabulary.binary_slots
     return tuple([pair for pair in state.relation(name).pairs() if pair[0] in bodies]) if known else ()
 
 
 def _list_objects_with(state: State, name: str) -> tuple[int, ...]:
-    """Return the objects that have a property; none if the world lacks the property."""
+    """Return the objects that have a property; none if the world does not declare the property."""
     return tuple(bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
 
 
 def _is_absent(state: State, index: int) -> bool:
-    """Whether an object is absent: a half of an uncut object, an object cut in halves, or not yet made."""
+    """Whether an object is absent: half of an uncut object, an object that was cut, or not yet made."""
     if "present" in state.scene.vocabulary.unary_slots and index not in _list_objects_with(state, "present"):
         held = index in _list_objects_with(state, "held")
         return not held and not any(state.relation(name).row(index) for name in (INSIDE, ON))

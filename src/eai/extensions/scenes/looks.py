@@ -1,4 +1,4 @@
-"""Appearance of objects: colours, dust, stains, drops and frost by the states of an object."""
+"""Appearance of objects: colours, dust, stains, drops and frost that show their states."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TINTS: tuple[tuple[str, Vector, float], ...] = (
     ("soaked", (0.15, 0.3, 0.5), 0.45),
     ("dusty", (0.5, 0.47, 0.42), 0.3),
 )
-"""States that change the colour of a whole object, each with the target colour and its share."""
+"""States that tint a whole object, each with the colour and the strength (0 to 1) of the tint."""
 
 _SPECKS: dict[str, tuple[Vector, int, float]] = {
     "dusty": ((0.8, 0.77, 0.72), 80, 0.03),
@@ -24,13 +24,16 @@ _SPECKS: dict[str, tuple[Vector, int, float]] = {
     "soaked": ((0.35, 0.65, 0.95), 14, 0.055),
     "frozen": ((0.97, 0.99, 1.0), 16, 0.07),
 }
-"""States that put specks on an object: colour, number, and size relative to the object."""
+"""States that put specks on an object, each with colour, number and size of the specks.
+
+The size is relative to the size of the object.
+"""
 
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 
 def change_colour(colour: Vector, states: Collection[str]) -> Vector:
-    """Return the colour of a part, changed by the states of its object."""
+    """Return the colour of a part after the states of its object have tinted it."""
     for state, towards, share in _TINTS:
         if state in states:
             red, green, blue = ((1 - share) * a + share * b for a, b in zip(colour, towards, strict=True))
@@ -39,7 +42,7 @@ def change_colour(colour: Vector, states: Collection[str]) -> Vector:
 
 
 def make_specks(body: Body) -> Iterator[BodyPart]:
-    """Yield the specks that states add to a body: dust, stains, drops and frost; and a light for `on`."""
+    """Yield the specks that states add to a body: dust, stains, drops, frost; and a light for `on`."""
     if not any(part.when == "on" for part in body.parts):
         yield _make_light(body)
     whole = [part for part in body.parts if part.is_solid and not part.when] or list(body.parts)
@@ -59,7 +62,7 @@ def _make_light(body: Body) -> BodyPart:
 
 
 def _estimate_area(box: Box) -> float:
-    """Return about the visible area of a part in square metres."""
+    """Return an estimate of the visible area of a part in square metres."""
     x, y, z = (box[1] - box[0]) / 2
     return float(x * y + y * z + z * x)
 
@@ -81,7 +84,7 @@ def _spread_specks(
 
 
 def _find_point_on_box(half: Array, index: int) -> Array:
-    """Return a point on the top of a box; every third point is on the front."""
+    """Return a point on the surface of a box: two of three are on its top, the third on its front."""
     first = ((index * 0.754877) % 1 * 2 - 1) * 0.9
     second = ((index * 0.569840) % 1 * 2 - 1) * 0.9
     return half * ((first, -1.0, second) if index % 3 == 2 else (first, second, 1.0))

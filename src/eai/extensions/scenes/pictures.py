@@ -15,7 +15,7 @@ from eai.tasks.task import Task
 from eai.world.state import State
 
 _MIN_PIXELS = 12
-"""Minimum number of visible pixels of an object that gets a numbered box or a location."""
+"""Minimum number of visible pixels for an object to get a numbered box or a reported location."""
 
 _INK, _PAPER = (20, 20, 20), (255, 235, 60)
 
@@ -64,10 +64,11 @@ def render_film(task: Task, states: Iterable[State]) -> bytes:
 def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[int, int, int]]:
     """Return a pixel of each object that is visible in pictures of the initial state of a task.
 
-    The pixel is in the first picture that shows the object, next to the middle of its visible pixels.
+    The pixel is in the first picture that shows the object, close to the middle of the object's visible
+    pixels.
 
     Returns:
-        by index of the object: the number of the picture, from 1 on, the column and the row.
+        a mapping from the index of the object to the number of the picture (from 1), the column and the row.
 
     Raises:
         InputError, EaiError: see `render_pictures`.
@@ -82,7 +83,7 @@ def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[i
 
 
 def _list_visible(objects: Any) -> Iterator[tuple[int, Any, Any]]:
-    """Yield each object with enough visible pixels, and the rows and columns of these pixels."""
+    """Yield each object with `_MIN_PIXELS` visible pixels, and the rows and columns of these pixels."""
     for thing in np.unique(objects[objects >= 0]).tolist():
         rows, columns = np.nonzero(objects == thing)
         if len(rows) >= _MIN_PIXELS:

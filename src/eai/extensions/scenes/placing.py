@@ -19,17 +19,17 @@ from eai.extensions.scenes.body import Array, Box, Vector
 from eai.extensions.scenes.locations import ObjectLocations
 
 _SETTLING_GAP = 0.004
-"""Gap under a newly placed object in metres. It closes when the scene settles."""
+"""Gap in metres under a newly placed object. It closes when the simulation lets the objects settle."""
 
 _RANDOM_TRIES = 80
-"""Number of random poses that are tried before objects are packed from the corners."""
+"""Number of random poses that are tried for an object. Then systematic poses are tried, from the corners."""
 
 
 _Rotation: TypeAlias = tuple[float, float, float, float]
 """Rotation of a body: a quaternion, its real part first."""
 
 _AreaWithBoxes: TypeAlias = tuple[Box, Array, Array]
-"""An area, and the low and the high corners of all boxes that overlap it."""
+"""An area, and the low corners and the high corners of all boxes that overlap it."""
 
 
 class Pose(NamedTuple):
@@ -51,7 +51,7 @@ class Pose(NamedTuple):
         )
 
     def box(self, local: Box, turn: float = 0.0) -> Box:
-        """Return the box in the world around a local box that is rotated about its own upright axis."""
+        """Return the box in the scene around a box of the body that is rotated about its own upright axis."""
         axes = self.axes
         cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
         x, y, z = (local[1] - local[0]) / 2
@@ -68,14 +68,15 @@ def make_turn(quarters: int) -> _Rotation:
 FLAT = tuple(make_turn(quarters) for quarters in range(4))
 _R = math.sqrt(0.5)
 UPRIGHT = ((_R, _R, 0.0, 0.0), (_R, 0.0, _R, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, 0.5, -0.5, 0.5))
-"""Rotations of objects that stand on a side, as a book on a shelf does."""
+"""Rotations of objects that stand on a narrow side, as a book on a shelf does."""
 
 
 class Placer:
     """Finds free poses for bodies, and stores the poses of placed bodies.
 
     Args:
-        locations: the bodies and their states. A state such as `open` decides which parts of a body exist.
+        locations: the bodies and states of objects. A state such as `open` decides which parts of a body
+            exist.
         names: names of objects, for messages.
         seed: seed of random poses.
 
@@ -93,7 +94,7 @@ class Placer:
         self._owner = np.zeros(0, dtype=int)
 
     def put(self, thing: int, pose: Pose) -> None:
-        """Fix the pose of an object."""
+        """Store the pose of an object."""
         self.poses[thing] = pose
         solid = [
             part for part in self.bodies[thing].parts if part.is_solid and self.has_part(thing, part.when)
@@ -104,11 +105,11 @@ class Placer:
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
     def has_part(self, thing: int, when: str) -> bool:
-        """Whether a part that depends on a state exists now; ``when`` is the state, or empty for always."""
+        """Whether a part of an object exists now; ``when`` is the state it needs, or empty."""
         return not when or when in self.states[thing]
 
     def place_on(self, thing: int, support: int, near: int | None = None) -> Pose:
-        """Return a free pose on a support, and next to a third object if one is given.
+        """Return a free pose for an object on a support and, if given, next to the object ``near``.
 
         Raises:
             InputError: the support has no free space.
@@ -122,7 +123,7 @@ class Placer:
         return self._place(thing, areas, FLAT, f"on {self.names[support]}")
 
     def _widen_area(self, thing: int, area: Box) -> Box:
-        """Widen an area by at most 40 % if an object is larger, so that the object juts out."""
+        """Widen an area by at most 40 % if an object is larger than the area. The object then juts out."""
         size, sides = np.sort(self.bodies[thing].size[:2]), np.ptp(area, 0)[:2]
         lacking = size[np.argsort(np.argsort(sides))] + 2.5 * _SETTLING_GAP - sides
         juts = np.append(np.where((lacking > 0) & (lacking < 0.4 * sides), lacking / 2, 0.0), 0.0)
@@ -165,7 +166,7 @@ class Placer:
         return self._place(thing, within, FLAT, f"next to {self.names[other]}")
 
     def _list_strips(self, thing: int, other: int) -> list[Box]:
-        """Return four strips, one along each side of the other object, in which the object is next to it."""
+        """Return four strips, one along each side of another object; an object in them is next to it."""
         (x0, y0, _), (x1, y1, _) = self.find_bounds(other)
         narrow, wide = sorted(self.bodies[thing].size[:2])
         reach, more = narrow + 0.03, 0.4 * wide
@@ -195,7 +196,10 @@ class Placer:
         where: str,
         within: int | None = None,
     ) -> Pose:
-        """Return a free pose in one of the areas, on top of the contents of ``within`` if it is given."""
+        """Return a free pose in one of the areas.
+
+        If ``within`` (a container) is given, the pose may be on top of the container's contents.
+        """
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
         spots = [_select_boxes(area, self._low[others], self._high[others]) for area in areas]
@@ -230,7 +234,7 @@ class Placer:
 
 
 def _pack(size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]) -> Pose | None:
-    """Return a free pose that touches a side of an area or a box in this area; None if no pose is free."""
+    """Return a free pose in which a body touches sides of an area or boxes in it; None if no pose is free."""
     for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).axes) @ size
         z = area[0, 2] + half[2] + _SETTLING_GAP
@@ -245,7 +249,7 @@ def _pack(size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotatio
 
 
 def _list_contacts(area: Box, low: Array, high: Array, half: Array, axis: int) -> Iterator[float]:
-    """Return the coordinates along an axis at which a box touches a side of the area or of another box."""
+    """Return coordinates of a box's middle at which the box touches a side of the area or of another box."""
     first, last = area[0, axis] + half[axis] + _SETTLING_GAP, area[1, axis] - half[axis] - _SETTLING_GAP
     edges = [
         first,
@@ -263,7 +267,7 @@ def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
 
 
 def _find_overlapping(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
-    """Return a mask of the boxes that are above or below a rectangle."""
+    """Return an array that tells for each box whether it is above or below a rectangle."""
     middle = np.array(at)
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 

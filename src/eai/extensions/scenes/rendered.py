@@ -1,4 +1,4 @@
-"""Render scenes with bodies. If the extra `physics` is missing, an error of one line names it."""
+"""Render scenes with bodies. Without the extra `physics`, the error is one line that names this extra."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[s
     """Return pictures of the initial state of each task whose scene can be built (`photographs_of`).
 
     Raises:
-        InputError: no scene can be built. The message is that of the first task.
+        InputError: no task's scene can be built. The message is about the first task.
         EaiError: the extra `physics` is not installed.
     """
     pictures_by_task: dict[str, tuple[Image, ...]] = {}
@@ -68,7 +68,7 @@ def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[s
 
 
 def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
-    """Return the number of the picture, the column and the row of each object that pictures of a task show.
+    """Return where pictures of a task show each object: number of the picture, column and row.
 
     Raises:
         InputError, EaiError: see `photographs_of`.
@@ -92,7 +92,7 @@ def film_of(task: Task, states: Sequence[State]) -> bytes:
 
 
 def film_of_answer(record: Record, suite: Suite) -> bytes:
-    """Return the film of the states that an answer passed through, as GIF.
+    """Return a film (an animated GIF) of the states that an answer passed through.
 
     Raises:
         InputError: the states are not known, or the scene cannot be built.
@@ -105,7 +105,7 @@ def film_of_answer(record: Record, suite: Suite) -> bytes:
 
 
 def camera_of(task: Task) -> Camera:
-    """Return a camera in the scene of a task. `BodyScene.show` shows later states. Close it after use.
+    """Return a camera in the scene of a task; close it after use. `BodyScene.show` shows later states.
 
     Raises:
         InputError, EaiError: see `photographs_of`.

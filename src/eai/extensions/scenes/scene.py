@@ -1,7 +1,7 @@
 """Build the scene of a task in MuJoCo: arrange the bodies, let them settle, check all relations.
 
-The sizes of objects are ours (`kinds.txt`), so a scene decides no verdict. Only this module and `camera` load
-MuJoCo, which reads bodies, rooms and lamps as XML text.
+The sizes of objects are invented for this package (`kinds.txt`), so a scene decides no verdict. Only this
+module and `camera` load MuJoCo, which reads bodies, rooms and lamps as XML text.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _TYPES = {"box": "box", "ball": "ellipsoid", "post": "cylinder", "pipe": "cylind
 _TURNS = {"pipe": (0.70710678, 0.70710678, 0.0, 0.0), "bar": (0.70710678, 0.0, 0.70710678, 0.0)}
 _AXES = {"post": 2, "pipe": 1, "bar": 0}
 _FIXED, _LOOSE = ("1", "2"), ("2", "3")
-"""Contact masks: furniture collides only with loose objects, loose objects collide with everything."""
+"""Masks of MuJoCo for contacts: furniture collides only with loose objects, loose objects with everything."""
 
 _FLOORS = {
     "tiles": ("kitchen", "bath", "utility"),
@@ -54,8 +54,8 @@ def write_model(placer: Placer, locations: ObjectLocations, rooms: Mapping[int, 
 
     Args:
         placer: the bodies with their poses.
-        locations: the objects of the state. Only the lamp of the fullest room casts shadows, since shadows
-            take most of the rendering time.
+        locations: the objects of the state. Only the lamp of the room with most objects casts shadows,
+            because shadows take most of the rendering time.
         rooms: the box of each room.
         away: location of objects that may appear later, and of objects without a pose.
     """
@@ -82,7 +82,7 @@ def write_model(placer: Placer, locations: ObjectLocations, rooms: Mapping[int, 
 def _make_body_element(
     thing: int, body: Body, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
 ) -> Xml.Element:
-    """Return the element of an object. Furniture and absent objects do not move."""
+    """Return the XML element of an object. Furniture and absent objects cannot move."""
     element = Xml.Element(
         "body", name=f"b{thing}", pos=_format_numbers(pose.at), quat=_format_numbers(pose.turn)
     )
@@ -120,7 +120,7 @@ def _make_geom(part: BodyPart, meets: tuple[str, str], rgba: tuple[float, ...]) 
 
 
 def _make_room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
-    """Yield the floor and the walls of a room: the back wall, and left and right as ``walls`` asks."""
+    """Yield the floor and the walls of a room: the back wall, and the side walls that ``walls`` names."""
     (x0, y0, _), (x1, y1, _) = box
     look = next((look for look, words in _FLOORS.items() if any(word in name for word in words)), "wood")
     yield _make_slab((x0, x1, y0, y1, -0.1, 0.0), material=look)
@@ -162,10 +162,10 @@ def _format_numbers(numbers: tuple[float, ...] | list[float]) -> str:
 
 
 MAX_ATTEMPTS = 8
-"""Maximum number of attempts to arrange a scene if an object falls or does not fit."""
+"""Maximum number of attempts to arrange a scene. An attempt fails if an object falls or does not fit."""
 
 _MAX_STEPS, _DAMPING_STEPS = 240, 8
-"""Maximum number of steps of 4 ms until a scene rests, and number of steps between dampings."""
+"""Maximum number of steps (4 ms each) until a scene rests, and number of steps between dampings."""
 
 _MAX_RESTING_SPEED = 0.03
 """Speed below which a scene is at rest, in m/s and radians/s."""
@@ -184,21 +184,21 @@ def _load_mujoco() -> Any:
 
 
 class BodyScene:
-    """The three-dimensional scene of a task, in which all initial relations of objects hold by geometry.
+    """The three-dimensional scene of a task. The geometry fulfils all relations of the initial state.
 
     Args:
         task: the task.
 
     Attributes:
         task: the task.
-        locations: the objects of the state shown: of the initial state at first.
-        rooms: the box of each room, by the index of its floor.
-        attempts: number of attempts to arrange the scene.
+        locations: the objects of the state that is shown; at first, the initial state.
+        rooms: the box of each room, by the index of the room's floor.
+        attempts: number of attempts that arranging the scene took.
         mujoco: the MuJoCo module.
         model: the MuJoCo model.
-        data: the state of the model.
+        data: the MuJoCo data: the poses and contacts of the model.
         bodies: the MuJoCo body of each object.
-        geoms: the MuJoCo geoms of each object, one for each part.
+        geoms: the MuJoCo geoms (shapes) of each object, one for each part.
 
     Raises:
         InputError: the scene cannot be arranged. The message says why.
@@ -279,7 +279,7 @@ class BodyScene:
         self.mujoco.mj_forward(self.model, self.data)
 
     def _list_unmoved(self, before: ObjectLocations, locations: ObjectLocations) -> list[int]:
-        """Return the objects whose location did not change, supports before their contents."""
+        """Return the objects that the change of state did not move, supports before their contents."""
         kept: list[int] = []
         moved = {*before.hands.values(), *locations.hands.values()}
         for thing in sorted(locations.bodies, key=locations.count_carriers):
@@ -308,7 +308,7 @@ class BodyScene:
             self.model.geom_contype[geom] = int(seen and part.is_solid)
 
     def find_front(self, thing: int) -> Array:
-        """Return the horizontal direction in which the front of an object points: three numbers."""
+        """Return the horizontal direction in which the front of an object points, as a vector."""
         axes = self.data.xmat[self.bodies[thing]].reshape(3, 3)
         way: Array = -axes[:, 1] if abs(axes[2, 1]) < 0.5 else np.array([0.0, -1.0, 0.0])
         return way

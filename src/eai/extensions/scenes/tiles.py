@@ -13,10 +13,10 @@ from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords
 from eai.studies.report.explorer import Tile
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
-"""Arrows between a relation and its second object: the relation holds in both directions, or in one."""
+"""Arrows that texts put before a relation's second object: for relations in both directions, and in one."""
 
 HANDS = "(hands)"
-"""Name of the tile with the hands if no object of the scene acts."""
+"""Name of the tile with the objects in the hands, for scenes in which no object is the agent."""
 
 
 def tiles_of(
@@ -26,7 +26,7 @@ def tiles_of(
 
     Args:
         graph: the scene graph.
-        words: the words of scene graphs.
+        words: the words for objects and relations in scene graphs.
         agent: the name of the acting object, or None if no object acts.
         others: the names of objects that do not occur in the task.
     """
@@ -52,7 +52,10 @@ def tiles_of(
 def _find_placements(
     graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
-    """Return the fact that puts an object into another object or a hand, by object: the innermost fact."""
+    """Return the fact that puts an object into another object or a hand, by object.
+
+    If several facts do, return the fact with the innermost of these places.
+    """
     names = {words.spelling(name) for name in words.support_predicates}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _depth(name, below, frozenset()) for name in graph.names}
@@ -77,7 +80,7 @@ def _depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) 
 
 
 def _lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
-    """Yield relations as lines of tiles: the first object's tile and the text of the line."""
+    """Yield relations as text: the tile of the first object, and the line to write in this tile."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:
