@@ -1,4 +1,4 @@
-"""Ground actions, and the faults that keep steps from being executed."""
+"""Ground actions, and faults, the reasons why steps were not executed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from eai.world.operator import Check
 
 
 class Action(NamedTuple):
-    """A ground action: the name of an operator, and the objects by index."""
+    """A ground action: the name of an operator, and the indices of its objects."""
 
     operator: str
     arguments: tuple[int, ...]
@@ -22,9 +22,9 @@ class Fault:
 
     Attributes:
         kind: the kind of error.
-        check: the check of the operator that failed.
-        earlier: index of the last state of the trajectory at which the missing condition held; negative for a
-            state before the trajectory. Only faults of kind wrong order have an index, others None.
+        check: the operator's check that failed.
+        earlier: for a wrong order, the index in the trajectory of the last state in which the missing
+            condition held; negative if that state precedes the trajectory. None for other kinds of error.
     """
 
     kind: FaultKind

@@ -1,9 +1,9 @@
-"""Compiler of state formulas to functions of a state and a binding.
+"""Compiler of state formulas to functions of a state and a binding of variables.
 
 A formula is compiled once per domain and evaluated millions of times. It becomes one of two kinds of
-function. Its
-*truth* depends on a binding of all free variables. Its *extension* in one free variable selects the objects,
-from a given mask, that make it true. Quantifiers are evaluated by extensions, so most of them cost a few
+function. A *truth* function tests the formula under a binding of all free variables. An *extension* function
+leaves one free variable open: it takes a mask of objects, and selects the objects that make the formula true
+as value of this variable. Quantifiers are evaluated by extension functions, so most quantifiers cost a few
 integer operations. If objects must be tried one by one, only objects that the rest of the formula allows are
 tried. Connectives loop over the functions of their operands.
 """
@@ -25,11 +25,11 @@ from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 Scope: TypeAlias = Mapping[str, int]
-"""Object indices by the names of variables."""
+"""Mapping from the names of variables to the indices of their objects."""
 
 
 def conjunction(parts: Sequence[Truth]) -> Truth:
-    """Return a function that tests whether all parts of a formula hold, in order."""
+    """Return a function that tests whether all parts of a formula hold, the first part first."""
 
     def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
@@ -41,7 +41,7 @@ def conjunction(parts: Sequence[Truth]) -> Truth:
 
 
 def disjunction(parts: Sequence[Truth]) -> Truth:
-    """Return a function that tests whether any part of a formula holds, in order."""
+    """Return a function that tests whether any part of a formula holds, the first part first."""
 
     def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
@@ -58,14 +58,14 @@ def negation(part: Truth) -> Truth:
 
 
 def complement(part: Extension) -> Extension:
-    """Return a function that selects the objects that do not make the part true."""
+    """Return a function that selects the objects that do not make a part of a formula true."""
     return lambda state, binding, among: among & ~part(state, binding, among)
 
 
 def intersection(parts: Sequence[Extension]) -> Extension:
-    """Return a function that selects the objects that make all parts true.
+    """Return a function that selects the objects that make all parts of a formula true.
 
-    Each part tests only the remaining objects.
+    Each part tests only the objects that all earlier parts selected.
     """
 
     def extension(state: State, binding: FrameBinding, among: int) -> int:
@@ -79,9 +79,9 @@ def intersection(parts: Sequence[Extension]) -> Extension:
 
 
 def union(parts: Sequence[Extension]) -> Extension:
-    """Return a function that selects the objects that make any part true.
+    """Return a function that selects the objects that make any part of a formula true.
 
-    Each part tests only the remaining objects.
+    Each part tests only the objects that no earlier part selected.
     """
 
     def extension(state: State, binding: FrameBinding, among: int) -> int:
@@ -94,15 +94,15 @@ def union(parts: Sequence[Extension]) -> Extension:
 
 
 _ValueMask: TypeAlias = Callable[[State, FrameBinding], int]
-"""Function that returns the mask of all objects that make a formula true."""
+"""Function that returns the mask of all objects that make a formula true as value of one variable."""
 
 
 class ConditionCompiler:
     """A compiler of state formulas over one vocabulary into functions that share one frame.
 
     Raises:
-        DomainError: raised by the methods if a predicate is not declared or is defined by itself, if the
-            number of arguments is wrong, a variable is unbound, or an operator is temporal.
+        DomainError: raised by the methods if a predicate is not declared or is defined by itself, if a
+            predicate has a wrong number of arguments, a variable is unbound, or a formula is temporal.
     """
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
@@ -113,7 +113,7 @@ class ConditionCompiler:
     def truth(
         self, formula: f.Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
     ) -> Truth:
-        """Compile a formula to a test of whether it holds, or (not ``wanted``) whether it does not hold."""
+        """Compile a formula to a test whether it holds, or (not ``wanted``) whether it does not."""
         scope = self._frame.scope if scope is None else scope
         match formula:
             case f.Atom():
@@ -217,7 +217,7 @@ class ConditionCompiler:
         return extension
 
     def _compile_pairs(self, formula: f.ForPairs, scope: Mapping[str, int]) -> Truth:
-        """Compile a pairing of objects: it holds if a maximum matching has enough pairs."""
+        """Compile a ``ForPairs`` formula: it holds if a maximum matching of objects has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.new_slot()
         partners = self._compile_values(second, formula.body, {**scope, first.name: slot})
@@ -271,7 +271,7 @@ class ConditionCompiler:
         return _compile_stored_extension(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived(self, predicate: str) -> DerivedPredicate | None:
-        """Return a derived predicate in the form that is evaluated; None if the predicate is stored."""
+        """Return the evaluated form of a derived predicate; None for a stored predicate."""
         derived = self._vocabulary.derived_by_name.get(predicate)
         return None if derived is None else to_evaluated_form(derived)
 
@@ -297,7 +297,7 @@ def _inner_scope(derived: Defined, slots: tuple[int, ...]) -> Mapping[str, int]:
 
 def _compile_lookup(lookup: Lookup, slots: Sequence[int]) -> _ValueMask:
     values = lookup.values
-    if len(slots) == 1:  # a special case, which saves some suites a tenth of their time
+    if len(slots) == 1:  # this special case makes some suites a tenth faster
         (only,) = slots
         return lambda state, binding: values(state, (binding[only],))
     return lambda state, binding: values(state, tuple([binding[s] for s in slots]))
@@ -342,7 +342,10 @@ def _compile_stored_extension(
 
 
 class FormulaEvaluator:
-    """Evaluates formulas of one vocabulary, and caches their compiled forms by identity, without hashing."""
+    """Evaluates formulas over one vocabulary.
+
+    Compiled formulas are cached by the identity of the formula object, because hashing a formula is slow.
+    """
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
@@ -354,7 +357,7 @@ class FormulaEvaluator:
         return self._compile(formula)[1]
 
     def holds(self, formula: f.Formula, scope: Scope, state: State) -> bool:
-        """Whether a formula holds in a state; its free variables have the objects in ``scope``."""
+        """Whether a formula holds in a state; ``scope`` maps its free variables to object indices."""
         _, names, frame, truth = self._truths.get(id(formula)) or self._compile(formula)
         return truth(state, frame.bind(state.scene, [scope[name] for name in names]))
 
@@ -368,7 +371,7 @@ class FormulaEvaluator:
         return compiled
 
     def witnesses(self, variable: f.Variable, body: f.Formula, scope: Scope, state: State) -> Iterator[int]:
-        """Yield the values of a quantified variable for which the body of the quantifier holds."""
+        """Yield the objects that, as value of a quantified variable, make its body true in a state."""
         key = (id(body), variable.name)
         compiled = self._extensions.get(key)
         if compiled is None:

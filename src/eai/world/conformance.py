@@ -1,16 +1,16 @@
-"""The conformance suite for domains and their simulators: it checks the assumptions of the package.
+"""Tests of a domain and its simulator: whether they keep the rules of execution that this package assumes.
 
-Run it over a domain of your own with a few of its initial states::
+Run them on a domain of your own with a few of its initial states::
 
     from eai.world import check
     for defect in check(domain, states):
         print(defect)
 
-It takes random walks from the states and checks the laws of execution. One law is the paper's: a step is
-additional only if its intended effect already holds (appendix, "Action Sequencing: Trajectory Error
-Detection"). The intended effect consists of the operator's own visible additions and deletions. Effects for
-each object that happens to be there, and conditional effects, are not intended effects. For example, an agent
-that already sits on a sofa need not sit down again because it no longer faces an object.
+The tests execute random actions from the states. One rule is the paper's: a step is additional only if its
+intended effect already holds (appendix, "Action Sequencing: Trajectory Error Detection"). The intended effect
+of an operator is its visible, unconditional additions and deletions. Effects on every object that meets a
+condition, and conditional effects, are not intended effects. For example, an agent that already sits on a
+sofa need not sit down again because it no longer faces an object.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ def check(
     steps: int = 200,
     measured: Collection[str] | None = None,
 ) -> tuple[str, ...]:
-    """Return all defects of a domain and its simulator, each as a text that begins with the operator.
+    """Return all defects of a domain and its simulator, each as a text that begins with the operator's name.
 
     Args:
         domain: the domain.
-        states: initial states of the walks.
+        states: the states in which the random walks begin.
         seed: seed of the random walks.
         steps: number of actions tried from each state.
-        measured: the stored predicates that the simulator decides; all others must follow the declaration.
-            None if the simulator decides all.
+        measured: the stored predicates whose truth after an action the simulator decides; all other
+            predicates must change as the domain declares. None if the simulator decides all.
     """
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     names = {predicate.name for predicate in domain.vocabulary.predicates}
@@ -60,7 +60,7 @@ def check(
 def _walk(
     domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
 ) -> Iterator[str]:
-    """Execute random possible actions, and yield the laws of execution that they break."""
+    """Execute random possible actions, and yield a text for each rule of execution that they break."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield f"{domain.name}: a state belongs to another vocabulary"
         return
@@ -115,7 +115,7 @@ def _find_new_effects(domain: Domain, before: State, action: Action, after: Stat
 
 
 def _fingerprint(state: State) -> int:
-    """Return the hash of a state's facts, computed anew, so that a forbidden change of the state shows."""
+    """Compute the hash of a state's facts again, which shows whether the state was changed in place."""
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
@@ -137,7 +137,7 @@ def _check_additional_step(domain: Domain, before: State, action: Action) -> Ite
 
 
 def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
-    """Yield, as formulas, the visible changes that an action always makes.
+    """Yield the visible changes that an action always makes, as formulas that hold after the action.
 
     For an effect with two branches, the formula is the disjunction of the changes of the branches.
     """

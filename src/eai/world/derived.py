@@ -1,7 +1,7 @@
-"""Derived predicates: predicates that are computed from the stored ones of a state.
+"""Derived predicates: predicates that are computed from a state's stored predicates.
 
-Most are defined by a formula. The few that need arithmetic, or a walk along a chain, are pure functions that
-list the predicates that they read.
+Most are defined by a formula. Predicates that need arithmetic, or a walk along a chain of objects, are pure
+functions that list the predicates that they read.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, make_atom
 
 LookupFunction: TypeAlias = Callable[[State, tuple[int, ...]], int]
-"""Function from all arguments but the last to the mask of the last arguments that make a predicate true."""
+"""Function of a state and all arguments but the last. It returns the mask of possible last arguments."""
 
 TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
-"""Whether a predicate holds of objects in a state."""
+"""Function that tests whether a predicate holds in a state for given objects."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +28,10 @@ class Defined:
 
     Attributes:
         name: the name.
-        parameters: the parameters.
+        parameters: the variables that stand for the arguments in the formula.
         definition: the formula.
-        values: an optional faster equivalent: a pure function from all arguments but the last to the mask of
-            the objects that make the predicate true as last argument.
+        values: an optional faster equivalent of the formula: a pure function of a state and all arguments but
+            the last. It returns the mask of the objects that make the predicate true as last argument.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Defined:
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Always empty, since the definition names the predicates that this predicate reads."""
+        """Always empty, because the predicates that this predicate reads are named in its formula."""
         return ()
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
@@ -63,7 +63,7 @@ class Computed:
         arity: the number of arguments.
         test: the function.
         reads: the predicates that the function reads.
-        meaning: an optional equivalent formula, for syntaxes that have no functions.
+        meaning: an optional equivalent definition by a formula, for output formats that have no functions.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Computed:
 
 @dataclass(frozen=True, slots=True)
 class Lookup:
-    """A derived predicate whose last argument a pure function looks up from the others.
+    """A derived predicate with a pure function that finds the last argument from the other arguments.
 
     Attributes:
         name: the name.
@@ -87,9 +87,9 @@ class Lookup:
         values: ``values(state, arguments)`` is the mask of all objects that make the predicate true as last
             argument.
         reads: the predicates that the function reads.
-        meaning: an optional equivalent formula, for syntaxes that have no functions.
+        meaning: an optional equivalent definition by a formula, for output formats that have no functions.
         single: whether the mask never has more than one object.
-        open_in_meaning: description of the aspects that the formula leaves open.
+        open_in_meaning: description of the aspects of the function that ``meaning`` leaves open.
         inverse: for two arguments, an optional function that returns the mask of all objects that make the
             predicate true as first argument, given the last.
     """
@@ -109,21 +109,21 @@ class Lookup:
 
 
 def is_a(term: f.Term, *categories: str) -> f.Formula:
-    """Return a formula: the object belongs to one of the categories."""
+    """Return a formula that holds if the object belongs to one of the categories."""
     member = f.Variable("member")
     memberships = tuple(f.Exists(f.Variable(member.name, c), f.Equals(member, term)) for c in categories)
     return memberships[0] if len(memberships) == 1 else f.Or(memberships)
 
 
 def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
-    """Return the form that evaluation uses: the function of a derived predicate, or else its formula."""
+    """Return a predicate in the form that is evaluated: by its function, or else by its formula."""
     if isinstance(derived, Defined) and derived.values is not None:
         return Lookup(derived.name, derived.arity, derived.values, ())
     return derived
 
 
 def find_definition(derived: DerivedPredicate) -> Defined | None:
-    """Return a formula that is equivalent to a derived predicate, or None if none was declared."""
+    """Return a definition by a formula that is equivalent to a derived predicate, or None if none was given."""
     match derived:
         case Defined():
             return derived
@@ -136,7 +136,7 @@ def find_definition(derived: DerivedPredicate) -> Defined | None:
 def find_stored_predicates(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
     """Return the stored predicates on which given predicates depend, directly or not, each once."""
     reached = list(dict.fromkeys(predicates))
-    for name in reached:  # the loop visits the predicates that it appends, too
+    for name in reached:  # the list grows during the loop, which then visits the appended predicates, too
         derived = vocabulary.derived_by_name.get(name)
         if derived is not None:
             read = predicates_of(derived.definition) if isinstance(derived, Defined) else derived.reads

@@ -26,22 +26,22 @@ FAULT_PRECEDENCE = (
     FaultKind.WRONG_ORDER,
     FaultKind.MISSING_STEP,
 )
-"""Order by which one kind of fault is chosen for a step that has several; the first kind wins."""
+"""Order of kinds of fault: if a step has several faults, the kind that comes first is reported."""
 
 
 class Simulator(Protocol):
-    """A world in which the actions of one episode are executed. Each episode begins a new simulator.
+    """A world in which the actions of one episode are executed. Each episode has a simulator of its own.
 
-    The domain declares the predicates and the possible actions, and diagnoses impossible actions. The
-    simulator gets neither impossible actions nor slips. Plans are searched, and exported, by the declaration
-    alone.
+    The domain, not the simulator, declares the predicates and the possible actions, and diagnoses impossible
+    actions. The simulator gets neither impossible actions nor slips (possible actions without effect).
+    Plans are searched and exported by the domain's declaration only.
     """
 
     @property
     def state(self) -> State:
-        """The facts that hold now, as a state of the same episode as the initial state.
+        """The current state, which belongs to the same episode as the initial state.
 
-        `State.replace_facts` makes such a state.
+        A simulator makes it by `State.replace_facts`.
         """
 
     def act(self, action: Action, declared: State) -> State | Fault:
@@ -49,7 +49,7 @@ class Simulator(Protocol):
 
         Args:
             action: the action.
-            declared: the state that follows by the declared effects.
+            declared: the state that the declared effects lead to.
 
         Returns:
             The state after the action, in which its intended effects hold; or a fault if the action failed
@@ -58,50 +58,50 @@ class Simulator(Protocol):
 
 
 BeginEpisode: TypeAlias = Callable[[State], Simulator]
-"""Function that begins an episode of a simulator in a state. It may raise InputError.
+"""Function that begins an episode: it takes the initial state and returns a new simulator.
 
-Episodes that begin in equal states behave equally.
+It may raise InputError. Episodes that begin in equal states behave equally.
 """
 
 
 class _DeclaredSimulator:
-    """A world in which an action has exactly its declared effects."""
+    """A simulator in which an action has exactly its declared effects."""
 
     def __init__(self, initial: State) -> None:
         self.state = initial
 
     def act(self, action: Action, declared: State) -> State | Fault:
-        """Return the state that follows by the declared effects."""
+        """Return the state that the declared effects lead to."""
         self.state = declared
         return declared
 
 
 def begin_as_declared(initial: State) -> Simulator:
-    """Begin an episode in which actions have exactly their declared effects."""
+    """Return a simulator in which actions have exactly their declared effects."""
     return _DeclaredSimulator(initial)
 
 
 @dataclass(frozen=True)
 class Domain:
-    """A declared world.
+    """A declaration of a world: its predicates, its actions, and how an agent perceives it.
 
     Attributes:
         name: the domain's name on the command line.
         vocabulary: stored and derived predicates.
         operators: the actions.
-        history_rule: function that tells a wrong order from a missing step.
-        precedence: order by which one kind of fault is chosen for a step that has several; the first kind
-            wins.
-        visible: a formula about ``x``, its only free variable: the objects that an agent with a limited view
-            sees. None if agents see everything.
-        landmarks: a formula about ``x``: the objects that an agent with a limited view knows from the start
-            without seeing them. None if there are no such objects.
+        history_rule: function that decides whether a failed check is a wrong order or a missing step.
+        precedence: order of kinds of fault: if a step has several faults, the kind that comes first is
+            reported.
+        visible: a formula with ``x`` as its only free variable. It holds for the objects that an agent with a
+            limited view sees. None if agents see everything.
+        landmarks: a formula about ``x``. It holds for the objects that an agent with a limited view knows
+            from the start without seeing them. None if there are no such objects.
         egocentric: relations that an agent with a limited view perceives only between itself and objects.
         begin: function that begins an episode; by default actions have exactly their declared effects.
 
     Raises:
-        DomainError: two operators have one name, or a formula or effect uses an undeclared name. The whole
-            declaration is compiled to find out.
+        DomainError: two operators have the same name, or a formula or effect uses an undeclared name. To
+            check this, the whole declaration is compiled.
     """
 
     name: str
@@ -132,12 +132,12 @@ class Domain:
 
     @cached_property
     def arities(self) -> Mapping[str, int]:
-        """The number of arguments of every operator, by name."""
+        """Mapping from the name of each operator to its number of arguments."""
         return {operator.name: operator.arity for operator in self.operators}
 
     @cached_property
     def compiled(self) -> Mapping[str, CompiledOperator]:
-        """The compiled operators by name."""
+        """Mapping from the name of each operator to the compiled operator."""
         compiled: dict[str, CompiledOperator] = {}
         for operator in self.operators:
             with prefix_errors(f"operator {operator.name}", DomainError):
@@ -146,11 +146,14 @@ class Domain:
 
     @cached_property
     def applicability(self) -> Mapping[str, FindArguments]:
-        """Functions by operator name; each finds the arguments for which no check of the operator fails."""
+        """Mapping from the name of each operator to a function that finds its applicable arguments.
+
+        No check of the operator fails for these arguments.
+        """
         return {operator.name: applicability(operator, self.vocabulary) for operator in self.operators}
 
     def operator(self, name: str) -> Operator | None:
-        """Return the operator of this name, or None."""
+        """Return the operator with this name, or None if there is no such operator."""
         compiled = self.compiled.get(name)
         return None if compiled is None else compiled.operator
 
@@ -160,19 +163,22 @@ class Domain:
         return operator.apply(state, operator.bind(state, action.arguments))
 
     def replace_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
-        """Return the domain after some operators were replaced by name, some added and some removed."""
+        """Return a copy of the domain with some operators replaced by name, some added and some removed."""
         by_name = {operator.name: operator for operator in changed}
         operators = tuple(by_name.pop(o.name, o) for o in self.operators if o.name not in without)
         return replace(self, operators=(*operators, *by_name.values()))
 
     @cached_property
     def find_visible(self) -> Callable[[State, int], int]:
-        """Function that selects, from a mask of objects, the objects that are visible in a state."""
+        """Function that takes a state and a mask of objects, and returns the mask of the visible objects."""
         return self._compile_extension(self.visible or TRUE)
 
     @cached_property
     def find_landmarks(self) -> Callable[[State, int], int]:
-        """Function that selects, from a mask of objects, the objects that the agent knows from the start."""
+        """Function that takes a state and a mask of objects, and returns the mask of the landmarks.
+
+        Landmarks are objects that the agent knows from the start.
+        """
         return self._compile_extension(self.landmarks or FALSE)
 
     def _compile_extension(self, formula: Formula) -> Callable[[State, int], int]:
@@ -184,7 +190,7 @@ class Domain:
         return lambda state, among: extension(state, frame.bind(state.scene, (UNBOUND,)), among)
 
     def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
-        """Whether a state formula holds; ``arguments`` has the objects of its free variables."""
+        """Whether a formula holds in a state; ``arguments`` maps its free variables to object indices."""
         arguments = arguments or {}
         frame = Frame(tuple(Variable(name) for name in arguments))
         truth = ConditionCompiler(self.vocabulary, frame).truth(formula)

@@ -1,4 +1,6 @@
-"""Effects of operators on states: a closed set of types, compiled once, without Python code of the domain.
+"""Effects of operators on states.
+
+Effects are values of a few fixed types, without Python code of the domain. They are compiled once.
 
 Conditions in effects are evaluated in the state *before* the action. Then the changes are made in the order
 in which they are written.
@@ -21,7 +23,7 @@ from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary
 
 ANYTHING: Final = Variable("*")
-"""A wildcard for any object in a deletion."""
+"""Wildcard argument in a deletion: it stands for any object."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +35,14 @@ class Add:
 
 @dataclass(frozen=True, slots=True)
 class Delete:
-    """An effect that makes an atom false; `ANYTHING` in it makes it a pattern for many atoms."""
+    """An effect that makes an atom false. With `ANYTHING` as an argument, all matching atoms become false."""
 
     atom: Atom
 
 
 @dataclass(frozen=True, slots=True)
 class When:
-    """Effects that take place if the condition held before the action. If it did not, ``otherwise`` does."""
+    """Effects that take place if a condition held before the action; if not, ``otherwise`` takes place."""
 
     condition: Formula
     effects: tuple[Effect, ...]
@@ -49,7 +51,7 @@ class When:
 
 @dataclass(frozen=True, slots=True)
 class ForEach:
-    """Effects that take place, in order, for all objects that met the condition before the action."""
+    """Effects that take place, in order, for each object that met a condition before the action."""
 
     variable: Variable
     condition: Formula
@@ -58,7 +60,7 @@ class ForEach:
 
 @dataclass(frozen=True, slots=True)
 class Let:
-    """Effects that take place for the first object (by index) that met the condition before the action."""
+    """Effects that take place for the first object, by index, that met a condition before the action."""
 
     variable: Variable
     condition: Formula
@@ -71,16 +73,17 @@ Apply: TypeAlias = Callable[[State, Draft, FrameBinding], None]
 
 
 def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
-    """Return two effects: on a binary atom, and on the atom with its arguments swapped."""
+    """Return two effects of one type: on a binary atom, and on the atom with its arguments swapped."""
     left, right = atom.arguments
     return effect(atom), effect(Atom(atom.predicate, (right, left)))
 
 
 class EffectCompiler:
-    """A compiler of effects over one vocabulary. It shares a frame with the conditions of the operator.
+    """A compiler of effects over one vocabulary. It shares a frame with the operator's conditions.
 
     Raises:
-        DomainError: raised by the methods if a changed predicate is not declared, derived or static.
+        DomainError: raised by the methods if an effect changes a predicate that is undeclared, derived or
+            static.
     """
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
@@ -89,7 +92,7 @@ class EffectCompiler:
         self._conditions = ConditionCompiler(vocabulary, frame)
 
     def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
-        """Compile effects to one function that changes a draft by each effect, in order."""
+        """Compile effects to one function that makes their changes in a draft of the next state, in order."""
         scope = self._frame.scope if scope is None else scope
         steps = tuple([self._effect(effect, scope) for effect in effects])
 

@@ -1,4 +1,4 @@
-"""Episodes: a world in which actions are tried one after the other. A possible action may slip."""
+"""Episodes: actions are tried in a world one after the other. A possible action may slip (have no effect)."""
 
 from __future__ import annotations
 
@@ -22,27 +22,29 @@ class Slip:
 
 
 Outcome: TypeAlias = State | Fault | Slip
-"""The outcome of an action: the state after it, the fault, or a slip."""
+"""Outcome of an action: the state after the action, the fault that kept it from being executed, or a slip."""
 
 
 KnownOutcomes: TypeAlias = "dict[Action, tuple[State | Fault, KnownOutcomes]]"
-"""A cache of the outcomes of actions tried in a state, each with the cache for the state after the action.
+"""Cache of the outcomes of actions in a state.
 
-Episodes with equal beginnings may share a cache. Then each step is computed once.
+An entry maps an action to its outcome, and to another such cache for the state after the action. Episodes
+with equal beginnings may share a cache, so that each step is computed once.
 """
 
 
 class SlipSampler:
-    """Draws whether possible actions slip, for one task and epoch. Impossible actions need no draw.
+    """Draws at random whether possible actions slip, for one task and epoch.
 
-    Two policies therefore get the same draw at the same executed step. Episodes that share a sampler continue
-    its draws (paper, appendix on replanning with stochastic actions).
+    There is no draw for an impossible action. So the n-th possible action gets the same draw under any
+    policy. Episodes that share a sampler continue its sequence of draws (paper, appendix on replanning with
+    stochastic actions).
 
     Args:
-        probability: probability that a possible action slips, from 0 to 1, independent of all others.
-        task_id: the task.
+        probability: probability that a possible action slips, from 0 to 1, independent of other actions.
+        task_id: the task; each task has its own draws.
         seed: seed of the draws.
-        epoch: number of the independent repetition.
+        epoch: number of the repetition; each repetition has its own draws.
         notice: whether the agent notices a slip.
     """
 
@@ -60,17 +62,17 @@ class SlipSampler:
 
 
 class Episode:
-    """A world in which actions are tried one after the other, with its history so far.
+    """A world in which actions are tried one after the other, and the history of the states so far.
 
     An action that is impossible or slips changes nothing, and the next action is tried in the same state. A
-    wrong order is searched for in the whole episode. In a new episode without slips, `run` gives the same
-    trajectory as `execute`.
+    wrong order is diagnosed by a search through all earlier states of the episode. In a new episode without
+    slips, `run` gives the same trajectory as `execute`.
 
     Args:
         domain: the world.
-        initial: the initial state, which `Domain.begin` may complete.
+        initial: the initial state. `Domain.begin` may add facts to it.
         slip_sampler: draws which possible actions slip; None for no slips.
-        known_outcomes: cache of outcomes from the initial state on, which the episode extends.
+        known_outcomes: cache of outcomes from the initial state on, to which the episode adds its outcomes.
     """
 
     def __init__(
@@ -98,7 +100,7 @@ class Episode:
         return Trajectory(self._history.states, tuple(self._steps))
 
     def trajectory_from(self, start: int) -> Trajectory:
-        """Return the trajectory after a number of tried steps. Faults may refer to earlier states.
+        """Return the trajectory without its first steps. Faults may still refer to states before it.
 
         Args:
             start: number of tried steps to leave out.
@@ -108,7 +110,7 @@ class Episode:
         return Trajectory(self._history.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
-        """Try one action. The action must name an operator of the domain and have its number of arguments."""
+        """Try one action. It must name an operator of the domain and have as many arguments as it takes."""
         outcome = self._known_outcomes.get(action)
         if outcome is None:
             outcome = self._known_outcomes[action] = (attempt(self.domain, self._history, action), {})
@@ -135,11 +137,12 @@ class Episode:
     def run(
         self, plan: Iterable[Action], until: Callable[[Episode], bool] | None = None
     ) -> Fault | Slip | None:
-        """Try the actions of a plan up to a fatal fault, a detected slip or its end.
+        """Try the actions of a plan until a fatal fault, a detected slip or the end of the plan.
 
         Args:
             plan: the actions.
-            until: called after each executed action; the plan ends early if it returns True.
+            until: function called after each executed action; if it returns True, the remaining actions are
+                not tried.
 
         Returns:
             The fault or slip that ended the plan, or None.
@@ -158,7 +161,7 @@ class Episode:
 
 
 def _shift_step(step: Step, offset: int) -> Step:
-    """Return a step whose fault counts states from ``offset`` states later on."""
+    """Return a step whose fault refers to states by numbers that are ``offset`` lower."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

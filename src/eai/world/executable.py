@@ -1,6 +1,6 @@
-"""Compiled operators: checks and effects as functions of a state and a binding.
+"""Compiled operators: their checks and effects are functions of a state and a binding of variables.
 
-`applicability` finds the objects for which no check of an operator fails.
+`applicability` returns a function that finds the arguments for which no check of an operator fails.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from eai.world.vocabulary import Vocabulary
 class _CompiledCheck:
     """A check whose condition and history conditions are compiled.
 
-    Checks are compared by identity; each belongs to one list of checks.
+    Two compiled checks are equal only if they are the same object. Each is in the list of checks of one
+    operator or one try.
     """
 
     check: Check
@@ -33,7 +34,7 @@ class _CompiledCheck:
 
 
 class _CompiledTry(NamedTuple):
-    """A try of an operator as functions of a state and a binding."""
+    """A compiled try (one of several alternatives) of an operator."""
 
     is_made: Truth
     checks: tuple[_CompiledCheck, ...]
@@ -41,7 +42,7 @@ class _CompiledTry(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """A failed check, with the objects of the action, and the list of checks that contains the check."""
+    """A failed check, the list of checks of the operator or try, and the objects of the action."""
 
     check: _CompiledCheck
     checks: tuple[_CompiledCheck, ...]
@@ -49,20 +50,21 @@ class Failure(NamedTuple):
 
 
 class _FailedTry(NamedTuple):
-    """A failed try of an action: its condition, which still holds after the action, and the failed check."""
+    """A failed check of a try, and the condition of the try, which still holds after the action."""
 
     condition: Formula
     check: Check
 
 
 class CompiledOperator:
-    """An operator whose checks and effects are functions of a state and a binding.
+    """An operator whose checks and effects are compiled to functions of a state and a binding.
 
     Attributes:
         operator: the operator.
-        checks: its checks, in order.
-        tries: its tries, in order.
-        is_possible: whether no check fails and, if any try is made, one succeeds.
+        checks: the operator's checks, in order.
+        tries: the operator's tries (alternatives), in order.
+        is_possible: function that tests whether all checks pass and, if any tries are made, one of them
+            succeeds.
     """
 
     __slots__ = ("_apply", "_frame", "checks", "is_possible", "operator", "tries")
@@ -90,18 +92,21 @@ class CompiledOperator:
         self._apply: Apply | None = effects.sequence(operator.effects) if operator.effects else None
 
     def bind(self, state: State, arguments: Sequence[int]) -> FrameBinding:
-        """Bind the operator's variables to these arguments."""
+        """Return a binding of the operator's variables to these arguments."""
         return self._frame.bind(state.scene, arguments)
 
     def find_failures(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """Return the first failed check, or the failed check of each try; () if the action is possible."""
+        """Return the operator's first failed check, or else the failed check of each try.
+
+        The result is () if the action is possible.
+        """
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
             return (Failure(failed, self.checks, self._arguments(binding)),)
         return self._find_failures_of_tries(state, binding)
 
     def apply(self, state: State, binding: FrameBinding) -> State:
-        """Return the state after the action; the operator's own checks are not evaluated."""
+        """Return the state after the action. The operator's own checks are assumed to hold."""
         if self._apply is None and not self.tries:
             return state
         draft = Draft(state)
@@ -123,7 +128,7 @@ class CompiledOperator:
         return tuple(failed_tries)
 
     def _find_failures_of_tries(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """Return the failure of each try that is made; () if some try succeeds or no try is made."""
+        """Return the failed check of each try that is made; () if a try succeeds or no try is made."""
         failures = []
         for attempt in self.tries:
             if attempt.is_made(state, binding):
@@ -140,7 +145,7 @@ class CompiledOperator:
 def find_failing_check(
     checks: Sequence[_CompiledCheck], state: State, binding: FrameBinding
 ) -> _CompiledCheck | None:
-    """Return the first check that fails in the state, or None."""
+    """Return the first check that fails in the state, or None if all checks pass."""
     for check in checks:
         if not check.holds(state, binding):
             return check
@@ -159,7 +164,7 @@ def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> t
 
 
 Spend: TypeAlias = Callable[[], bool]
-"""Function that counts one tried value of a variable, and returns whether too many were tried."""
+"""Function that counts one tried value of a variable. It returns True if too many values were tried."""
 
 FindArguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
 """Function that yields the arguments for which no check fails, in the order of `itertools.product`.
@@ -171,8 +176,9 @@ It stops early when it has tried too many values of parameters.
 def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
     """Return a function that finds the arguments for which no check of an operator fails.
 
-    A check of one parameter is evaluated once for all objects. A check of several parameters is evaluated as
-    soon as the last of them is bound, for all values of this parameter at once. Tries are not evaluated.
+    A check of one parameter is evaluated once, for all objects at once. A check of several parameters is
+    evaluated when the last of them is the next to be bound, for all values of this parameter at once. Tries
+    (alternatives) are not evaluated.
     """
     names = [parameter.name for parameter in operator.parameters]
     single: list[list[Formula]] = [[] for _ in names]
@@ -199,7 +205,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
         among: Sequence[int],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield all complete arguments that agree with the values of the slots before ``slot``."""
+        """Yield all tuples of arguments that extend the values bound to the slots before ``slot``."""
         if slot > len(names):
             yield tuple(binding[1:slot])
             return

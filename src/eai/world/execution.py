@@ -20,7 +20,7 @@ from eai.world.state import Scene, State
 
 
 class Step(NamedTuple):
-    """An action that was tried. It was executed unless it has a fault or ``slipped``."""
+    """An action that was tried. It was executed if it has no fault and did not slip."""
 
     action: Action
     fault: Fault | None
@@ -34,12 +34,12 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """The states and steps of a plan, or of an episode.
+    """The states and steps of an executed plan, or of an episode.
 
     Attributes:
         states: the initial state, then the state after each executed step.
-        steps: every step tried, in order. In a plan only the last step can have a fault other than an
-            additional step; the steps after it were not tried.
+        steps: every step tried, in order. The first step with a fault other than an additional step ends a
+            plan; the steps after it are not tried.
     """
 
     states: tuple[State, ...]
@@ -47,12 +47,12 @@ class Trajectory:
 
     @property
     def final(self) -> State:
-        """The last state reached."""
+        """The last state of the trajectory."""
         return self.states[-1]
 
     @property
     def failure(self) -> Fault | None:
-        """The fault of the last step, which ended the plan; None if no fault did."""
+        """The fault of the last step, which ended the plan; None if no fault ended it."""
         fault = self.steps[-1].fault if self.steps else None
         return None if fault is None or fault.kind is FaultKind.ADDITIONAL_STEP else fault
 
@@ -62,13 +62,13 @@ class Trajectory:
         return tuple(step.action for step in self.steps if step.executed)
 
     def prefix(self, executed: int) -> Trajectory:
-        """Return the trajectory of the first ``executed`` executed steps."""
+        """Return the trajectory of only the first ``executed`` executed steps."""
         steps = [step for step in self.steps if step.executed][:executed]
         return Trajectory(self.states[: executed + 1], tuple(steps))
 
     @property
     def additional_steps(self) -> int:
-        """Number of steps that were skipped because they were not needed."""
+        """Number of steps that were skipped as additional, because they were not needed."""
         return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 
 
@@ -93,7 +93,7 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
 
 
 def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
-    """Try one action in the last state of a history. Return the state after it, or the fault."""
+    """Try one action in the last state of a history. Return the state after the action, or the fault."""
     operator = domain.compiled[action.operator]
     state = history.state
     binding = operator.bind(state, action.arguments)
@@ -103,7 +103,10 @@ def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
 
 
 def _diagnose(domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding) -> Fault:
-    """Choose one of the faults of a step by precedence. The history rule may add a wrong order."""
+    """Choose one of a step's faults by the domain's precedence of kinds of fault.
+
+    The history rule may add the kind wrong order to them.
+    """
     kinds: dict[FaultKind, Check] = {}
     earlier = None
     for failure in operator.find_failures(history.state, binding):
@@ -119,12 +122,12 @@ def _diagnose(domain: Domain, history: History, operator: CompiledOperator, bind
 
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
-    """Return the reason of a fault, with the names of the objects."""
+    """Return the text of a fault's reason, with the names of the action's objects."""
     return fault.check.reason.format_map(argument_names(action, domain, scene))
 
 
 def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
-    """Return the names of objects that show why a check failed, beyond the objects in its reason."""
+    """Return the names of objects that show why a check failed, besides the objects in its reason."""
     if check.witness is None:
         return ()
     scope = argument_indices(action, domain)
@@ -135,17 +138,17 @@ def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> 
 
 
 def argument_names(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
-    """Return the names of the objects of an action, by parameter."""
+    """Return a mapping from the names of an action's parameters to the names of its objects."""
     return {name: scene.objects[index].name for name, index in argument_indices(action, domain).items()}
 
 
 def argument_indices(action: Action, domain: Domain) -> dict[str, int]:
-    """Return the indices of the objects of an action, by parameter."""
+    """Return a mapping from the names of an action's parameters to the indices of its objects."""
     return domain.compiled[action.operator].operator.scope(action.arguments)
 
 
 def to_trace(trajectory: Trajectory) -> Trace:
-    """Convert a trajectory to a trace, in which temporal formulas use names of objects."""
+    """Convert a trajectory to a trace, on which temporal formulas with names of objects are evaluated."""
     scene = trajectory.states[0].scene
     readings, atoms = FormulaEvaluator(scene.vocabulary), dict[str, Atom]()
     actions = [(a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed]
@@ -153,7 +156,10 @@ def to_trace(trajectory: Trajectory) -> Trace:
 
 
 class _NamedState:
-    """One state whose objects have names. The states of a trajectory share atoms of derived predicates."""
+    """A state whose objects have names, for the evaluation of formulas.
+
+    All states of a trajectory share the atoms of derived predicates.
+    """
 
     __slots__ = ("_atoms", "_readings", "_state")
 

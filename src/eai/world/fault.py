@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 
 class FaultKind(str, Enum):
-    """The kinds of error of the paper (section "Error types"), by their names in records.
+    """The kinds of error in the paper's section "Error types". The values are the names that records use.
 
     After `ADDITIONAL_STEP` the step is skipped and the plan continues. All other kinds end the plan. `SLIP`
     occurs only in experiments and is not an error of the agent: the action was possible but had no effect.
@@ -28,7 +28,7 @@ NOT_EXECUTED = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.
 """The kinds of error after which no step of an answer is executed, so that its goals are not evaluated."""
 
 Notice: TypeAlias = Literal["detected", "silent"]
-"""Whether the agent notices a slip.
+"""Whether the agent notices a slip (a possible action without effect).
 
 A detected slip ends the plan. After a silent slip the plan continues as if the action had worked, and steps
 that depend on the action fail later.

@@ -14,7 +14,7 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
 _MAX_CACHED_STATES = 1024
-"""Maximum number of states, and of scenes, whose relations are cached."""
+"""Maximum number of cached states with computed relations, and maximum number of cached scenes."""
 
 
 def define_recursively(
@@ -23,9 +23,9 @@ def define_recursively(
     """Make derived predicates from mutually recursive definitions.
 
     Args:
-        circle: the definitions; each may use all predicates of the circle.
-        vocabulary: function that returns the vocabulary with these predicates. It is called when a state is
-            first read.
+        circle: the definitions; each may use all predicates defined in ``circle``.
+        vocabulary: function that returns the vocabulary that contains these predicates. It is called when the
+            predicates are first evaluated in a state.
 
     Raises:
         DomainError: a predicate depends on its own negation, so that no least relations exist.
@@ -40,7 +40,7 @@ def define_recursively(
 
 
 class _Recursion:
-    """Mutually recursive predicates, with the relations that were computed in states."""
+    """Mutually recursive predicates, with a cache of the relations computed for states."""
 
     def __init__(self, circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]) -> None:
         self._circle = circle
@@ -71,7 +71,10 @@ class _Recursion:
 
     @cached_property
     def _vocabulary(self) -> Vocabulary:
-        """Vocabulary of one iteration: recursive predicates are stored, their next values are derived."""
+        """Vocabulary for one iteration of the fixpoint.
+
+        The current relations of the recursive predicates are stored; their next relations are derived.
+        """
         whole = self._whole()
         others = [item for item in whole.derived if item.name not in self._names]
         next_ones = [Defined(f"{item.name} ", item.parameters, item.definition) for item in self._circle]
@@ -90,7 +93,10 @@ class _Recursion:
         return whole, circle
 
     def _find_least(self, state: State) -> State:
-        """Return the state with the least relations: consequences are added until no new fact follows."""
+        """Return the state extended by the least relations.
+
+        Facts that follow from the definitions are added until no new fact follows.
+        """
         scene, circle_scene = self._scene(state.scene)
         everything = range(len(scene.objects))
         facts: list[Fact] = []
@@ -110,7 +116,7 @@ class _Recursion:
 
 
 def _is_positive(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
-    """Whether a formula never becomes false because a predicate becomes true."""
+    """Whether a formula cannot become false because a named predicate becomes true of more objects."""
     match formula:
         case f.Atom(predicate):
             return truth or predicate not in names

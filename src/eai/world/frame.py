@@ -1,4 +1,4 @@
-"""Frames of compiled formulas: the numbered slots that hold the objects of variables."""
+"""Frames of compiled formulas: each variable and constant has a numbered slot, which holds its object."""
 
 from __future__ import annotations
 
@@ -10,26 +10,29 @@ from eai.logic.formula import Constant, Term, Variable
 from eai.world.state import Scene, State
 
 FrameBinding: TypeAlias = list[int]
-"""Object indices by slot; slot 0 is the agent."""
+"""List of object indices, one for each slot; slot 0 holds the agent."""
 
 Truth: TypeAlias = Callable[[State, FrameBinding], bool]
 
 Extension: TypeAlias = Callable[[State, FrameBinding, int], int]
-"""Function that returns which of some objects (a mask) make a formula true."""
+"""Function of a state, a binding and a mask of objects. It returns those objects that make a formula true."""
 
 AGENT = Constant("agent")
-"""Variable that stands for the acting object in any formula of a domain."""
+"""Name that stands for the acting object in any formula of a domain."""
 
 UNBOUND = -1
-"""Value of the slot of a variable that has no object."""
+"""Value of a slot that holds no object."""
 
 
 class Frame:
-    """The numbers of slots: of the agent, of the parameters, then of all other variables and constants."""
+    """Numbers the slots of variables and constants.
+
+    The agent has slot 0; then come the parameters, then all other variables and constants.
+    """
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
         self._first_other = 1 + len(parameters)
-        self._others: list[int] = []  # values of the slots of variables and constants, all unbound
+        self._others: list[int] = []  # initial values of the slots after the parameters
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 
@@ -42,7 +45,7 @@ class Frame:
         """Return the number of the slot that holds the object of a term.
 
         Raises:
-            DomainError: the term is a variable that is not bound.
+            DomainError: the term is a variable that is not in ``scope``.
         """
         if isinstance(term, Constant):
             if term == AGENT:
@@ -55,9 +58,9 @@ class Frame:
         return scope[term.name]
 
     def bind(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
-        """Return a binding of the parameters to these arguments.
+        """Return a binding in which the parameters have these arguments.
 
-        Constants get their objects; all other slots have no object.
+        Constants have the objects that they name; all other slots are unbound.
         """
         binding = [UNBOUND if scene.agent is None else scene.agent, *arguments, *self._others]
         if self._constants:

@@ -1,6 +1,7 @@
-"""Histories of states, and history rules, which search them for the condition of a failed check.
+"""Histories of states, and history rules, which decide whether a failed check is a wrong order.
 
-Trajectories with equal beginnings share a history.
+A failed check is a wrong order if its condition held in an earlier state. Trajectories with equal beginnings
+share a history.
 """
 
 from __future__ import annotations
@@ -17,19 +18,19 @@ from eai.world.state import State
 
 
 class History:
-    """A state with all states before it.
+    """A sequence of states: the last state, and the history of all states before it.
 
     Histories share their beginnings, so adding a state takes constant time. A history caches the answers of
-    `last_where`. If the same question is asked some states later, only the new states are tested.
+    `last_where`. If a later history gets an equal question, only its new states are tested.
 
     Args:
         state: the last state.
-        before: the history before the last state; None for the initial state.
+        before: the history of the earlier states; None if ``state`` is the initial state.
 
     Attributes:
         state: the last state.
-        before: the history before the last state, or None.
-        number: number of states before the last one.
+        before: the history of the earlier states, or None.
+        number: number of earlier states.
     """
 
     __slots__ = ("_answers", "before", "number", "state")
@@ -41,7 +42,7 @@ class History:
         self._answers: dict[Hashable, int | None] = {}
 
     def extend(self, state: State) -> History:
-        """Return the history with one more state."""
+        """Return this history with one more state at its end."""
         return History(state, self)
 
     @property
@@ -55,10 +56,10 @@ class History:
         return tuple(reversed(states))
 
     def last_where(self, question: Hashable, test: Callable[[State], bool]) -> int | None:
-        """Return the number of the last state that passes a test, or None.
+        """Return the number of the last state that passes a test, or None if no state passes.
 
         Args:
-            question: a key for the test: equal keys must stand for equal tests.
+            question: a key under which the answer is cached: equal keys must stand for equal tests.
             test: the test.
         """
         history: History | None = self
@@ -76,18 +77,18 @@ class History:
 
 
 HistoryRule: TypeAlias = Callable[[Failure, FrameBinding, History], int | None]
-"""Function that decides whether a failed check is a wrong order: it returns the number of an earlier state.
+"""Function that decides whether a failed check is a wrong order.
 
-In this state the condition of the check held. The last argument of the function is the history: the initial
-state, then the state after each executed step. The function returns None if the step that should have
-prepared the action was never taken.
+It takes the failed check, the binding of the action's variables, and the history: the initial state, then
+the state after each executed step. If the check's condition held in an earlier state, the function returns
+the number of that state. None means that the condition never held: a step is missing.
 """
 
 
 def conditions_held_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: each history condition of a check of missing steps held before, each in any state.
+    """A history rule for checks of missing steps: each history condition held in some earlier state.
 
-    Returns the number of the last state in which such a condition held; None if one never held.
+    Returns the number of the last state in which one of them held; None if one of them never held.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
@@ -106,9 +107,9 @@ def _holds(truth: Truth, binding: FrameBinding, state: State) -> bool:
 
 
 def was_possible_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: in some earlier state no check of the operator failed, and the history conditions held.
+    """A history rule: in one earlier state all checks of the operator and all history conditions held.
 
-    Returns the number of the last such state, or None.
+    Returns the number of the last such state, or None if there is no such state.
     """
     if history.before is None:
         return None

@@ -1,4 +1,4 @@
-"""List the facts of a stored or derived predicate about given objects."""
+"""List the facts of a stored or derived predicate that hold for given objects."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from eai.world.vocabulary import Vocabulary
 _ObjectIndices: TypeAlias = Sequence[int]
 _MakeTuples: TypeAlias = Callable[[_ObjectIndices], Iterable[tuple[int, ...]]]
 _FindTuples: TypeAlias = Callable[[State, _ObjectIndices, int], Iterator[tuple[int, ...]]]
-"""Function that yields the tuples of objects that make a predicate true, in the order of the given objects.
+"""Function that yields the tuples of objects for which a predicate holds, in the order of given objects.
 
-Its last argument is a mask. Each tuple contains at least one object of the mask; `_ANY` admits all tuples.
+Its last argument is a mask: each tuple contains at least one object of the mask. `_ANY` allows all tuples.
 """
 
 _ANY = -1
@@ -35,8 +35,9 @@ class FactListing:
 
     Attributes:
         predicate: the name of the predicate.
-        sources: the stored predicates that decide it: while they do not change, the facts do not change.
-        repeated: whether facts in which an object occurs twice are listed.
+        sources: the stored predicates that the predicate depends on. If they do not change, its facts do not
+            change.
+        repeated: whether to list facts that contain an object twice, such as ``near(a, a)``.
     """
 
     predicate: str
@@ -50,28 +51,28 @@ class FactListing:
         return self.sources == (self.predicate,)
 
     def lists(self, fact: Fact) -> bool:
-        """Whether a fact of this predicate is listed if it holds."""
+        """Whether a true fact of this predicate is listed; facts that repeat an object may be left out."""
         return self.repeated or len({*fact.arguments}) == len(fact.arguments)
 
     def facts(self, state: State, objects: Sequence[int], about: Iterable[int] | None = None) -> list[Fact]:
-        """Return the facts about these objects, in the objects' order, first arguments first.
+        """Return the facts about these objects, sorted by first argument, then by the next arguments.
 
         Args:
             state: the state in which the facts hold.
-            objects: the objects.
-            about: every listed fact contains at least one of these objects; None for all facts.
+            objects: the objects, in the order by which facts are sorted.
+            about: objects; each listed fact contains at least one. None for all facts.
         """
         chosen = _ANY if about is None else mask_of(about)
         return [Fact(self.predicate, arguments) for arguments in self._find_tuples(state, objects, chosen)]
 
 
 def make_listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> FactListing:
-    """Return the listing of a predicate.
+    """Return the object that lists the facts of a predicate.
 
     Args:
         vocabulary: the vocabulary that declares the predicate.
         predicate: the name of the predicate.
-        repeated: whether facts in which an object occurs twice are listed.
+        repeated: whether to list facts that contain an object twice, such as ``near(a, a)``.
 
     Raises:
         DomainError: the predicate is not declared.

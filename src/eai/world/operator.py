@@ -21,20 +21,21 @@ _PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSI
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A condition for an action, and the error that its failure means.
+    """A condition of an action, and the kind of error of an action that does not meet it.
 
     Attributes:
         condition: must hold in the state in which the action is tried.
-        fault: the kind of error if it does not hold.
+        fault: the kind of error if the condition does not hold.
         reason: description of the failure; ``{x}`` stands for the name of the object of parameter ``x``.
         history_conditions: formulas by which the history rule recognizes a wrong order: each of them must
-            have held in some earlier state. None means the condition itself.
-        id: name of the check in records; by default the words of its reason without the objects. Give the old
+            have held in some earlier state. None means ``condition``.
+        id: name of the check in records; by default the words of ``reason`` without the objects. Give the old
             id here when you reword a reason.
-        witness: a formula whose true instances explanations name, for objects that the reason does not name.
+        witness: a quantified formula. Explanations name the objects that make its body true, because
+            ``reason`` does not name them.
 
     Raises:
-        DomainError: the reason is empty, or the kind of error is one that no check can find.
+        DomainError: the reason is empty, or ``fault`` is a kind of error that no check can find.
     """
 
     condition: Formula
@@ -55,7 +56,7 @@ class Check:
 
     @property
     def mentioned_parameters(self) -> tuple[str, ...]:
-        """The parameters that the reason mentions, in the order of its words."""
+        """Names of the parameters that the reason mentions, in the order of its words."""
         return _find_mentioned_parameters(self.reason)
 
 
@@ -65,12 +66,12 @@ def _find_mentioned_parameters(reason: str) -> tuple[str, ...]:
 
 
 def affordance(condition: Formula, reason: str) -> Check:
-    """Return a check that objects have the right kind for the action. It fails with an affordance error."""
+    """Return a check of the kinds of objects, such as being openable. It fails with an affordance error."""
     return Check(condition, FaultKind.AFFORDANCE, reason)
 
 
 def additional(condition: Formula, reason: str) -> Check:
-    """Return a check that the action is still needed. It fails with an additional step."""
+    """Return a check that the action is still needed. If it fails, the action is an additional step."""
     return Check(condition, FaultKind.ADDITIONAL_STEP, reason)
 
 
@@ -80,7 +81,7 @@ def missing(
     history_conditions: tuple[Formula, ...] | None = None,
     witness: Exists | None = None,
 ) -> Check:
-    """Return a check that an earlier step has prepared the action. It fails with a missing step."""
+    """Return a check that earlier steps have prepared the action. If it fails, a step is missing."""
     return Check(condition, FaultKind.MISSING_STEP, reason, history_conditions, witness=witness)
 
 
@@ -89,8 +90,8 @@ class Try:
     """One of several alternatives of an operator.
 
     Attributes:
-        condition: the alternative is tried if this holds in the state in which the action is tried.
-        checks: the first check that fails is the error of the try.
+        condition: the try is made if this holds in the state in which the action is tried.
+        checks: the first check that fails gives the error of the try.
         effects: the effects, in order, if no check fails. Their conditions are evaluated in the state before
             the action.
     """
@@ -101,15 +102,15 @@ class Try:
 
     @property
     def conditions(self) -> tuple[Formula, ...]:
-        """The condition of the try, and those of its checks."""
+        """The condition of the try, and the conditions of its checks."""
         return (self.condition, *(check.condition for check in self.checks))
 
 
 class Role(str, Enum):
-    """The purpose of an operator for subgoals.
+    """The purpose of an operator, by which subgoals are judged.
 
-    Movement changes only the place of the agent, the objects that it faces, and its posture. Taking and
-    releasing an object changes the agent's hands. All other operators change the world.
+    Movement changes only the place of the agent, the objects that it faces, and its posture. Taking or
+    releasing an object changes only what the agent's hands hold. All other operators change the world.
     """
 
     MOVEMENT = "movement"
@@ -124,17 +125,18 @@ class Operator:
 
     Attributes:
         name: the name, as in plans.
-        parameters: its arguments, in order. The agent is not among them.
-        checks: the first check that fails is the verdict.
+        parameters: the parameters, in order. The agent is not among them.
+        checks: the first check that fails gives the error of the action.
         effects: the effects, in order. Their conditions are evaluated in the state before the action.
         description: description for prompts.
-        tries: alternatives. The action succeeds if one of the tries made succeeds, or if none is made. It has
-            the effects of all that succeed. If all fail, their errors are reported together.
+        tries: alternatives. A try is made if its condition holds. The action succeeds if any try made
+            succeeds, or if no try is made. It has the effects of all tries that succeed. If all tries made
+            fail, their errors are reported together.
         role: the purpose; by default inferred from the effects (`eai.planning.role`).
 
     Raises:
-        DomainError: two parameters have one name, a reason mentions an unknown parameter, or a value is not a
-            tuple.
+        DomainError: two parameters have the same name, a reason mentions an unknown parameter, or a value is
+            not a tuple.
     """
 
     name: str
@@ -168,12 +170,12 @@ class Operator:
         return len(self.parameters)
 
     def scope(self, arguments: Sequence[int]) -> dict[str, int]:
-        """Return the objects of an action, by parameter name."""
+        """Return a mapping from the names of the parameters to the objects of an action."""
         return {p.name: index for p, index in zip(self.parameters, arguments, strict=True)}
 
 
 def conditions_of(operator: Operator) -> Iterator[Formula]:
-    """Yield all conditions of an operator: of its checks, effects and tries."""
+    """Yield all conditions of an operator: the conditions of its checks, effects and tries."""
     yield from (check.condition for check in operator.checks)
     yield from _effect_conditions(operator.effects)
     for attempt in operator.tries:
@@ -191,9 +193,9 @@ def _effect_conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
 
 
 def sort_checks(operator: Operator) -> Operator:
-    """Return an operator with its checks in the paper's order: affordance, additional step, missing step.
+    """Return a copy of an operator, with its checks in the paper's order of errors.
 
-    Checks of one kind keep their order.
+    The order is affordance, additional step, missing step. Checks of one kind keep their order.
     """
     tries = tuple(replace(attempt, checks=_sort_by_kind(attempt.checks)) for attempt in operator.tries)
     return replace(operator, checks=_sort_by_kind(operator.checks), tries=tries)

@@ -1,12 +1,12 @@
-"""Immutable relations over the objects 0..n-1, with cheap changed copies.
+"""Relations over the objects 0..n-1, which are immutable and cheap to copy with changes.
 
-A binary relation is kept as bit masks that share a base. A relation of three or more arguments is a set of
-tuples.
+A binary relation is kept as bit masks. A relation of three or more arguments is a set of tuples.
 
 Row ``x`` is the mask of all ``y`` with ``(x, y)`` in the relation. Column ``y`` is the mask of all ``x`` with
-``(x, y)`` in the relation. All states of an episode share a base matrix. A relation overrides whole rows and
-columns of the base. Household actions move one object at a time, so a handful of overridden lines describes
-any state. Removing all edges of an object, both ways, costs two dictionary entries.
+``(x, y)`` in the relation. All states of an episode share a base, the relation at the start of the episode.
+Each state's relation overrides whole rows and columns (lines) of the base. Household actions move one object
+at a time, so a handful of overridden lines describes any state. Removing all pairs of an object, as source
+and as target, costs two dictionary entries.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from itertools import islice
 from operator import or_
 
 _PRIME = (1 << 60) - 93
-"""Prime modulus of hashes, chosen so that few powers of 2 are congruent."""
+"""Prime modulus of hashes of relations, chosen so that few powers of 2 are congruent."""
 
 
 class Matrix:
-    """The base of relations: all rows and columns. It never changes after construction.
+    """The base of relations: the rows and columns at the start of an episode. It never changes.
 
-    ``sources`` and ``targets`` are masks of all objects with a nonempty row or column. They are computed if
-    not given.
+    ``sources`` and ``targets`` are the masks of all objects with a nonempty row, and with a nonempty column.
+    They are computed if not given.
     """
 
     __slots__ = ("columns", "rows", "sources", "targets")
@@ -47,12 +47,12 @@ class Matrix:
 
 
 class Relation:
-    """A binary relation: a shared matrix with changes. A relation that is part of a state never changes.
+    """A binary relation: a shared base with changes. A relation that is part of a state never changes.
 
-    Two relations are equal if they share a matrix and have the same pairs.
+    Two relations are equal if they share a base and have the same pairs.
 
-    ``sources`` and ``targets`` are masks: an object outside of them is not the source, or target, of any
-    pair.
+    ``sources`` and ``targets`` are masks. An object outside of ``sources`` is the source of no pair, and an
+    object outside of ``targets`` is the target of no pair.
     """
 
     __slots__ = (
@@ -66,7 +66,7 @@ class Relation:
         "targets",
     )
 
-    # Invariant: `_rows[x]` and `_columns[y]` are the true lines; if both exist they agree on (x, y).
+    # Invariant: `_rows[x]` and `_columns[y]` are up to date; if both exist they agree on (x, y).
     # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_hash` caches the hash for
     # the many states that share a relation; None after a change.
 
@@ -94,7 +94,7 @@ class Relation:
         return _correct_line(line, source, self._columns, self._column_keys) if self._column_keys else line
 
     def base_row(self, source: int) -> int:
-        """Return the mask of the targets that ``source`` had at the start of the episode."""
+        """Return the mask of the targets that ``source`` has in the base, at the start of the episode."""
         return self._base.rows[source]
 
     def column(self, target: int) -> int:
@@ -108,7 +108,7 @@ class Relation:
         return _correct_line(line, target, self._rows, self._row_keys) if self._row_keys else line
 
     def has(self, source: int, target: int) -> bool:
-        """Whether the pair is in the relation."""
+        """Whether the pair (source, target) is in the relation."""
         line = self._rows.get(source)
         if line is not None:
             return bool(line >> target & 1)
@@ -118,14 +118,14 @@ class Relation:
         return bool(self._base.rows[source] >> target & 1)
 
     def copy(self) -> Relation:
-        """Return a relation with the same pairs.
+        """Return a copy with the same pairs.
 
-        The caller may change it before it becomes part of a state.
+        The caller may change the copy before it becomes part of a state.
         """
         return Relation(self._base, self)
 
     def set_row(self, source: int, targets: int) -> None:
-        """Change a copy so that ``source`` has exactly these targets (a mask)."""
+        """Change this copy so that ``source`` has exactly these targets (a mask)."""
         bit = 1 << source
         self._hash = None
         self._rows[source] = targets
@@ -136,7 +136,7 @@ class Relation:
             _patch_crossing_lines(self._columns, source, targets)
 
     def set_column(self, target: int, sources: int) -> None:
-        """Change a copy so that ``target`` has exactly these sources (a mask)."""
+        """Change this copy so that ``target`` has exactly these sources (a mask)."""
         bit = 1 << target
         self._hash = None
         self._columns[target] = sources
@@ -147,8 +147,8 @@ class Relation:
             _patch_crossing_lines(self._rows, target, sources)
 
     def flip(self, source: int, target: int) -> None:
-        """Change a copy: add the pair if it is missing, else remove it."""
-        if target in self._columns and source not in self._rows:  # only the column is overridden already
+        """Change this copy: add the pair if it is missing, else remove it."""
+        if target in self._columns and source not in self._rows:  # only the column is overridden
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -163,7 +163,7 @@ class Relation:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
 
     def find_changed_sources(self, other: Relation) -> list[int]:
-        """Return the sources whose targets differ in another relation on the same base, ascending."""
+        """Return the sources, ascending, whose targets differ in another relation on the same base."""
         changed = self._row_keys | other._row_keys
         for target in self._columns.keys() | other._columns.keys():
             changed |= self.column(target) ^ other.column(target)
@@ -198,7 +198,7 @@ class Relation:
 
 
 class TupleSet:
-    """The facts of a predicate of three or more arguments. Changes create a new set."""
+    """The facts of a predicate of three or more arguments, as tuples. A change makes a new set."""
 
     __slots__ = ("_by_others", "members")
 
@@ -207,7 +207,10 @@ class TupleSet:
         self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
 
     def find_completions(self, position: int, others: tuple[int, ...]) -> int:
-        """Return the mask of the objects at a position of the tuples whose other arguments are given."""
+        """Return the mask of the objects that complete given arguments to a tuple of the set.
+
+        The objects stand at one position of the tuple; the arguments at all other positions are given.
+        """
         by_others = self._by_others.get(position)
         if by_others is None:
             by_others = self._by_others[position] = {}
@@ -224,12 +227,12 @@ class TupleSet:
 
 
 def mask_of(indices: Iterable[int]) -> int:
-    """Return the mask whose set bits have these indices; repeated indices count once."""
+    """Return the bit mask in which the bits at these indices are set; an index may be repeated."""
     return sum([1 << index for index in set(indices)])
 
 
 def bits(mask: int) -> Iterator[int]:
-    """Yield the positions of the set bits, ascending."""
+    """Yield the positions of the set bits of a mask, ascending."""
     while mask:
         low = mask & -mask
         yield low.bit_length() - 1
@@ -237,12 +240,12 @@ def bits(mask: int) -> Iterator[int]:
 
 
 def first_bits(mask: int, number: int) -> int:
-    """Return the lowest ``number`` set bits of a mask."""
+    """Return the mask of the ``number`` lowest set bits of a mask."""
     return sum([1 << position for position in islice(bits(mask), number)])
 
 
 def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
-    """Return a row or column of the base, updated by the overridden columns or rows that cross it."""
+    """Return a row of the base, corrected by the overridden columns; or a column, corrected by rows."""
     line = base & ~crossing_keys
     for key, mask in crossing.items():
         if mask >> index & 1:
@@ -251,7 +254,7 @@ def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys
 
 
 def _patch_crossing_lines(crossing: dict[int, int], index: int, line: int) -> None:
-    """Update the overridden lines that cross line ``index``, which was replaced."""
+    """Update the overridden rows (or columns) that cross a column (or row), which was replaced."""
     bit = 1 << index
     for key, mask in crossing.items():
         crossing[key] = mask | bit if line >> key & 1 else mask & ~bit

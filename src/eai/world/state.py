@@ -28,26 +28,27 @@ class WorldObject:
 
 
 class Fact(NamedTuple):
-    """A ground atom that holds; its arguments are object indices."""
+    """A true ground atom: a predicate with the indices of its objects."""
 
     predicate: str
     arguments: tuple[int, ...]
 
 
 StatedFact: TypeAlias = "str | tuple[str, Sequence[int | str]]"
-"""A declared fact: a text, ``at(robot, dock)``, or a predicate with objects by index or name."""
+"""Fact in a declaration: a text, ``at(robot, dock)``, or a predicate with objects by index or name."""
 
 
 class Scene:
     """The objects of a task. Their number, order and categories never change during an episode.
 
     Args:
-        vocabulary: the predicates that states over this scene keep.
-        objects: all objects, or their categories by name. The position of an object here is its index.
-        agent: the acting object by name or index; None if the domain has no object for the agent.
+        vocabulary: the predicates of the states over this scene.
+        objects: all objects, or a mapping from their names to categories. The position of an object here is
+            its index.
+        agent: the name or index of the acting object; None if the domain has no object for the agent.
 
     Raises:
-        InputError: two objects have one name, or the agent is not an object of the scene.
+        InputError: two objects have the same name, or the agent is not an object of the scene.
     """
 
     __slots__ = ("_categories", "agent", "everything", "index", "objects", "vocabulary")
@@ -79,7 +80,7 @@ class Scene:
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:
-        """Return the names of the objects in a mask, by index."""
+        """Return the names of the objects in a mask, in the order of their indices."""
         return tuple(self.objects[i].name for i in bits(mask))
 
     def names_of_category(self, category: str | None) -> tuple[str, ...]:
@@ -87,7 +88,7 @@ class Scene:
         return self.names(self.category(category))
 
     def find(self, name: int | str) -> int:
-        """Return the index of an object by its name, which may be spelt as in formulas.
+        """Return the index of an object, given its index, its name, or its name as spelt in formulas.
 
         Raises:
             InputError: no object has this name or index.
@@ -146,7 +147,7 @@ class Scene:
 
 
 def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
-    """Return the predicate and the objects of a written fact; None if the text is another formula."""
+    """Return the predicate and the objects of a fact's text; None if the text is another kind of formula."""
     match parse(stated):
         case Atom(predicate, arguments):
             return predicate, [term.name for term in arguments]
@@ -155,10 +156,7 @@ def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
 
 
 def _masks_by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
-    """Return the mask of the objects of each category.
-
-    The masks are computed on demand: most scenes never need them.
-    """
+    """Return a mapping from each category to the mask of its objects."""
     masks: dict[str, int] = {}
     for i, item in enumerate(objects):
         masks[item.category] = masks.get(item.category, 0) | 1 << i
@@ -166,12 +164,12 @@ def _masks_by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
 
 
 class State:
-    """All facts at one moment. States are immutable and share structure with the states around them.
+    """All facts at one moment. States are immutable and share structure with earlier and later states.
 
-    ``unary[i]`` is the mask of objects with the i-th unary predicate (for arity 0: 1 or 0), ``binary[i]`` the
-    i-th relation, ``tuples[i]`` the i-th set of tuples, numbered by the scene's vocabulary. Two states of one
-    episode (that is, reached from one initial state) are equal if the same facts hold. States of different
-    episodes are never equal.
+    The scene's vocabulary numbers the predicates. ``unary[i]`` is the mask of the objects that have the i-th
+    unary predicate (for arity 0: 1 if it is true, else 0). ``binary[i]`` is the i-th relation, and
+    ``tuples[i]`` the i-th set of tuples. Two states of one episode (that is, reached from one initial state)
+    are equal if the same facts hold. States of different episodes are never equal.
     """
 
     __slots__ = ("_hash", "binary", "scene", "tuples", "unary")
@@ -190,7 +188,7 @@ class State:
         self._hash: int | None = None
 
     def has(self, predicate: str, *arguments: int) -> bool:
-        """Whether a stored predicate holds of these objects."""
+        """Whether a stored predicate holds for the objects with these indices."""
         slot = self.scene.vocabulary.binary_slots.get(predicate)
         if slot is not None:
             return self.binary[slot].has(*arguments)
@@ -200,7 +198,7 @@ class State:
         return bool(self.unary[slot] >> (arguments[0] if arguments else 0) & 1)
 
     def mask(self, predicate: str) -> int:
-        """Return the mask of all objects with a unary predicate."""
+        """Return the mask of all objects for which a unary predicate holds."""
         return self.unary[self.scene.vocabulary.unary_slots[predicate]]
 
     def relation(self, predicate: str) -> Relation:
@@ -225,7 +223,7 @@ class State:
             yield from [Fact(name, arguments) for arguments in sorted(self.tuples[slot].members)]
 
     def replace_facts(self, facts: Iterable[StatedFact]) -> State:
-        """Return the state of the same episode in which exactly these facts about stored predicates hold.
+        """Return a state of the same episode in which, of the stored facts, exactly these facts hold.
 
         Raises:
             InputError: a value is not a fact about a stored predicate; the message gives the expected form.
@@ -265,7 +263,7 @@ class StateChange(NamedTuple):
 
 
 def compare_states(before: State, after: State) -> StateChange:
-    """Return the facts that became true and those that became false, in the order of `State.facts`.
+    """Return the facts that became true and the facts that became false, each in the order of `State.facts`.
 
     Both states must be of one episode.
     """
@@ -292,12 +290,14 @@ def compare_states(before: State, after: State) -> StateChange:
 
 
 class Draft:
-    """The state after an action, while it is built.
+    """The state after an action, while its effects are applied.
+
+    A slot is the number of a predicate among the predicates of its arity.
 
     Attributes:
-        unary: the masks of unary predicates by slot, changed in place.
-        binary: the relations by slot, changed by the methods.
-        tuples: the sets of tuples by slot, changed by the methods.
+        unary: the mask of each unary predicate, by slot; changed in place.
+        binary: the relation of each binary predicate, by slot; changed by the methods.
+        tuples: the set of tuples of each other predicate, by slot; changed by the methods.
     """
 
     __slots__ = ("_copied", "binary", "tuples", "unary")
@@ -309,35 +309,35 @@ class Draft:
         self._copied = 0
 
     def mark(self, slot: int, index: int, marked: bool) -> None:
-        """Make a unary predicate true, or (not ``marked``) false, of an object."""
+        """Make a unary predicate true of an object, or false if not ``marked``."""
         bit = 1 << index
         self.unary[slot] = self.unary[slot] | bit if marked else self.unary[slot] & ~bit
 
     def set_marked(self, slot: int, objects: int) -> None:
-        """Make a unary predicate true of exactly these objects, given as a mask."""
+        """Make a unary predicate true of exactly these objects (a mask)."""
         self.unary[slot] = objects
 
     def relate(self, slot: int, source: int, target: int, related: bool) -> None:
-        """Add a pair to a relation, or (not ``related``) remove it."""
+        """Add a pair to a relation, or remove the pair if ``related`` is False."""
         if self.binary[slot].has(source, target) is not related:
             self._copy_relation(slot).flip(source, target)
 
     def set_row(self, slot: int, source: int, targets: int) -> None:
-        """Relate ``source`` to exactly these targets, a mask."""
+        """Relate ``source`` to exactly the targets in a mask."""
         if self.binary[slot].row(source) != targets:
             self._copy_relation(slot).set_row(source, targets)
 
     def clear_column(self, slot: int, target: int) -> None:
-        """Remove all pairs with ``target``."""
+        """Remove all pairs with ``target`` as second element from a relation."""
         if self.binary[slot].column(target):
             self._copy_relation(slot).set_column(target, 0)
 
     def include(self, slot: int, arguments: tuple[int, ...]) -> None:
-        """Add a tuple to the facts of a predicate of three or more arguments."""
+        """Add a tuple to the set of a predicate of three or more arguments."""
         self._replace(slot, self.tuples[slot].members | {arguments})
 
     def exclude(self, slot: int, pattern: tuple[int | None, ...]) -> None:
-        """Remove all tuples that match a pattern, in which None stands for any object."""
+        """Remove all tuples that match a pattern from a set. None in the pattern matches any object."""
         members = self.tuples[slot].members
         matching = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]
         self._replace(slot, members.difference(matching))

@@ -1,6 +1,6 @@
-"""The predicates of a domain, and the slots in which states keep them.
+"""The predicates of a domain, and the slots (numbers) under which states keep their facts.
 
-A stored predicate is part of every state. A derived predicate is computed from the stored ones.
+The facts of a stored predicate are kept in every state. A derived predicate is computed from stored ones.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ class Predicate:
     Attributes:
         name: the name.
         arity: the number of arguments.
-        static: whether no operator changes it.
-        visible: False for memory that the simulator needs but that no prompt, goal or answer may mention.
-        single: whether, in every reachable state, at most one object makes it true as last argument, for any
-            other arguments. Then "the first" such object is the only one.
+        static: whether no operator changes the predicate.
+        visible: False for a predicate that the simulator needs but that no prompt, goal or answer may
+            mention.
+        single: whether, in every reachable state, the other arguments determine the last argument: at most
+            one object makes the predicate true as last argument.
     """
 
     name: str
@@ -41,7 +42,7 @@ class Predicate:
 
 @runtime_checkable
 class DerivedPredicate(Protocol):
-    """A predicate that is computed from stored ones. Its classes are in `eai.world.derived`."""
+    """A predicate that is computed from stored predicates. The classes are in `eai.world.derived`."""
 
     @property
     def name(self) -> str:
@@ -55,7 +56,7 @@ class DerivedPredicate(Protocol):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Predicates that this predicate reads; empty if a formula defines it."""
+        """Names of the predicates that this predicate reads; empty if a formula defines it."""
         ...
 
     def __call__(self, *terms: Term | str) -> Atom:
@@ -65,13 +66,14 @@ class DerivedPredicate(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Vocabulary:
-    """The predicates of a domain, and the slot in which a state keeps each stored one.
+    """The predicates of a domain, and the slot in which a state keeps the facts of each stored predicate.
 
-    Slots are numbered in three groups: predicates of arity 0 and 1, of arity 2, and of higher arity.
+    Slots are numbered from 0 in each of three groups: predicates of arity 0 and 1, of arity 2, and of higher
+    arity.
 
     Raises:
-        DomainError: two predicates have one name, an arity is negative, or a derived predicate reads an
-            unknown one.
+        DomainError: two predicates have the same name, an arity is negative, or a derived predicate reads an
+            unknown predicate.
     """
 
     predicates: tuple[Predicate, ...]
@@ -103,11 +105,11 @@ class Vocabulary:
         object.__setattr__(self, "_stored", MappingProxyType({p.name: p for p in self.predicates}))
 
     def slots(self, arity: int) -> Mapping[str, int]:
-        """Return the slots of the stored predicates of an arity, by name."""
+        """Return a mapping from the names of the stored predicates of an arity to their slots."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 
     def find_stored(self, name: str) -> Predicate | None:
-        """Return the stored predicate of this name, or None."""
+        """Return the stored predicate with this name, or None if there is no such predicate."""
         return self._stored.get(name)
 
     def arity(self, name: str) -> int | None:
@@ -116,7 +118,7 @@ class Vocabulary:
         return None if predicate is None else predicate.arity
 
     def require_arity(self, name: str, number: int) -> None:
-        """Check that a predicate of this name takes this number of arguments.
+        """Check that a predicate exists and takes this number of arguments.
 
         Raises:
             DomainError: the predicate takes another number of arguments, or is not declared.
@@ -130,7 +132,12 @@ class Vocabulary:
 
 
 def require_tuple(location: str, values: object, kind: type | UnionType) -> None:
-    """Check the type of a field of a declaration: a tuple of values of some type.
+    """Check that a field of a declaration is a tuple of values of a type.
+
+    Args:
+        location: name of the field, for the message.
+        values: the value of the field.
+        kind: the type, or a union of types.
 
     Raises:
         DomainError: the field is a single value, perhaps because of a forgotten comma, or a value has another
@@ -143,14 +150,14 @@ def require_tuple(location: str, values: object, kind: type | UnionType) -> None
         raise DomainError(f"{location}: expected a tuple of {expected}, found {type(values).__name__}")
     value_by_type = {
         type(value): value for value in values
-    }  # each type is checked once, since hundreds of values may have it
+    }  # one value of each type is enough: hundreds of values may have the same type
     for value in value_by_type.values():
         if not isinstance(value, kind):
             raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")
 
 
 def parameter_names(arity: int) -> tuple[str, ...]:
-    """Return the names of parameters: x, y and z; or x1, x2, ... if there are more than three."""
+    """Return names for a number of parameters: x, y and z; or x1, x2, ... for more than three."""
     return tuple("xyz"[:arity]) if arity <= len("xyz") else tuple([f"x{i}" for i in range(1, arity + 1)])
 
 
