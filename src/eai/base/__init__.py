@@ -1,1 +1,1 @@
-"""Errors, files, the data store, archives, and entry points. Nothing here depends on tasks."""
+"""Errors, files, the data store, archives, and entry points. No module here depends on tasks."""

@@ -1,4 +1,4 @@
-"""Descriptions of options and fields, read from docstrings without pydantic."""
+"""Read the descriptions of options and fields from docstrings, without pydantic."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ _MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
 def read_meanings(docstring: str | None, heading: str) -> dict[str, str]:
-    """Return the descriptions in a section of a docstring, such as ``Attributes``, by name.
+    """Return a mapping from names to descriptions in a section of a docstring, such as ``Attributes``.
 
-    The further lines of a description are indented. Line breaks become spaces.
+    In the docstring, the further lines of a description are indented. In the texts, line breaks are spaces.
     """
     _, _, section = cleandoc(docstring or "").partition(f"\n\n{heading}:\n")
     entries = _MEANING.findall(section.partition("\n\n")[0])

@@ -1,6 +1,7 @@
 """Entry points: objects that this package and others register by name. They are imported on request.
 
-The entry-point files are parsed here: `importlib.metadata` would add a tenth to the time of `eai --help`.
+The entry-point files are parsed here, because `importlib.metadata` would add a tenth to the time of
+`eai --help`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from eai.base.errors import InputError
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
 _CORE_GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
-"""Groups of entry points that this package itself always registers."""
+"""Groups of entry points that are never empty, because this package registers some in each."""
 
 
 class EntryPoint(NamedTuple):
@@ -43,7 +44,9 @@ class EntryPoint(NamedTuple):
 
 
 def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:
-    """Return the entry points of a group by name, without those whose module of this package is absent.
+    """Return a mapping from the names of a group's entry points to the entry points.
+
+    Entry points whose module was removed from this package are left out.
 
     Args:
         group: the group.
@@ -75,7 +78,7 @@ def load_offer(name: str, needed_by: str) -> Any:
 
 
 def get_entry_point_names(group: str, first: Sequence[str] = ()) -> list[str]:
-    """Return the names of the entry points of a group, also if their modules are absent.
+    """Return the names of a group's entry points, even if the modules that they point to are absent.
 
     Args:
         group: the group.
@@ -99,7 +102,8 @@ def _read_group(group: str) -> Mapping[str, EntryPoint]:
 def _read_all(path: tuple[str, ...]) -> Sequence[EntryPoint]:
     """Read the entry points of all distributions on `sys.path`.
 
-    Folders are read from last to first, so that the first folder wins.
+    Folders are read from last to first: a later entry point replaces an earlier one of the same name, so that
+    the first folder counts.
     """
     files = [file for folder in reversed(path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
     return [point for file in files for point in _read(file)]
@@ -116,9 +120,9 @@ def _read(file: Path) -> Iterator[EntryPoint]:
 
 
 def has_module(module: str) -> bool:
-    """Whether a module of this package is installed. A module of another distribution is assumed to exist.
+    """Whether a module of this package is installed. A module of another package is assumed to be installed.
 
-    A search for the other module would import its package.
+    A search for a module of another package would import that package.
     """
     if not module.startswith(_OURS):
         return True

@@ -1,11 +1,11 @@
-"""The exceptions of the package. A wrong answer of a model is a value and never raises one of them.
+"""The exceptions of the package. A wrong answer of a model is a value, and raises no exception.
 
 EaiError
-├── InputError     a wrong file, argument or declaration: the message names the place and what was expected
-│   ├── ParseError a text that does not parse: line, column, what was expected
+├── InputError     a wrong file, argument or declaration: the message names the place and the expected form
+│   ├── ParseError a text that does not parse: line, column and the expected text
 │   └── DomainError a domain's declaration contradicts itself: the message names the declaration
-├── DataError      the data set is missing, damaged or cannot be obtained: the message says what to do
-└── InterruptError the user ended the command: the message says how to continue
+├── DataError      the data set is missing, damaged or cannot be obtained: the message gives the remedy
+└── InterruptError the user ended the command: the message explains how to continue
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class EaiError(Exception):
-    """Root of the exceptions of the package. Its message is one line that tells the user what to do."""
+    """Base class of the exceptions of the package. Its message is one line that tells the user what to do."""
 
 
 class InputError(EaiError):
@@ -58,13 +58,15 @@ class InterruptError(EaiError):
 
 
 def install_command(extra: str) -> str:
-    """Return the shell command that installs an extra of this package, such as ``tui``."""
+    """Return the shell command that installs an optional group of dependencies (extra), such as ``tui``."""
     return f"pip install 'eai-bench[{extra}]'"
 
 
 @contextmanager
 def require_extra(extra: str, message_start: str) -> Iterator[None]:
     """Convert the ImportError of a missing package to an error that names the extra to install.
+
+    An extra is an optional group of dependencies.
 
     Args:
         extra: the extra, such as ``tui``.
@@ -82,7 +84,7 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
 
 @contextmanager
 def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iterator[None]:
-    """Prefix the messages of errors of one kind raised in the block with a location, such as a file name."""
+    """Put a location, such as a file name, before the messages of errors of a type raised in the block."""
     try:
         yield
     except kind as error:
@@ -90,7 +92,7 @@ def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iter
 
 
 def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
-    """Apply a reading function to each item, and return the values read.
+    """Apply a reading function to each item, and return the list of the results.
 
     Raises:
         InputError: an item cannot be read; the message has a line for each such item.
@@ -110,7 +112,7 @@ def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
-    """Return "; did you mean NAME?" for the known name closest to a word, or "" if none is close."""
+    """Return "; did you mean NAME?" with the most similar known name, or "" if no name is similar."""
     matches = get_close_matches(word, list(names), 1)
     return f"; did you mean {matches[0]}?" if matches and matches[0] != word else ""
 
@@ -121,7 +123,7 @@ def find_member(kind: type[E], name: E | str, noun: str) -> E:
     Args:
         kind: the enumeration.
         name: the value, or the member itself.
-        noun: the noun for a member, for the message.
+        noun: the noun for the members in the error message, such as ``"suite"``.
 
     Raises:
         InputError: no member has this value.
@@ -137,7 +139,7 @@ def unknown_name_error(name: str, noun: str, names: Iterable[str]) -> InputError
 
     Args:
         name: the unknown name.
-        noun: noun for the named objects, for the message.
+        noun: the noun for the named objects in the error message, such as ``"suite"``.
         names: the known names.
     """
     return InputError(f"{name!r} is no {noun}: expected one of {', '.join(names)}{did_you_mean(name, names)}")

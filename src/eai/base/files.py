@@ -1,4 +1,4 @@
-"""Read and write users' files as a whole, and make names and texts safe for files and terminals."""
+"""Read users' files, write files as a whole, and make names and texts safe for files and terminals."""
 
 from __future__ import annotations
 
@@ -26,30 +26,33 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 _LOCK_SUFFIX = ".held"
-"""Suffix of a lock file whose existence is the lock, on file systems that cannot lock files."""
+"""Suffix of a file whose existence locks another file, on file systems that have no file locks."""
 
 MAX_UNPACKED = 32_000_000
-"""Maximum size in bytes of an unpacked answer file, before `UNPACKED_PER_BYTE` raises the limit."""
+"""Maximum size in bytes of an unpacked answer file.
+
+`UNPACKED_PER_BYTE` raises this limit for large compressed files.
+"""
 
 UNPACKED_PER_BYTE = 50
-"""Number of bytes by which each byte of a compressed answer file raises the limit of its unpacked size."""
+"""Number of bytes added to `MAX_UNPACKED` for each byte of a compressed answer file."""
 
 LOCK_FILE = "answers.lock"
 """Name of the lock file in the folder of a run."""
 
 
 def require_file(path: Path) -> None:
-    """Reject a device, a socket or a named pipe, since reading one may never end.
+    """Raise if a path is a device, a socket or a named pipe, since reading one may never end.
 
     A pipe that the shell has opened is accepted: ``/dev/stdin``, or ``<(...)``, which is ``/dev/fd/N``.
 
     Raises:
-        InputError: the path is neither a file nor such a pipe. A path that does not exist is accepted.
+        InputError: the path exists, and is neither a file nor a pipe that the shell has opened.
     """
     try:
         mode = path.stat().st_mode
     except OSError:
-        return  # the caller opens the path, and reports why it cannot be read
+        return  # the caller will report why this path cannot be read
     is_of_shell = stat.S_ISFIFO(mode) and _DESCRIPTOR.match(str(path)) is not None
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or is_of_shell):
         kind = next((name for is_kind, name in _ENDLESS if is_kind(mode)), "no regular file")
@@ -66,14 +69,14 @@ _ENDLESS = (
 
 
 Content: TypeAlias = str | bytes | Iterable[str] | Iterable[bytes]
-"""The content of a file, as a whole or in pieces."""
+"""The content of a file: one text or byte string, or pieces of it."""
 
 _UNSAFE_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
-"""Unicode categories of controls, formats, separators and lone surrogates, which can garble a terminal."""
+"""Unicode categories that can garble a terminal: controls, formats, separators, lone surrogates."""
 
 
 def read_toml(file: Path) -> dict[str, Any]:
-    """Read the tables of a TOML file.
+    """Read a TOML file as a mapping.
 
     Raises:
         InputError: the file cannot be read, or is not TOML.
@@ -81,20 +84,20 @@ def read_toml(file: Path) -> dict[str, Any]:
     content = read_content(file)
     try:
         return parse_toml(content.decode())
-    except (ValueError, RecursionError) as error:  # also for too many digits and too deep nesting
+    except (ValueError, RecursionError) as error:  # too deep nesting raises RecursionError
         raise InputError(f"{file}: expected TOML; {error}") from error
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Parse the tables of a TOML text, by `tomllib` or, in Python 3.10, by `tomli`."""
+    """Parse a TOML text to a mapping, by `tomllib` or, in Python 3.10, by `tomli`."""
     return tomllib.loads(text)
 
 
 def files_below(folder: Path, *patterns: str) -> list[Path]:
-    """Return the files below a folder whose names match a pattern, sorted.
+    """Return the files below a folder whose names match a pattern, sorted by path.
 
-    Pipes and devices are left out, since reading one may never end. Links to folders are followed, each
-    folder once.
+    Pipes and devices are left out, since reading one may never end. Links to folders are followed, but each
+    folder is visited only once.
     """
     files: list[Path] = []
     seen_folders: set[str] = set()
@@ -123,9 +126,9 @@ def read_content(path: Path) -> bytes:
 
 
 def number_lines(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Return the nonblank lines of JSONL with their numbers, counted from 1.
+    """Return the nonblank lines of a JSON Lines text with their line numbers, counted from 1.
 
-    Only a line feed ends a line. JSON strings may contain other line separators, such as U+2028.
+    Only a line feed ends a line, because JSON strings may contain other line separators, such as U+2028.
     """
     return ((number, line) for number, line in enumerate(content.split(b"\n"), 1) if line.strip())
 
@@ -139,7 +142,7 @@ def escape_unprintable(text: str) -> str:
 
 
 def to_file_name(name: str) -> str:
-    """Return a name, such as a model's, in a form for file names. Unsafe characters become underscores.
+    """Return a name, such as a model's, as part of a file name. Unsafe characters become underscores.
 
     Raises:
         InputError: the result would be empty or consist of dots.
@@ -152,7 +155,7 @@ def to_file_name(name: str) -> str:
 
 @contextlib.contextmanager
 def convert_write_errors(path: Path) -> Iterator[None]:
-    """Convert an OSError of the block to an InputError that names the path.
+    """Convert an OSError that the block raises to an InputError that names the path.
 
     Raises:
         InputError: the path cannot be written.
@@ -164,13 +167,13 @@ def convert_write_errors(path: Path) -> Iterator[None]:
 
 
 def write_whole(contents: Mapping[Path, Content]) -> None:
-    """Write files, each as a whole: a reader sees the old file or the new file, never a part of it.
+    """Write files, each as a whole: a reader sees the old file or the new file, but no half-written file.
 
     Lone surrogates are written as escapes, which JSON reads back as lone surrogates.
 
     Raises:
-        InputError: a file cannot be written. No file has changed then, unless replacing one of several files
-            failed.
+        InputError: a file cannot be written. In this case no file has changed, or, if the error occurred
+            while files were replaced, some files are old and some are new.
     """
     partial_files: dict[Path, Path] = {}
     try:
@@ -200,10 +203,10 @@ def _encode(content: Content) -> Iterator[bytes]:
 
 
 def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
-    """Return a lock for a file, and the path of the file that processes lock.
+    """Return a lock for a file, and the path of the file by which processes lock it.
 
-    Some network file systems cannot lock files. There, the existence of another file is the lock. This file
-    is left over if the process is killed.
+    Some network file systems have no file locks. There, the existence of another file is the lock. This other
+    file is left over if the process is killed.
 
     Args:
         file: the file to lock, in an existing folder.
@@ -228,13 +231,13 @@ def _has_locks(folder: Path) -> bool:
         try:
             fcntl.flock(probe, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            # No other process knows this new file. So the error means that the file system cannot lock.
+            # No other process knows this new file. So the error means that the file system has no locks.
             return False
     return True
 
 
 def stale_lock_hint(file: Path) -> str:
-    """Return a hint on how to remove the lock of a killed process; "" if the file is no such lock."""
+    """Return a hint on how to remove the lock file of a killed process; "" if it is no such file."""
     return f"; if no process is running there, delete {file}" if file.name.endswith(_LOCK_SUFFIX) else ""
 
 
@@ -243,7 +246,7 @@ def lock_run_folder(folder: Path) -> Iterator[None]:
     """Keep other processes out of the folder of a run during the block. A missing folder is created.
 
     Raises:
-        InputError: another process uses the folder, or it cannot be created.
+        InputError: another process uses the folder, or the folder cannot be created.
     """
     from filelock import Timeout
 

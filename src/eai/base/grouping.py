@@ -10,7 +10,7 @@ V = TypeVar("V")
 
 
 def group_pairs(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
-    """Group the values of (key, value) pairs by key. Keys and values keep their order."""
+    """Return a mapping from each key of (key, value) pairs to the list of its values, both in order."""
     groups: dict[K, list[V]] = {}
     for key, value in pairs:
         groups.setdefault(key, []).append(value)

@@ -1,4 +1,4 @@
-"""The type of values that JSON can hold."""
+"""The type of values that JSON can represent."""
 
 from __future__ import annotations
 

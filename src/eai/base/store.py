@@ -1,8 +1,8 @@
-"""The local data store: one file for each pack, replaced as a whole and verified when read.
+"""The local data store: a folder with one file for each pack (a converted data set).
 
 A pack is a zip. Its first member, `manifest.json`, lists the schema, the archives that the pack was made
-from, and the SHA-256 of every other member. Members are read, and checked, on request. A new pack is written
-under another name in the same folder and then moved into place. So a reader never sees a part of a pack.
+from, and the SHA-256 of every other member. Members are read and checked on request. A new pack is written
+under another name in the same folder and then moved into place, so that a reader sees only complete packs.
 Progress is reported by a callback, so that a command line can draw a bar.
 """
 
@@ -35,13 +35,14 @@ _UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, ValueError, zipfile.Ba
 _REPAIR = "run `eai data fetch --force`"
 
 FetchStage: TypeAlias = Literal["waiting for", "fetching", "converting"]
-"""A stage of making a pack."""
+"""Stage of making a pack."""
 
 ReportProgress: TypeAlias = Callable[[FetchStage, str, int, int], None]
 """Callback that is called with each step of progress, from the calling thread.
 
-Its arguments are the stage, its subject, the number of units done, and the total number. Units are bytes of a
-download, or tasks or files of a conversion. The total is 0 while waiting for another process.
+Its arguments are the stage, the name of the file or pack, the number of units done, and the total number of
+units. Units are bytes of a download, or tasks or files of a conversion. The total is 0 while waiting for
+another process.
 """
 
 
@@ -61,8 +62,8 @@ class PackFile:
 
     Attributes:
         path: the file.
-        archives: SHA-256 of each archive that the pack was converted from, by requirement (`name==version`).
-        members: SHA-256 of the content of each member, by name.
+        archives: mapping from each archive (`name==version`) that the pack was converted from to its SHA-256.
+        members: mapping from the name of each member of the zip to the SHA-256 of its content.
     """
 
     path: Path
@@ -71,7 +72,7 @@ class PackFile:
 
     @property
     def sha256(self) -> str:
-        """One digest for the pack's content. It does not depend on the compression."""
+        """One SHA-256 for the contents of all members of the pack. It does not depend on the compression."""
         lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.members.items()))
         return hashlib.sha256(lines.encode()).hexdigest()
 
@@ -90,18 +91,22 @@ class PackFile:
         return content
 
     def read_json(self, member: str) -> Any:
-        """Read and verify a member that is JSON; DataError as in `read`."""
+        """Read, verify and parse a member that is JSON.
+
+        Raises:
+            DataError: the member is absent or damaged.
+        """
         return json.loads(self.read(member))
 
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """A folder of packs."""
+    """A folder of packs (converted data sets)."""
 
     folder: Path = field(default_factory=default_folder)
 
     def path(self, pack: str) -> Path:
-        """Return the path of a pack, whether the pack exists or not."""
+        """Return the path that a pack has in this folder, even if the pack does not exist."""
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
     def has(self, pack: str) -> bool:
@@ -130,7 +135,7 @@ class Store:
         return file
 
     def write(self, pack: str, archives: Mapping[str, str], members: Mapping[str, bytes]) -> PackFile:
-        """Write a pack; an older one is replaced as a whole.
+        """Write a pack. An older file of the pack is replaced as a whole.
 
         Raises:
             DataError: the folder cannot be written to.
@@ -171,7 +176,10 @@ def _read_member(path: Path, member: str) -> bytes:
 
 
 def _write_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
-    """Write a pack with fixed dates, and sync it to disk. Otherwise a power cut could leave an empty file."""
+    """Write a pack, and sync it to disk, because a power cut could otherwise leave an empty file.
+
+    All members have the same fixed date, so that equal contents give equal files.
+    """
     header = {"schema": SCHEMA, "sha256": pack.sha256, "archives": pack.archives, "members": pack.members}
     with path.open("wb") as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:

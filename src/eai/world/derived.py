@@ -123,7 +123,7 @@ def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
 
 
 def find_definition(derived: DerivedPredicate) -> Defined | None:
-    """Return a definition by a formula that is equivalent to a derived predicate, or None if none was given."""
+    """Return a definition by a formula that is equivalent to a predicate, or None if none was declared."""
     match derived:
         case Defined():
             return derived
