@@ -1,11 +1,12 @@
-"""Read BEHAVIOR's activities in BDDL as scenes, and make planning problems of parts of them.
+"""Read activities of BEHAVIOR, written in BDDL, and write planning problems about some of their goals.
 
-A scene has the facts of its problem file, and the data set's usual facts about categories: abilities, sizes,
-furniture on the floor of its room, open cartons. A problem with the name of a data set problem has that
-problem's objects.
+The initial state of an activity has the facts of its problem file, and facts that are usual in the data set:
+abilities and sizes by category, furniture on the floor of its room, open cartons. If a problem has the name
+of a data set problem, its objects are the objects of that data set problem.
 
-Planning problems are parts of activities and spell names in another way. Their objects are the objects of the
-goals, objects whose categories help to reach such goals, and all objects in initial conditions about them.
+A planning problem has some goals of one activity. Its objects are the objects of these goals, objects whose
+categories help to reach them, and objects that the initial facts relate to those objects. PDDL names have
+underscores instead of the dots of BDDL.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ _ROOM = "inroom"
 
 
 _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
-"""Usual model, synset and abilities of the objects of a category."""
+"""Model, synset and abilities that most objects of a category have."""
 
 
 def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
-    """Return the reader of activities in BDDL.
+    """Return the world in which problem files of activities are read.
 
     Args:
-        tasks: the tasks of the data set; problems may name their rooms.
+        tasks: the tasks of the data set. Problems may name the rooms of these tasks.
     """
     records = [task.record for task in tasks.values()]
     objs = [obj for record in records for obj in record.objects]
@@ -58,12 +59,12 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
 def _build_initial(
     problem: PddlProblem, published: BehaviorRecord | None, usual: Mapping[str, _UsualObject]
 ) -> tuple[State, Meaning]:
-    """Return the initial state of a problem, and the translation of its conditions.
+    """Return the initial state of a problem, and a function that translates its conditions to that state.
 
     Args:
         problem: the problem.
-        published: the record of the data set problem with this name, or None.
-        usual: the most frequent object of each category.
+        published: the record of the data set problem with the name of this problem, or None.
+        usual: the most frequent model, synset and abilities by category.
     """
     published_objects = {
         (obj.instance, obj.category): obj for obj in (() if published is None else published.objects)
@@ -88,7 +89,10 @@ def _build_initial(
 
 
 def _translate(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """Return a condition about objects by name. Conditions about rooms become true: states have no rooms."""
+    """Return a BDDL condition with object names of the scene.
+
+    Conditions about rooms become true, because states have no rooms.
+    """
     match formula:
         case f.Atom(name) if name == _ROOM:
             return f.TRUE
@@ -118,18 +122,18 @@ _HELPERS: Mapping[str, tuple[str, ...]] = {
     "frozen": ("electric_refrigerator.n.01",),
     "cooked": ("pan.n.01",),
 }
-"""Predicate of a goal -> categories of objects that may achieve it (``pddl_generator.py``)."""
+"""Predicate of a goal -> categories of objects that may help to reach the goal (``pddl_generator.py``)."""
 
 
 _AGENT = "agent"
 """Category of the robot in planning problems."""
 
 _SAME = "same_obj"
-"""Predicate that relates each object to itself; no state has it."""
+"""Predicate of planning problems that relates each object to itself. States of this package lack it."""
 
 
 def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
-    """Return the planning problem of ground conditions of a task, as text."""
+    """Return the text of the planning problem whose goals are these ground conditions of a task."""
     if not isinstance(task, BehaviorTask):
         raise TypeError(f"task {task.id} is not a task of BEHAVIOR; only those have planning problems")
     instances = {obj.name: obj.instance for obj in task.record.objects}
@@ -137,7 +141,7 @@ def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
 
 
 def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
-    """Return the planning problem of ground conditions about the instances of a problem file."""
+    """Return the planning problem with these goals, which name objects as the problem file does."""
     problem = record.problem
     categories = {item.name: item.type for item in problem.objects}
     needed = {name for goal in goals for name in object_names(goal)}
@@ -145,7 +149,7 @@ def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlPro
     needed |= {name for name, category in categories.items() if category in helping}
 
     def select_facts(facts: Iterable[f.Atom]) -> list[f.Atom]:
-        """Return the facts about needed objects, without facts about rooms."""
+        """Return the facts about at least one needed object, without facts about rooms."""
         about = ((fact, {*object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 

@@ -1,11 +1,12 @@
-"""The benchmark BEHAVIOR, and goal sections of its official prompts that state goals from a model's answer.
+"""The benchmark BEHAVIOR, and official prompts whose goals come from a model's answer.
 
-The published pipeline copies the text of an answer, not its meaning, one entry a line
-(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). It does so here, with
-three effects on answers in an unusual form. Names of predicates are spelt by the rule for object names, so
-that ``next_to`` becomes ``next.to``. A bare word in place of a condition is split into letters, so that
-``["not", "dusty", "bed.n.01_1"]`` becomes ``not d(u, s, t, y)``. A condition stated twice appears twice.
-Entries at which the pipeline stops are left out here.
+The published pipeline copies the text of an answer into the goal section of a prompt, one goal a line. It
+does not interpret the answer (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision
+66a407d). This module does the same, which has three effects on answers in an unusual form. Names of
+predicates are spelt by the rule for object names, so that ``next_to`` becomes ``next.to``. A bare word in
+place of a condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes
+``not d(u, s, t, y)``. A condition stated twice appears twice. Goals at which the pipeline stops with an error
+are left out here.
 """
 
 from __future__ import annotations
@@ -64,11 +65,11 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     ),
     Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
 }
-"""Sections of the official prompts that state the goals."""
+"""Section of the official prompts that states the goals, by ability."""
 
 
 def _read_entries(belief: Belief) -> Iterator[object]:
-    """Yield the goals in an answer, states first. An unreadable answer has no goals."""
+    """Yield the goals in an answer, goals about states first. An unreadable answer has no goals."""
     entries = _NOTATION.entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 
@@ -99,14 +100,14 @@ def _flatten_words(entry: object) -> Iterator[str]:
 
 
 def _write_object_name(name: str) -> str:
-    """Return a name in the form of object names: ``carton_n_02.2`` for ``carton.n.02_2``."""
+    """Return a name as subgoal prompts spell objects: ``carton_n_02.2`` for ``carton.n.02_2``."""
     if "toggled" in name:
         return "toggledon"
     return ".".join(name.replace(".", "_").rsplit("_", 1)) if "_" in name else name
 
 
 def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bool) -> str | None:
-    """Return a goal as a formula, in brackets below a connective, or None if it is not a condition."""
+    """Return a goal as a formula, or None if it is not a condition. Operands of a connective get brackets."""
     match entry:
         case ["not", operand, *_]:
             inner = _format_formula(operand, spelling, nested=True)
@@ -147,9 +148,10 @@ NAME = "behavior"
 
 
 def wording(ability: Ability) -> Wording:
-    """Return the names of objects and predicates in prompts of an ability.
+    """Return the names of objects and predicates that prompts of an ability use.
 
-    Subgoals also name hands; goal interpretation names instances.
+    Prompts of subgoal decomposition also name hands. Prompts of goal interpretation name objects as problem
+    files do.
     """
     if ability is Ability.GOAL_INTERPRETATION:
         return Wording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
@@ -182,10 +184,10 @@ def _get_instance_name(task: Task, index: int) -> str:
 
 
 open_tasks = once_per_store(open_behavior_tasks)
-"""Opens the 100 tasks."""
+"""Opens the 100 tasks of BEHAVIOR."""
 
 open_operators = once_per_store(open_behavior)
-"""Opens the 100 tasks of transition modeling."""
+"""Opens BEHAVIOR's 100 tasks of transition modeling."""
 
 
 def behavior() -> Benchmark:

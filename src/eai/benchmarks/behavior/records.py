@@ -1,7 +1,7 @@
-"""The BEHAVIOR tasks as plain records of the store: one line of text a task, decoded on first use.
+"""The BEHAVIOR tasks as records of the data store: one line of text a task, decoded on first use.
 
-Records have only the facts of published files. Other facts are in `evidence`; `tasks` makes scenes and goals
-from both.
+Records have only facts of published files. The module `evidence` has other facts. The module `tasks` makes
+scenes and goals from both modules.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ PACK = "behavior"
 """Name of the pack with the records of BEHAVIOR."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Member with one task a line, in data set order."""
+"""Name of the pack's file with one task a line, in data set order."""
 
 OPTIONS_MEMBER = "goal_options.jsonl"
-"""Member with the goals of goal interpretation: one task a line, in data set order."""
+"""Name of the pack's file with the goals of goal interpretation: one task a line, in data set order."""
 
 FLOOR = "room_floor"
-"""Model category of floors."""
+"""Name that records use for the model category of all floors."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
     ability.name: state.name.removeprefix("is_") for ability, state in STATES
 }
-"""Ability of the taxonomy -> the state that it makes possible."""
+"""Ability in the taxonomy -> state that the ability makes possible."""
 
 GoalCondition: TypeAlias = tuple[str | tuple[str, ...], ...]
-"""``(predicate, instance, ...)``, or ``("not", (predicate, instance, ...))``."""
+"""A literal of a goal: ``(predicate, instance, ...)``, or ``("not", (predicate, instance, ...))``."""
 
 GroundOption: TypeAlias = tuple[GoalCondition, ...]
-"""Conditions that together reach a goal; a goal may have several options."""
+"""Conditions that together reach a goal. A goal with several options is reached by any of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class BehaviorObject:
         instance: name in BDDL, such as ``rag.n.01_1``.
         category: synset in the problem's declaration.
         model: category among the simulator's models, such as ``rag``; `FLOOR` for floors.
-        synset: synset of that category in the taxonomy, which defines the abilities.
+        synset: the model category's synset in the taxonomy, which defines the abilities.
         abilities: abilities, sorted.
     """
 
@@ -63,17 +63,17 @@ class BehaviorObject:
 
     @property
     def is_floor(self) -> bool:
-        """Whether the object is the floor of a room."""
+        """Whether the object is a floor."""
         return self.model == FLOOR
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Predicates of the possible states."""
+        """Predicates of the states that this object can have."""
         return tuple(state for ability, state in STATE_OF_ABILITY.items() if ability in self.abilities)
 
     @property
     def half_names(self) -> tuple[str, ...]:
-        """Names of both halves of a sliceable object; empty for other objects."""
+        """Names of the two halves of a sliceable object; empty for other objects."""
         return tuple(f"{self.name}_part_{i}" for i in range(2)) if "sliceable" in self.abilities else ()
 
 
@@ -84,7 +84,7 @@ class BehaviorRecord:
     Attributes:
         id: the data set's id: activity, definition, scene, instance and date of a recorded demonstration.
         activity: the activity, such as ``bottling_fruit``.
-        definition: number of the activity's problem file.
+        definition: number of the problem file among those of the activity.
         scene: the simulator's scene.
         instruction: the activity in one English sentence.
         objects: objects in the order of the problem file, without the agent.
@@ -106,7 +106,7 @@ class BehaviorRecord:
 
 
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
-    """Return the records of a pack, in data set order; a record is decoded once, on first use."""
+    """Return the records of a pack by task id, in data set order. Each is decoded on first use."""
     lines, options = _split_by_id(pack.read(TASKS_MEMBER)), _split_by_id(pack.read(OPTIONS_MEMBER))
 
     def read(task_id: str) -> BehaviorRecord:
@@ -116,7 +116,7 @@ def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
 
 
 def _split_by_id(content: bytes) -> dict[str, bytes]:
-    """Return the JSON of each line by id. A line is an id, a tab and JSON."""
+    """Return a mapping from id to JSON text. Each line is an id, a tab and JSON."""
     pairs = (line.split(b"\t", 1) for line in content.splitlines())
     return {task_id.decode(): text for task_id, text in pairs}
 

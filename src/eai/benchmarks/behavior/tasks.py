@@ -21,10 +21,10 @@ from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
 MAX_GRASPABLE_VOLUME = 1.5
-"""Maximum volume of a graspable object, in m3 (reference: ``evolving_graph.py`` grasp)."""
+"""Maximum volume of an object that a hand can grasp, in m3 (reference: ``evolving_graph.py`` grasp)."""
 
 MUCH_LARGER_RATIO = 5
-"""Ratio of volumes above which cargo falls off when its support is grasped (same source)."""
+"""Ratio of volumes above which an object falls off its support when the support is grasped (same source)."""
 
 _ABILITY_PREDICATES: Mapping[str, str] = {
     **{ability.name: ability.name for ability, _ in p.STATES},
@@ -32,13 +32,13 @@ _ABILITY_PREDICATES: Mapping[str, str] = {
     "cleaningTool": p.cleaning_tool.name,
     "coldSource": p.cold_source.name,
 }
-"""Ability of the taxonomy -> predicate; the domain does not use other abilities."""
+"""Ability in the taxonomy -> predicate of the domain. Abilities that the domain does not use are absent."""
 
 _MODEL_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
-"""Model categories that actions check."""
+"""Model categories that actions check. The predicate of each has the category's name."""
 
 RELATIONS = frozenset(p.STORED)
-"""Relations of BDDL. All other predicates of BDDL are states of one object."""
+"""Names of BDDL's relations. All other predicates of BDDL are states of one object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +101,10 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
 def collect_initial_relations(
     record: BehaviorRecord, evidence: UnpublishedFacts
 ) -> tuple[GroundRelation, ...]:
-    """Return initial relations of objects by name: those of the problem file, assumed ones and evidence."""
+    """Return the initial relations of a task, with object names of the scene.
+
+    They come from the problem file, from assumptions about furniture, and from the evidence.
+    """
     listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
     remaining = tuple(relation for relation in listed if relation[:2] not in removed)
@@ -109,7 +112,7 @@ def collect_initial_relations(
 
 
 def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
-    """Return the relations of a problem file by name, without those of the robot."""
+    """Return the relations that a problem file lists, without the robot's, with object names of the scene."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     return tuple(
         (fact.predicate, name_of[source.name], name_of[target.name])
@@ -123,7 +126,7 @@ def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
 def assume_standing_relations(
     record: BehaviorRecord, evidence: UnpublishedFacts
 ) -> tuple[GroundRelation, ...]:
-    """Return the relation to the floor for furniture that the problem file places nowhere."""
+    """Return relations to the floor of the room for furniture without support in the problem file."""
     stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
     rooms = {fact.arguments[0].name: fact.arguments[1].name for fact in stated}
     floors = {
@@ -139,7 +142,7 @@ def assume_standing_relations(
 
 
 def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
-    """Yield each state of an object that holds initially, with the object's name."""
+    """Yield each initial state as its predicate and the object's name."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     for fact in record.problem.initial:
         if len(fact.arguments) == 1:
@@ -150,7 +153,7 @@ def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> 
 
 
 class _BehaviorTaskBuilder:
-    """Builds scene, state and goals of one task."""
+    """Builds the scene, the initial state and the goals of one task."""
 
     def __init__(self, record: BehaviorRecord, evidence: UnpublishedFacts) -> None:
         self._record = record
@@ -167,14 +170,14 @@ class _BehaviorTaskBuilder:
         )
 
     def yield_goals(self) -> Iterator[Goal]:
-        """Yield the goals of the problem file, about objects by name."""
+        """Yield the goals of the problem file, with object names of the scene."""
         problem = self._record.problem
         names = {obj.instance: obj.name for obj in self._record.objects}
         for formula in operands(rename_objects(problem.goal, names), And):
             yield Goal(_classify_goal(formula), formula)
 
     def yield_script(self) -> Iterator[Action]:
-        """Yield the plan that a human wrote. A misspelt action keeps its name."""
+        """Yield the actions of the plan that a human wrote. A misspelt action keeps its name."""
         for action, objects in self._record.plan:
             yield Action(action, tuple([self._index[name] for name in objects]))
 
@@ -221,5 +224,5 @@ class _BehaviorTaskBuilder:
 
 
 def _classify_goal(formula: Formula) -> GoalKind:
-    """Return the kind of a goal: a relation if it contains one, or else a state."""
+    """Return the kind of a goal: relation if the goal contains a relation, or else state."""
     return GoalKind.STATE if RELATIONS.isdisjoint(predicates_of(formula)) else GoalKind.RELATION
