@@ -1,10 +1,10 @@
-"""The benchmark VirtualHome, its official prompts, and checks of its records against published counts.
+"""The benchmark VirtualHome, its official prompts, and a comparison of its records with published counts.
 
 For goal interpretation, the data set has a template instead of prompts. The reference prints Python sets into
-it, whose order changes from run to run; here each set has the order of the data set (reference:
-``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
+the template, and their order changes from run to run. Here the values of each set have the order of the data
+set (reference: ``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
 
-Relations in goal sections have the order of the goals. In 21 of the published prompts of subgoal
+The relations in the goal section of a prompt have the order of the goals. In 21 published prompts of subgoal
 decomposition they have the order of a Python set.
 """
 
@@ -54,7 +54,10 @@ _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items
 
 
 def _format_plan_goals(belief: Belief) -> str:
-    """Return goals with objects by class and relations of scene graphs. Action goals appear twice."""
+    """Return the goals as text, with classes of objects and relations of scene graphs.
+
+    Action goals appear twice.
+    """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
     actions = [alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)]
@@ -76,7 +79,7 @@ def _format_plan_goals(belief: Belief) -> str:
 
 
 def _format_subgoal_goals(belief: Belief) -> str:
-    """Return goals with objects by class and id, and whether actions are required."""
+    """Return the goals as text, with class and id of each object, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
     actions = [" or ".join(alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
@@ -101,11 +104,14 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     ),
     Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
 }
-"""Sections of the official prompts that state the goals."""
+"""Section of the official prompts that states the goals, by ability."""
 
 
 def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
-    """Return ``soap is ON to washing_machine``; names that are not objects stay unchanged."""
+    """Return a goal as a sentence such as ``soap is ON to washing_machine``.
+
+    Words that name no object stay unchanged.
+    """
     atom = _require_atom(formula)
     name, *others = [classes.get(argument, argument) for argument in _get_argument_names(atom)]
     first = f"{name} is {_RELATIONS.get(atom.predicate, atom.predicate)}"
@@ -127,7 +133,7 @@ def _list_or_none(lines: Iterable[str]) -> list[str]:
 
 
 def goal_interpretation_prompts(source: Source) -> dict[str, str]:
-    """Return the prompt of every task by id, in the order of the data set.
+    """Return the prompts of goal interpretation by task id, in the order of the data set.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -142,7 +148,7 @@ def goal_interpretation_prompts(source: Source) -> dict[str, str]:
     }  # both spellings occur
     pairs = resources.read_json("relation_object_pairs.json")
     base = {record.id: record for record in records.base.added_objects}
-    # The order of replacement is the reference's: earlier placeholders inside later texts stay unchanged.
+    # The reference's order matters: a placeholder in a text that is inserted later stays as it is.
     shared = (
         ("<relation_types>", str(resources.read_json("relation_types.json"))),
         ("<action_space>", str(resources.read_json("action_space.json"))),
@@ -160,12 +166,12 @@ def goal_interpretation_prompts(source: Source) -> dict[str, str]:
 def _get_task_values(
     task: TaskRecord, base: Mapping[int, ObjectRecord], possible: Mapping[str, Sequence[str]]
 ) -> tuple[tuple[str, str], ...]:
-    """Return the text of each placeholder of the template for one task."""
+    """Return pairs of a placeholder of the template and its text for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
     objects = {**base, **{record.id: record for record in changed}}
     relevant = [objects[i] for i in task.relevant_ids]
     lines = "".join(_format_object(record, possible) for record in relevant)
-    # Title and description are lines of a file in the reference, and keep their line ends.
+    # The reference reads title and description as lines of a file, with their line ends.
     goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
     return (("<object_in_scene>", lines), ("<goal_str>", goal))
 
@@ -193,9 +199,9 @@ NAME = "virtualhome"
 
 
 def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) -> TaskSet[VirtualHomeTask]:
-    """Return the 518 demonstrations in the reference package's wheel, or in a folder with its unpacked files.
+    """Return all 518 demonstrations, read from the reference's wheel or a folder with its unpacked files.
 
-    The store has only 342 of them. Reading them takes a minute.
+    The data store has only 342 of them. Reading all of them takes a minute.
 
     Raises:
         DataError: the wheel is absent or damaged.
@@ -208,9 +214,10 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
 
 
 def _find_surroundings(task: Task) -> Iterator[int]:
-    """Yield the objects that prompts show around a task's own: rooms, and objects of the annotated plan.
+    """Yield the objects that prompts list in addition to the relevant objects, by index.
 
-    In a pair of tasks, the objects of the plan would reveal which task has a plan.
+    These are rooms, and objects of the annotated plan. If the task belongs to a pair in which only one task
+    has a plan, objects of the plan are left out, because they would reveal that task.
     """
     yield from bits(task.initial.mask(room.name))
     if not task.may_be_declined:
@@ -219,9 +226,9 @@ def _find_surroundings(task: Task) -> Iterator[int]:
 
 
 def wording(ability: Ability) -> Wording:
-    """Return the names of objects and predicates in prompts of an ability.
+    """Return the names of objects and predicates that prompts of an ability use.
 
-    Goal interpretation names classes, and relations as in scene graphs.
+    Prompts of goal interpretation use classes of objects, and relations as in scene graphs.
     """
     from eai.tasks.wording import Wording
 
@@ -237,14 +244,14 @@ def wording(ability: Ability) -> Wording:
 
 
 open_tasks = once_per_store(open_virtualhome_tasks)
-"""Opens the 342 tasks."""
+"""Opens the 342 tasks of VirtualHome."""
 
 open_operators = once_per_store(open_virtualhome)
-"""Opens the 296 tasks of transition modeling."""
+"""Opens VirtualHome's 296 tasks of transition modeling."""
 
 
 def virtualhome() -> Benchmark:
-    """Return the benchmark VirtualHome. Only tasks with a temporal goal have subgoals."""
+    """Return the benchmark VirtualHome. Only tasks with a temporal goal are asked for subgoals."""
     return Benchmark(
         NAME,
         domain_in_paper_order(),
@@ -272,7 +279,10 @@ def virtualhome() -> Benchmark:
 
 
 def compute_figures(source: Source) -> dict[str, tuple[int, str]]:
-    """Return the figures of the published data set. Raises DataError if it cannot be obtained."""
+    """Return the figures of the published data set by label.
+
+    Raises DataError if the data cannot be obtained.
+    """
     resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
@@ -282,7 +292,7 @@ def compute_figures(source: Source) -> dict[str, tuple[int, str]]:
 def count_annotated_figures(
     tasks: VirtualHomeRecords, transition_tasks: Collection[str], operators: int
 ) -> dict[str, tuple[int, str]]:
-    """Return the figures of records by label, each with a note.
+    """Return figures of records by label, each with a note on its meaning.
 
     Args:
         tasks: all tasks.
@@ -339,15 +349,15 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
     "action steps": 2960,
     "transition models": 33,
 }
-"""Figures of the published data set, by label."""
+"""Figures of the published data set that `check_tasks` expects, by label."""
 
 
 def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[str]:
-    """Yield the figures that differ from the published ones. All packs must exist.
+    """Yield a line for each figure that differs from the expected figure. All packs must exist.
 
     Args:
         store: the folder of packs.
-        counts: expected figures by label; those of the published data set if None.
+        counts: expected figures by label; if None, those of the published data set.
     """
     counts = PUBLISHED_COUNTS if counts is None else counts
     tasks, resources = VirtualHomeRecords.from_pack(store.open(PACK)), store.open(packs.RESOURCES)

@@ -1,6 +1,7 @@
-"""Convert the published wheel to the pack `virtualhome`: one shared scene, and one compact line a task.
+"""Convert the published wheel to the pack `virtualhome`: the shared scene, and one line of text a task.
 
-The wheel holds 376 MB of graphs. The 342 graph files of the tasks are read one after another, in memory.
+The wheel contains 376 MB of scene graphs. The 342 graph files of the tasks are read one after the other,
+without unpacking them to disk.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ T = TypeVar("T")
 
 
 def _number_value(value: T, numbers: dict[T, int]) -> int:
-    """Return the number of a value. Values get numbers from 0 on first use; equal values share a number."""
+    """Return the number of a value, counted from 0 in order of first use. Equal values have one number."""
     return numbers.setdefault(value, len(numbers))
 
 
@@ -46,7 +47,7 @@ class _PlainGraph(NamedTuple):
 
 
 class _SourceTask(NamedTuple):
-    """A task as read from the wheel."""
+    """A task of the wheel, with its two graphs."""
 
     id: str
     annotation: Mapping[str, Any]
@@ -58,9 +59,10 @@ class _SourceTask(NamedTuple):
 def _read_graph(
     values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
 ) -> _PlainGraph:
-    """Read a graph. Equal objects and edges are shared between graphs, so that 342 graphs fit into 20 MB.
+    """Read a graph. Graphs share equal objects and edges, so that 342 graphs fit into 20 MB of memory.
 
-    The last node of an id counts, as in the reference's loader. Duplicate edges are dropped.
+    If several nodes have one id, the last node counts, as in the reference's loader. Duplicate edges are
+    dropped.
     """
     nodes = {node["id"]: node for node in values["nodes"]}
     records = map(_read_object, [nodes[identifier] for identifier in sorted(nodes)])
@@ -82,19 +84,19 @@ def _read_object(node: Mapping[str, Any]) -> ObjectRecord:
 
 
 def convert_tasks(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the members of the pack `virtualhome`.
+    """Return the members of the pack `virtualhome`: content by file name.
 
     Raises:
-        DataError: a file of the wheel is absent or has an unexpected form.
+        DataError: the wheel lacks a file, or a file has an unexpected form.
     """
     return {TASKS_MEMBER: _convert(wheel, _read_annotations(wheel), report)}
 
 
 def convert_demonstrations(wheel: Bundle, report: ReportProgress) -> bytes:
-    """Return all demonstrations of the scene in the form of tasks, also those without an annotated goal.
+    """Return all demonstrations in the scene as lines of tasks. Some have no annotated goal.
 
     Raises:
-        DataError: a file of the wheel is absent or has an unexpected form.
+        DataError: the wheel lacks a file, or a file has an unexpected form.
     """
     prefix, annotated = f"{_GRAPHS}{_SCENE}", _read_annotations(wheel)
     task_ids = [
@@ -155,18 +157,21 @@ def _encode(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> 
 
 @dataclass(frozen=True, slots=True)
 class _Encoder:
-    """Encodes graphs as the differences that the pack stores; objects and relations become numbers."""
+    """Encodes each graph as its difference from another graph. Objects and relations become numbers."""
 
     objects: Mapping[ObjectRecord, int]
     relations: dict[str, int] = field(default_factory=dict)
 
     def flatten_edges(self, edges: Iterable[Edge]) -> list[int]:
-        """Return edges as one list: source, number of the relation, target, source, ..."""
+        """Return edges as one list of numbers: source, relation, target, source, ..."""
         numbered = ((source, _number_value(name, self.relations), target) for source, name, target in edges)
         return list(chain.from_iterable(numbered))
 
     def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _PlainGraph:
-        """Return the ids and edges that all initial graphs have. An id gets its most frequent record."""
+        """Return the graph of the ids and edges that all initial graphs have.
+
+        An id gets its most frequent record.
+        """
         counts = Counter(record for source in sources for record in source.initial.objects)
         variants = group_pairs((record.id, record) for record in counts)
         shared = [
@@ -181,7 +186,11 @@ class _Encoder:
     def encode_difference(
         self, before: _PlainGraph, after: _PlainGraph, *, keep_order: bool
     ) -> dict[str, list[int]]:
-        """Return the difference of two graphs; `keep_order` moves edges to the end if their order changes."""
+        """Return the changes that turn one graph into another.
+
+        With `keep_order`, edges of a source whose order changes are removed and appended again in the new
+        order.
+        """
         old, new = ({record.id: record for record in graph.objects} for graph in (before, after))
         changed = [record for key, record in new.items() if key in old and old[key] != record]
         appended = [record for key, record in new.items() if key not in old]
@@ -224,9 +233,9 @@ class _Encoder:
 
 
 def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
-    """Sort edges by source and relation.
+    """Sort edges by source and relation, and then by the id of the target.
 
-    `ON` and `INSIDE` keep their order of targets, others ascend by id.
+    Targets under `ON` and `INSIDE` keep their order instead.
     """
 
     def key(edge: Edge) -> tuple[int, str, int]:
@@ -237,7 +246,7 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge]) -> set[Edge]:
-    """Return edges whose new order cannot come from appending the added edges to the old ones."""
+    """Return the edges of sources whose new order is not the old order plus appended edges."""
     stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
     return {
         edge
@@ -248,19 +257,19 @@ def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge
 
 
 def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
-    """Group the edges of ordered relations by source and relation."""
+    """Return the edges of `ON` and `INSIDE`, grouped by source and relation."""
     return group_pairs((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
 def _find_relevant_ids(initial: _PlainGraph, final: _PlainGraph) -> tuple[list[int], list[int]]:
-    """Return the ids of changed objects and the ends of changed edges, each in order of occurrence."""
+    """Return ids of changed objects, and ids at the ends of changed edges, each in order of occurrence."""
     nodes = [record.id for record in _find_differences(initial.objects, final.objects)]
     ends = [end for edge in _find_differences(initial.edges, final.edges) for end in edge[::2]]
     return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))
 
 
 def _find_differences(before: Sequence[T], after: Sequence[T]) -> list[T]:
-    """Return the items that only one sequence has: first items of `before`, then items of `after`."""
+    """Return the items that only one sequence has. Items of `before` come first."""
     old, new = set(before), set(after)
     return [item for item in before if item not in new] + [item for item in after if item not in old]
 

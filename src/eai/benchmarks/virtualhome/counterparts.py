@@ -1,4 +1,4 @@
-"""The action for each published planning operator of VirtualHome."""
+"""Translate published planning operators of VirtualHome to its household actions."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
     **{operator: (action, (1,)) for operator, action in _ACTIONS_OF_ONE_OBJECT.items()},
     **{operator: (action, (1, 2)) for operator, action in _ACTIONS_OF_TWO_OBJECTS.items()},
 }
-"""Published operator -> its action. The first parameter of an operator is the character."""
+"""Published operator -> household action. The first parameter of each operator is the character."""
 
 
 def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
-    """Return the household action of each step of a published operators' plan, until a step has no action.
+    """Return the household actions of a plan of published operators, up to the first step without an action.
 
-    Planning problems name objects by class. A class means the same object as in a plan.
+    Planning problems name objects by class. A class means the object that it means in answers with plans.
     """
     return tuple(translate_steps(steps, COUNTERPARTS, VirtualHomePlans().objects(task)))

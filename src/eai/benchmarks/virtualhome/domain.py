@@ -19,7 +19,10 @@ def domain_in_paper_order() -> Domain:
 
 @cache
 def domain_with_hand_switch() -> Domain:
-    """Return the domain for subgoals, which name hands: SWITCH_HANDS moves an object to the other hand."""
+    """Return the domain for subgoals, which name hands.
+
+    Its action SWITCH_HANDS moves an object to the other hand.
+    """
     return domain_in_paper_order().replace_operators(switch_hands())
 
 
@@ -31,9 +34,9 @@ def domain_in_reference_order() -> Domain:
 def _build_household(operators: Sequence[Operator]) -> Domain:
     """Return the household with these operators.
 
-    The character sees the objects that it holds. Of its room, it sees all objects outside closed containers.
-    It knows all rooms. It sees `NEXT_TO` and `FACING` only from itself: between objects, they are most of a
-    scene's facts.
+    The character sees the objects that it holds, and the objects of its room that are not in a closed
+    container. It knows all rooms. It sees the relations `NEXT_TO` and `FACING` only if it is their source.
+    Between objects, these relations are most of the facts of a scene.
     """
     return Domain(
         "virtualhome",

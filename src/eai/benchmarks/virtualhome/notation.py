@@ -1,6 +1,6 @@
 """The notations of goals and subgoals in answers to VirtualHome's prompts.
 
-Goals name objects by class, as their prompts show no ids. Subgoals name objects by class and id.
+Goals name objects by class, because their prompts show no ids. Subgoals name objects by class and id.
 """
 
 from __future__ import annotations
@@ -35,16 +35,20 @@ FIELDS = {
     GoalKind.RELATION: ("from_name", "relation", "to_name"),
     GoalKind.ACTION: ("action",),
 }
-"""Required fields of an entry by section. The description of an action is not scored."""
+"""Required fields of a goal, by the section in which answers list it.
+
+An action's description is not scored.
+"""
 
 _NOTHING = JsonObject(())
 
 
 class VirtualHomeGoals(GoalNotation):
-    """Goals in three sections: an object with at least one section, anywhere in the text.
+    """Goals in three sections of a JSON object, which has at least one section.
 
-    A section that is missing or null is empty, and an empty object in a section is ignored. The data set's
-    own goals score in full, since objects that share a name cannot be distinguished.
+    The object may be anywhere in the text. A section that is missing or null counts as empty, and an empty
+    goal in a section is ignored. The data set's own goals get the full score, although they do not
+    distinguish objects of one class.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -57,11 +61,11 @@ class VirtualHomeGoals(GoalNotation):
         return WrittenGoals.from_entries(entries, reading)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Return each goal as an object with its section as key."""
+        """Return each goal as a JSON object with one section."""
         return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_write_entry, goals))
 
     def join(self, parts: Iterable[str]) -> str:
-        """Return the goals as one answer, sorted into their sections."""
+        """Return one answer with all goals, each in its section."""
         sections: dict[str, list[object]] = {key: [] for key in SECTIONS.values()}
         for part in parts:
             for key, entry in json.loads(part).items():
@@ -69,7 +73,10 @@ class VirtualHomeGoals(GoalNotation):
         return json.dumps(sections, indent=1)
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """The three sections; an entry has its fields, and an action a description."""
+        """Schema of the three sections.
+
+        A goal has the fields of its section; an action also has a description.
+        """
         arities = self.words(domain)
         states, relations = [[word for word, arity in arities if arity == number] for number in (1, 2)]
         name = text_schema(words)
@@ -83,7 +90,7 @@ class VirtualHomeGoals(GoalNotation):
         )
 
     def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """Return the states that change, and the relations of scene graphs."""
+        """Return the words for predicates in goals: states that can change, and relations of scene graphs."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
             **{(state.name, 1): state.name for state in states},
@@ -91,12 +98,12 @@ class VirtualHomeGoals(GoalNotation):
         }
 
     def names(self, task: Task) -> tuple[str, ...]:
-        """Return the class of each object."""
+        """Return the name of each object in goals, which is its class."""
         return tuple([obj.category for obj in task.scene.objects])
 
 
 def goal_of(fields: list[str]) -> WrittenGoal:
-    """Return the goal of an entry's fields: three fields are a relation, two a state, one an action."""
+    """Return the goal that some fields state: three fields state a relation, two a state, one an action."""
     if len(fields) == 3:
         return WrittenGoal(fields[1], (fields[0], fields[2]))
     if len(fields) == 2:
@@ -105,7 +112,7 @@ def goal_of(fields: list[str]) -> WrittenGoal:
 
 
 def _find_flaw(value: object) -> str | None:
-    """Return the error in an object that should state goals in sections, or None."""
+    """Return the error in a JSON object that should have goals in sections, or None."""
     return None if not isinstance(value, JsonObject) else _find_unknown_section(value.members)
 
 
@@ -118,7 +125,7 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
 
 
 def _check_sections(sections: Sections) -> Sections | None:
-    """Return the sections of an answer, or None if no section is known or any is unknown."""
+    """Return the sections of an answer, or None if no section or an unknown section is present."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
@@ -133,7 +140,7 @@ def _read_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllForm
 
 
 def _read_goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
-    """Return the goal of an entry, or None if a field is missing."""
+    """Return the goal that a JSON value states, or None if a field is missing."""
     if not isinstance(entry, JsonObject):
         return None
     members = dict(entry.members)
@@ -175,11 +182,11 @@ SUBGOAL_ACTIONS = (
 """The actions that the reference allows in subgoals (``resources/vocabulary.json``, ``subgoal_actions``)."""
 
 MISSING_ACTION = "POUR"
-"""Action that occurs in the goals of five tasks, but not in the reference's vocabulary."""
+"""Action that goals of five tasks require, although the reference's vocabulary of actions lacks it."""
 
 
 class VirtualHomeSubgoals(SubgoalNotation):
-    """Subgoals in the words of VirtualHome's prompts; objects with their id (``soap.1002``) or by class.
+    """Subgoals in the words of VirtualHome's prompts, with objects by id (``soap.1002``) or by class.
 
     Args:
         actions: names of the actions that subgoals may contain.
@@ -196,16 +203,19 @@ class VirtualHomeSubgoals(SubgoalNotation):
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
     def acting_domain(self) -> Domain:
-        """Return the domain with the actions that subgoals do not name."""
+        """Return the domain with only the actions that subgoals do not name."""
         return virtualhome.domain_with_hand_switch()
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the lexicon of a scene: the data set's names of objects and the scene's classes."""
+        """Return the lexicon of a scene: object names of the data set, and classes of the scene."""
         names = objects_and_classes(scene.index, scene)
         return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        """Return the subgoals in an answer; actions without objects need no brackets."""
+        """Return the subgoals in an answer, or the reason why it is unreadable.
+
+        Actions without objects need no brackets.
+        """
         return read_output(text, self._alone, ("actions_to_include",))
 
     def join(self, parts: Iterable[str]) -> str:
@@ -214,7 +224,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
         return json.dumps(answer, indent=1)
 
     def schema(self) -> Schema:
-        """Return the schema of the members that the published prompts ask for."""
+        """Return the schema of the fields for which the published prompts ask."""
         return object_schema(
             {
                 "necessity_to_use_action": text_schema(("yes", "no")),

@@ -45,7 +45,7 @@ SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to
 OPENABLE = affordance(p.can_open(X) | is_a(X, "desk", "window"), "{x} cannot be opened or closed")
 IS_CLOTHES = affordance(p.clothes(X), "{x} is not clothes")
 
-# Checks that the reference lacks or makes in another way.
+# Checks that the reference does not make, or makes differently.
 OPEN_OR_CLOSED = affordance(p.open_(X) | p.closed(X), "{x} is neither open nor closed: it has no such state")
 ON_OR_OFF = affordance(p.on(X) | p.off(X), "{x} is neither on nor off: it has no such state")
 PLUGGED_IN_OR_OUT = affordance(
@@ -59,7 +59,10 @@ NOT_SEATED_ELSEWHERE = missing(~p.sitting(AGENT), "the character sits already, b
 NOT_IN_BED_ELSEWHERE = missing(~p.lying(AGENT), "the character lies already, but not on {x}")
 
 AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
-"""Condition that an object is worn, a body part, or near. FIND does not walk to such an object."""
+"""Condition that the character wears an object, is near it, or has it as a body part.
+
+FIND does not walk to such an object.
+"""
 
 
 def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
@@ -73,12 +76,12 @@ def clear_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
 
 
 def take_out_of_hand(obj: f.Variable) -> tuple[Effect, ...]:
-    """Return effects that remove an object from both hands."""
+    """Return effects that remove an object from the hand that holds it."""
     return Delete(p.holds_rh(AGENT, obj)), Delete(p.holds_lh(AGENT, obj))
 
 
 def forget_origin(obj: f.Variable) -> tuple[Effect, ...]:
-    """Return effects that forget the origin of an object that was grabbed."""
+    """Return effects that forget the place from which an object was grabbed (its origin)."""
     return (
         Delete(p.taken_from_top_of(obj, ANYTHING)),
         Delete(p.taken_from_inside(obj, ANYTHING)),
@@ -90,7 +93,7 @@ def bring_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
     """Return effects that move held objects, and all objects in or on them, into a room.
 
     Args:
-        room_of_held: the formula that binds the room ``r``.
+        room_of_held: the condition that determines the room ``r``.
     """
 
     def move_along(moving_object: f.Variable) -> tuple[Effect, ...]:
@@ -112,7 +115,7 @@ def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effe
 
     Args:
         target: the object or room.
-        effects_on_held: further effects, on the held objects.
+        effects_on_held: further effects, which apply to the held objects.
     """
     return (
         *clear_relations(AGENT, p.inside, p.next_to, p.facing),
@@ -132,7 +135,10 @@ def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effe
 
 
 def find(effects_on_held: tuple[Effect, ...]) -> Operator:
-    """Return the action FIND: step up to an object at hand, facing nothing else; walk to any other object."""
+    """Return the action FIND.
+
+    The character steps up to a near object and then faces no object. It walks to any other object.
+    """
     checks = (
         missing(
             f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)),
@@ -149,7 +155,7 @@ def find(effects_on_held: tuple[Effect, ...]) -> Operator:
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:
-    """Return effects that put the held object into a relation with a target next to the character."""
+    """Return effects that relate the held object to a target, and put both next to the character."""
     return (
         *take_out_of_hand(X),
         *both_ways(Add, p.next_to(AGENT, Y)),
@@ -164,18 +170,18 @@ ORIGINS = (
     (p.taken_from_inside, p.lies_in, p.inside),
     (p.taken_from_next_to, p.lies_next_to, p.next_to),
 )
-"""For each relation to a former place: the memory predicate, the lookup of the place, and the relation."""
+"""For each relation to an origin (former place): the predicate that stores it, its lookup, the relation."""
 
 
 KEEP_CONTENTS = (
     ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
     ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
 )
-"""Effects of grabbing on contents: objects in the grabbed object, and grabbable objects on it, stay there."""
+"""Effects of grabbing an object on its contents: objects in it, and grabbable objects on it, stay there."""
 
 
 def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
-    """Return the action GRAB: move an object to a free hand, the right one first, and remember its origin.
+    """Return the action GRAB: move an object to a free hand, the right hand first, and remember its origin.
 
     Args:
         effects_on_contents: effects on the objects in and on the grabbed object.
@@ -206,7 +212,7 @@ def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
 def switch_hands() -> Operator:
     """Return the action SWITCH_HANDS: move a held object to the other hand.
 
-    Only subgoals name hands; plans cannot.
+    Only subgoals can name hands, so only subgoals need this action.
     """
     one_free = missing(p.right_hand_free() | p.left_hand_free(), "both hands are full")
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
@@ -216,7 +222,7 @@ def switch_hands() -> Operator:
 
 
 def put_back_where_it_was() -> Operator:
-    """Return the action PUTOBJBACK: return a held object to its origin."""
+    """Return the action PUTOBJBACK: return a held object to the place from which it was grabbed."""
     closed = f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y))
     checks = (
         missing(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
@@ -253,7 +259,7 @@ def shove(name: str, *checks: Check) -> Operator:
 
 
 def make_operators() -> tuple[Operator, ...]:
-    """Return all actions; their checks have the reference's order."""
+    """Return all actions. The checks of an action have the order of the reference."""
     return (
         *make_movements(bring_along(p.room_of(X, R))),
         *_make_posture_actions(),
@@ -270,7 +276,7 @@ def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
     """Return the actions WALK, RUN and FIND.
 
     Args:
-        effects_on_held: effects of a walk on the held objects.
+        effects_on_held: effects of walking on the held objects.
     """
     effects = go_to(X, effects_on_held)
     walks = [

@@ -1,4 +1,4 @@
-"""The packs of VirtualHome."""
+"""The packs (files of the data store) of VirtualHome."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.benchmarks.virtualhome.records import PACK
 
 PACKS = (Pack(PACK, (EAI_EVAL,), convert_tasks, check_tasks), *PUBLISHED)
-"""The packs of VirtualHome; an entry point registers them."""
+"""All packs of VirtualHome. An entry point registers them."""

@@ -1,7 +1,7 @@
 """Plans in the form of VirtualHome's prompts: actions with lists of objects, by class, or by class and id.
 
-``{"WALK": ["sofa"], "SIT": ["sofa"]}`` or ``{"WALK": ["sofa", "352"], "SIT": ["sofa", "352"]}``. Order
-counts, and keys may be repeated.
+``{"WALK": ["sofa"], "SIT": ["sofa"]}`` or ``{"WALK": ["sofa", "352"], "SIT": ["sofa", "352"]}``. The order of
+keys is the order of steps, and a key may be repeated.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 _STEPS = "action commands"
-"""Key of the steps if the form of answers is enforced.
+"""Key of the list of steps, if providers enforce the form of answers.
 
-It has two words, as the reference takes a single word for a step.
+The key has two words, because the reference reads a key of one word as an action.
 """
 
 
@@ -46,7 +46,7 @@ _DOTTED = re.compile(r"\w+\.\d+")
 
 
 class ObjectWithId(NamedTuple):
-    """An object by class and id, as written; the id is None if the list of words ends before it."""
+    """An object by class and id, as written. The id is None if no word follows the class."""
 
     name: object
     id: object
@@ -58,14 +58,15 @@ class ObjectWithId(NamedTuple):
 class VirtualHomePlans(PlanNotation):
     """The notation of plans of VirtualHome.
 
-    Lists of such JSON objects and lower-case operators are accepted. Repairs are those of
-    `eai.abilities.answer_text`, and ``step_form`` for other forms of a step. An answer is read with ids if a
-    number stands at the position of an id. A class without an id means the last relevant object of that
-    class. With an id, or as in ``soap.1002``, a step may name any object of the scene.
+    A list of such JSON objects and operators in small letters are also accepted. The repairs of
+    `eai.abilities.answer_text` apply, and the repair ``step_form`` for other forms of a step. An answer is
+    read with ids if any of its steps has a number after a class. A class without an id means the last
+    relevant object of that class. With an id, or as in ``soap.1002``, a step may name any object of the
+    scene.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer; a plan without steps is an empty object or list."""
+        """Return the plan in an answer. A plan without steps is an empty object or list."""
         plan = read_steps(text, actions)
         if isinstance(plan, Unreadable) or not has_ids(plan):
             return plan
@@ -76,7 +77,7 @@ class VirtualHomePlans(PlanNotation):
         return word.upper()
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return the lookup of relevant objects by class, and of all objects by class and id."""
+        """Return the function that finds relevant objects by class, and all objects by class and id."""
         index = task.scene.index
         by_class_or_id = make_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
 
@@ -86,7 +87,7 @@ class VirtualHomePlans(PlanNotation):
         return object_of
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Return each step as ``"GRAB": ["soap", "1002"]``; an empty list needs the blank of ``[ ]``."""
+        """Return each step as ``"GRAB": ["soap", "1002"]``, or with ``[ ]`` (with a space) for no objects."""
         return tuple([_format_step(action, scene) for action in plan])
 
     def join(self, parts: Iterable[str]) -> str:
@@ -94,12 +95,15 @@ class VirtualHomePlans(PlanNotation):
         return "{" + ", ".join(parts) + "}"
 
     def words(self, task: Task) -> tuple[str, ...]:
-        """Return the classes and ids of the relevant objects."""
+        """Return the words that name the relevant objects: their classes and ids."""
         named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
         return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """Return the schema of a list of one-step objects. A list, as actions may repeat and keys may not."""
+        """Return the schema of a list of objects with one step each.
+
+        One object cannot repeat an action as its key.
+        """
         steps = [
             object_schema({operator.name: list_schema(text_schema(words if operator.arity else None))})
             for operator in domain.operators
@@ -110,11 +114,11 @@ class VirtualHomePlans(PlanNotation):
 def make_lookup(
     by_class: Mapping[str, int], by_name: Mapping[str, int], joint: str = "."
 ) -> Callable[[object], int | None]:
-    """Return the function that finds an object by its class, or by its class and id.
+    """Return the function that finds the index of an object by its class, or by its class and id.
 
     Args:
-        by_class: the object that each class means.
-        by_name: all objects by name.
+        by_class: index of the object that each class means.
+        by_name: index of each object, by name.
         joint: text between class and id in a name.
     """
 
@@ -127,7 +131,7 @@ def make_lookup(
 
 
 def _join_ids(step: WrittenStep) -> WrittenStep:
-    """Return a step in which each class and id form one object; ``soap.1002`` contains its id already."""
+    """Return a step with each class and its id joined to one object. ``soap.1002`` is an object already."""
     if any(isinstance(word, str) and _DOTTED.fullmatch(word) for word in step.objects):
         objects: list[object] = []
         words = list(step.objects)
@@ -141,12 +145,12 @@ def _join_ids(step: WrittenStep) -> WrittenStep:
 
 
 def has_ids(plan: WrittenPlan) -> bool:
-    """Whether a plan names objects with ids: a number stands at the position of an id."""
+    """Whether a plan names objects with ids: a number is in an even position of a step's words."""
     return any(_is_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
 def pair_all_ids(plan: WrittenPlan) -> WrittenPlan:
-    """Return the plan with each class and id joined to one object."""
+    """Return a copy of the plan with each class and its id joined to one object."""
     steps = [WrittenStep(step.action, _pair_words(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))
 

@@ -1,9 +1,10 @@
 """The predicates of a VirtualHome scene.
 
-Names are those of the data set's temporal formulas: ``ON`` is a device's state. ``ONTOP`` and ``NEXT_TO`` are
-the relations that scene graphs call ON and CLOSE.
+Names are those of the data set's temporal formulas. There, ``ON`` is the state of a device that runs. The
+relations that scene graphs call ON and CLOSE are ``ONTOP`` and ``NEXT_TO``.
 
-A lookup yields all matching objects. An effect takes the first: the lowest index, in the data set's order.
+A lookup returns all matching objects as a bit mask. An effect uses the first of them: the object with the
+lowest index, in the data set's order.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 TargetChooser: TypeAlias = Callable[[State, str, int, int], int]
-"""Chooses targets of a relation, given a state, the relation, the source, and a mask of candidates."""
+"""Chooses targets of a relation, given a state, the relation, the source, and a bit mask of candidates."""
 
 SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
 """Number of objects that fit on a seat, by class; 1 for other classes (reference: ``SitExecutor``)."""
@@ -28,7 +29,10 @@ BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
 """Number of objects that fit where one lies, by class; 1 for other classes (reference: ``LieExecutor``)."""
 
 ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
-"""Relations that define the origin of a grabbed object. The first relation that holds decides."""
+"""Relations that define the origin, a grabbed object's former place.
+
+Only the first relation that holds counts.
+"""
 
 
 def object_id(state: State, index: int) -> int:
@@ -37,7 +41,7 @@ def object_id(state: State, index: int) -> int:
 
 
 def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
-    """Return a mask of the rooms around an object, or around its only container; 0 if there are no rooms."""
+    """Return a bit mask of the rooms that contain an object or its only container; 0 if no room does."""
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     visited = 0
@@ -51,7 +55,7 @@ def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
 
 
 def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
-    """Return all objects with this room among their `find_rooms`, as a mask."""
+    """Return a bit mask of all objects that have this room among their `find_rooms`."""
     (room,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     if not is_room >> room & 1:
@@ -69,18 +73,21 @@ def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
 
 
 def find_targets(state: State, predicate: str, source: int, candidates: int) -> int:
-    """Return the targets of a relation among the candidates; both are masks."""
+    """Return the candidates to which a relation leads from the source.
+
+    Candidates and result are bit masks.
+    """
     return state.relation(predicate).row(source) & candidates
 
 
 def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> LookupFunction:
-    """Return a function that finds the origins of an object in one relation of `ORIGIN_RELATIONS`.
+    """Return a function that finds the origins (former places) of an object in one of the `ORIGIN_RELATIONS`.
 
-    Only the first relation that holds decides, so at most one of the three lookups yields objects. Rooms are
-    no origins (reference: ``_find_first_node_from``).
+    Only the first relation that holds decides. At most one of the three functions therefore returns objects.
+    Rooms are never origins (reference: ``_find_first_node_from``).
 
     Args:
-        position: index into `ORIGIN_RELATIONS`.
+        position: index of the relation in `ORIGIN_RELATIONS`.
         choose: chooses among several targets.
     """
 
@@ -96,7 +103,7 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> L
 
 
 def find_cargo(state: State, arguments: tuple[int, ...]) -> int:
-    """Return all objects that move with an object: objects in it, grabbable objects on it, and so on."""
+    """Return the objects that move with an object: objects in it, grabbable objects on it, and theirs."""
     inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.mask("GRABBABLE")
     carried, pending = 0, 1 << arguments[0]
     while pending:
@@ -113,7 +120,7 @@ Y = f.Variable("y")
 Z = f.Variable("z")
 R = f.Variable("r")
 
-# Properties: the uses of an object. They never change.
+# Properties of an object: the actions that it allows. They never change.
 body_part = Predicate("BODY_PART", 1, static=True)
 can_open = Predicate("CAN_OPEN", 1, static=True)
 clothes = Predicate("CLOTHES", 1, static=True)
@@ -161,7 +168,7 @@ holds_rh = Predicate("HOLDS_RH", 2)
 holds_lh = Predicate("HOLDS_LH", 2)
 between = Predicate("BETWEEN", 2, static=True)
 
-# Memory of the origin of a held object.
+# Relations of a held object to the place from which it was grabbed.
 taken_from_top_of = Predicate("TAKEN_FROM_TOP_OF", 2, visible=False, single=True)
 taken_from_inside = Predicate("TAKEN_FROM_INSIDE", 2, visible=False, single=True)
 taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False, single=True)
@@ -205,7 +212,10 @@ somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _make_origin_predicate(position: int, name: str) -> Lookup:
-    """Return the predicate of an object's origins in one relation, if no earlier relation holds."""
+    """Return the predicate of an object's origins in one relation.
+
+    It is false if an earlier relation holds.
+    """
     *earlier, relation = (ontop, inside, next_to)[: position + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
@@ -213,7 +223,7 @@ def _make_origin_predicate(position: int, name: str) -> Lookup:
 
 
 def _require_at_least(place: f.Variable, count: int) -> f.Formula:
-    """Return a formula: at least `count` different objects are on an object."""
+    """Return the formula that holds if at least `count` different objects are on an object."""
     things = [f.Variable(f"y{i}") for i in range(count)]
     formula: f.Formula = f.And(())
     for i, obj in reversed(list(enumerate(things))):
@@ -223,7 +233,10 @@ def _require_at_least(place: f.Variable, count: int) -> f.Formula:
 
 
 def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> Computed:
-    """Return the predicate of a full seat or bed, given capacities by category; 1 for other categories."""
+    """Return the predicate of a full seat or bed.
+
+    The capacity depends on the category. It is 1 for categories that are not listed.
+    """
 
     def test(state: State, arguments: tuple[int, ...]) -> bool:
         (seat,) = arguments
@@ -260,4 +273,4 @@ PREDICATE_OF_RELATION = {
     "HOLDS_RH": "HOLDS_RH",
     "HOLDS_LH": "HOLDS_LH",
 }
-"""Relation of scene graphs -> its predicate in the vocabulary."""
+"""Relation in scene graphs -> predicate of this module."""

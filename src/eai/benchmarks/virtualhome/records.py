@@ -1,11 +1,12 @@
 """The VirtualHome data set as plain records: no world state, no checks, no interpretation.
 
-Records are read from the store. A task is one line of text, decoded on first use. A scene is stored once:
-a task stores how its initial graph differs from the scene, and its final graph from the initial one.
+Records are read from the data store. A task is one line of text, decoded on first use. The scene is stored
+once. A task stores the difference of its initial graph from the scene, and of its final from its initial
+graph.
 
-Order: objects ascend by id, as in every initial graph of the data set. Targets of one source under `ON` or
-`INSIDE` keep the order of the data set's file, because the reference takes the first. Edges of other
-relations ascend by ids.
+Objects ascend by id, as in every initial graph of the data set. Targets of one source under `ON` or `INSIDE`
+keep the order of the data set's file, because the reference takes the first target. Edges of other relations
+ascend by ids.
 """
 
 from __future__ import annotations
@@ -27,11 +28,14 @@ PACK = "virtualhome"
 """Name of the pack with the records of VirtualHome."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Member with the tasks: a line with the tables and the base scene, then a line per task."""
+"""Name of the pack's file of tasks.
+
+Its first line has shared tables and the base scene. Each other line is a task.
+"""
 
 
 Edge: TypeAlias = tuple[int, str, int]
-"""Source id, relation and target id. A tuple, as a scene has 5,700."""
+"""Source id, relation and target id. Edges are plain tuples, because a scene has 5,700 of them."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +57,10 @@ class ObjectRecord:
 
 @dataclass(frozen=True, slots=True)
 class GraphDelta:
-    """The difference of two scene graphs: remove, then replace, then append objects and edges, in order.
+    """The difference of two scene graphs: remove, then replace, then append objects and edges, in this order.
 
-    An edge in both `removed_edges` and `added_edges` moves to the end of its source's `ON` or `INSIDE`
-    targets.
+    An edge in both `removed_edges` and `added_edges` moves behind the other edges of its source under `ON` or
+    `INSIDE`.
     """
 
     removed_ids: tuple[int, ...]
@@ -74,17 +78,19 @@ class TaskRecord:
         id: the data set's id, such as `27_2`, without the prefix `scene_1_` of the subgoal files.
         title: the name that similar tasks share, such as `Wash clothes`.
         description: the natural-language instruction.
-        script: the annotated (gold) steps: an action each, and its objects by class name, as written, and id.
-        node_goals: objects, by id and class name, with their required state.
+        script: the annotated (gold) plan: an action for each step, with class name and id of its objects.
+        node_goals: required states: id and class name of an object, and the state.
         edge_goals: required relations of two objects.
-        action_goals: alternative actions, such as `LOOKAT` or `WATCH`, of which one must be done.
+        action_goals: each a choice of actions, such as `LOOKAT` or `WATCH`, of which one must be done.
         tl_goal: the goal as a temporal-logic text; None for the four tasks without goals.
         initial: the difference from the base scene to the initial graph.
         final: the difference from the initial to the final graph.
         relevant_from_nodes: ids of objects that differ between initial and final graph, without duplicates,
-            in the order of the initial graph. The reference calls these, and the next, the relevant objects.
-        relevant_from_edges: ends of edges that differ, without duplicates, in order of occurrence: source
-            before target, edges of the initial graph before those of the final graph, each in file order.
+            in the order of the initial graph. The reference calls the objects of this and the next attribute
+            relevant.
+        relevant_from_edges: ids at the ends of edges that differ, without duplicates, in order of occurrence:
+            source before target, edges of the initial graph before those of the final graph, each in file
+            order.
     """
 
     id: str
@@ -104,14 +110,14 @@ class TaskRecord:
     def relevant_ids(self) -> list[int]:
         """Ids of the relevant objects, in the order of the reference's Python sets.
 
-        The hash of a small integer is the integer itself. So the order depends on the ids alone.
+        The hash of a small integer is the integer itself, so this order depends only on the ids.
         """
         of_nodes = set(self.relevant_from_nodes)
         return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
 
 
 class _LineTables(NamedTuple):
-    """Tables whose entries the task lines reference by number."""
+    """Tables of objects and relations that all lines of tasks share; lines have indices into these tables."""
 
     relations: Sequence[str]
     records: Sequence[ObjectRecord]
@@ -133,7 +139,7 @@ class _LineTables(NamedTuple):
         )
 
     def read_task(self, values: Mapping[str, Any]) -> TaskRecord:
-        """Return the record of a decoded line."""
+        """Return the record of the JSON value of a line."""
         flat = ("relevant_from_nodes", "relevant_from_edges")
         nested = ("node_goals", "edge_goals", "action_goals")
         read: dict[str, Any] = {
@@ -147,11 +153,12 @@ class _LineTables(NamedTuple):
 
 
 class VirtualHomeRecords(TaskSet[TaskRecord]):
-    """Records by task id, in data set order; each is decoded once, on first use.
+    """Records by task id, in data set order. Each record is decoded once, on first use.
 
     Attributes:
-        base: the base scene, as a difference from an empty graph. It has each id and edge that occur in all
-            initial graphs, and the most frequent record of an id. Tasks list differing records as changed.
+        base: the base scene, as a difference from an empty graph. It has each id and each edge that occurs in
+            all initial graphs. Each id has its most frequent record; tasks list other records of the id as
+            changed.
     """
 
     def __init__(self, content: bytes, sha256: str) -> None:

@@ -37,10 +37,10 @@ class _IndexedGraph:
         objects: the objects, in order.
         labels: labels of each object, by id.
         index: position of each object, by id.
-        unary: for each unary predicate, a mask of objects.
-        rows: for each relation and source, a mask of targets.
-        columns: for each relation and target, a mask of sources.
-        ends: for each relation, masks of the possible sources and the possible targets.
+        unary: for each unary predicate, a bit mask of objects.
+        rows: for each relation and source, a bit mask of targets.
+        columns: for each relation and target, a bit mask of sources.
+        ends: for each relation, bit masks of the possible sources and the possible targets.
     """
 
     objects: Sequence[WorldObject]
@@ -52,10 +52,10 @@ class _IndexedGraph:
     ends: Sequence[tuple[int, int]]
 
     def apply_delta(self, delta: GraphDelta) -> _IndexedGraph:
-        """Return the graph after the changes that a delta lists.
+        """Return a copy of the graph with the changes of a delta.
 
         Raises:
-            DataError: the delta removes objects, which no graph of the data set does.
+            DataError: the delta removes objects, which no delta of the data set does.
         """
         if delta.removed_ids:
             raise DataError(f"a graph removes objects {delta.removed_ids}; run `eai data fetch --force`")
@@ -88,7 +88,7 @@ class _IndexedGraph:
         return _IndexedGraph(objects, labels, index, unary, rows, columns, ends)
 
     def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
-        """Update the masks of unary predicates to the labels of some records, also for new objects."""
+        """Update the masks of unary predicates for objects that are new or have new labels."""
         for record in records:
             bit = 1 << index[record.id]
             for slot in _find_changed_slots(self.labels.get(record.id, _UNLABELLED), record.labels):
@@ -100,7 +100,7 @@ class _IndexedGraph:
         return State(Scene(VOCABULARY, self.objects, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
     def apply_delta_to_state(self, state: State, delta: GraphDelta) -> State:
-        """Return the state of this graph after the few changes that a delta lists.
+        """Return the state of this graph after the changes of a delta. This is fast for few changes.
 
         Raises:
             DataError: the delta adds or removes objects, which no final graph of the data set does.
@@ -166,7 +166,7 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 @cache
 def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
-    """Return the slots of the labels that only one of the two sets has."""
+    """Return the indices of the labels that only one of the two sets has."""
     return [_UNARY[name] for name in before ^ after]
 
 
