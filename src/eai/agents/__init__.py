@@ -1,1 +1,1 @@
-"""Agents that act: observations, games, environments, sessions, and the server for external agents."""
+"""Play tasks with agents: games, observations, environments, and a server for agents of other programs."""

@@ -34,13 +34,13 @@ Agent: TypeAlias = Callable[[], str]
 """Function that returns the next command in the game for which the agent was made."""
 
 _MAX_TRIES = 60
-"""Maximum number of possible actions that the novel agent tries to find a new state."""
+"""Maximum number of actions that the novel agent simulates in one turn to find a new state."""
 
 _MAX_COMPARED = 12
 """Maximum number of actions that the greedy agent compares in one state."""
 
 _VISITED_COST = 1000
-"""Extra cost of a state that the greedy agent has visited."""
+"""Number added to the greedy agent's estimate for a state that it has visited before."""
 
 _FIRST_LIMITS = Limits(200, thorough=False, looks=8_000)
 """Limits of the explorer's first search for a plan with known objects."""
@@ -105,12 +105,15 @@ def _make_rng(game: Game, seed: int) -> random.Random:
 
 
 def reference_agent(game: Game, seed: int = 0) -> Agent:
-    """Return an agent that plays the reference of the stage, then `DONE`."""
+    """Return an agent that plays the commands known to win the task (`Reference.commands`), then `DONE`."""
     return _follow(game.stage.reference.commands or ())
 
 
 def gold_agent(game: Game, seed: int = 0) -> Agent:
-    """Return an agent that plays the gold or the planner's plan, then `DONE`, or refuses without a plan."""
+    """Return an agent that plays the gold plan or else the planner's plan, then `DONE`.
+
+    Without a plan it declares the task impossible.
+    """
     if game.task.has_no_plan:
         return reference_agent(game)
     plan = game.task.script or find_plan(game.task, get_planner(game.stage.domain)).plan
@@ -172,7 +175,7 @@ class _Explorer:
         self._present = make_presence_condition(self._domain)
 
     def __call__(self) -> str:
-        """Return the next command."""
+        """Return the next command of the explorer."""
         game = self._game
         self._visited_objects.update(game.memory.observation.visible)
         if all(game.reached):
@@ -188,7 +191,7 @@ class _Explorer:
         return game.stage.commands.write(action)
 
     def _find_plan(self) -> Sequence[Action]:
-        """Return a plan for the goals, or else a plan to see more objects."""
+        """Return the actions of a plan for the goals, or else of a plan to see more objects."""
         return (
             self._plan_goals()
             or self._plan_to_see(self._find_unvisited())
@@ -203,7 +206,7 @@ class _Explorer:
         return plan
 
     def _explore_again(self) -> Sequence[Action]:
-        """Explore again after an object was opened: its contents may be visible from elsewhere."""
+        """Forget the visited landmarks, because an opened object may show its contents from elsewhere."""
         if not self._has_opened:
             return ()
         self._has_opened = False
@@ -221,7 +224,7 @@ class _Explorer:
     def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
         """Return a plan for the goals if the objects of pending goals are known or can be made.
 
-        A first search uses only the objects of the goals, a second search all known objects.
+        A first search uses only the objects of the goals; a second search uses all known objects.
         """
         game, task = self._game, self._game.task
         usable_objects, effort = game.memory.known | self._find_absent(), (limits, len(game.memory.known))
@@ -239,13 +242,13 @@ class _Explorer:
         return ()
 
     def _find_absent(self) -> set[int]:
-        """Return the objects of the task that do not exist yet, so that no place hides them."""
+        """Return the objects of the task that an action must create first."""
         holds = self._planner.heuristic.readings.holds
         state, present = self._game.state, self._present
         return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
 
     def _plan_to_see(self, hopes: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
-        """Return a plan to see hidden objects, by actions on one object or else on all known objects."""
+        """Return a plan to see hidden objects. It acts on one object, or else on all known objects."""
         known = tuple(sorted(self._game.memory.known))
         if self._opened is not None and len(known) == self._opened[1]:
             self._fruitless[self._opened[0]] += 1
@@ -263,7 +266,7 @@ class _Explorer:
         return ()
 
     def _find_unvisited(self) -> Sequence[tuple[int, Formula]]:
-        """Return the landmarks that are not visited, and the conditions for their visibility."""
+        """Return the unvisited landmarks, each with the condition under which the agent sees it."""
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
@@ -271,10 +274,10 @@ class _Explorer:
         return [(i, _apply_to(visible, Constant(names[i].name))) for i in landmarks]
 
     def _find_closed(self) -> Sequence[tuple[int, Formula]]:
-        """Return objects that may hide other objects, and the conditions under which they hide nothing.
+        """Return objects that may hide others, each with the condition under which it hides nothing.
 
-        Objects of goals come first, then kinds of objects that hid something or are new, then visible
-        objects.
+        Objects of goals come first, then kinds of objects that hid something or were never opened, then
+        visible objects.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
@@ -293,23 +296,24 @@ class _Explorer:
 
 
 class _GoldSeeker(_Explorer):
-    """Plays the gold plan, and explores for the objects of a step before it."""
+    """Plays the gold plan, and explores before each step until the agent knows the step's objects."""
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
         self._steps = deque(game.task.script)
 
     def _find_plan(self) -> Sequence[Action]:
-        """Return the next step if its objects are known, or else a plan to see more objects."""
+        """Return the next step of the gold plan if the step's objects are known, else a plan to see more."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return self._plan_to_see(self._find_unvisited()) or self._plan_to_open()
         return [self._steps.popleft()] if self._steps else ()
 
 
 class _Greedy(_Explorer):
-    """`eai/greedy`: takes the possible action with the lowest estimate by the planner's heuristic.
+    """`eai/greedy`: takes the action after which the estimated distance to the goals is lowest.
 
-    It explores as the explorer does. It is not a null agent: one step of planning wins most public tasks.
+    The planner's heuristic makes the estimate. The agent explores as the explorer does. It is not a null
+    agent, because it knows the goals: planning one step ahead wins most public tasks.
     """
 
     def __init__(self, game: Game, seed: int = 0) -> None:
@@ -343,7 +347,7 @@ NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
     "novel": novel_agent,
     "blind": blind_agent,
 }
-"""The null agents, which do not know the goals."""
+"""The null agents by name. They do not know the goals."""
 
 AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     **NULLS,
@@ -354,4 +358,4 @@ AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     "explorer": _Explorer,
     "greedy": _Greedy,
 }
-"""All agents. Except for ``gold`` and ``seeker`` they are built-in models."""
+"""All agents by name. Except for ``gold`` and ``seeker`` they are built-in models."""

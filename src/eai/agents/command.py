@@ -16,7 +16,7 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
 DONE = "DONE"
-"""The command that ends the episode, if the agent decides when."""
+"""The command that ends the episode, in games that end when the agent says so."""
 
 LOOK = "LOOK"
 """The command that lists all visible facts, for games whose turns report only changes."""
@@ -34,7 +34,7 @@ def is_look(text: str, domain: Domain) -> bool:
 
 
 CommandMeaning: TypeAlias = Action | ErrorReport | None
-"""The meaning of a text: an action, an error if no action can be tried, or None for the episode's end."""
+"""The meaning of a command: an action, an error if it is not a valid action, or None for the end."""
 
 
 class Commands:
@@ -42,7 +42,7 @@ class Commands:
 
     Args:
         task: the task.
-        benchmark: the benchmark of the task. Commands may name objects as observations do, or as answers do.
+        benchmark: the benchmark of the task. Commands may write objects as observations or as answers do.
     """
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
@@ -66,11 +66,11 @@ class Commands:
     def read(
         self, text: str, nameable: Collection[int], *, ends: bool
     ) -> tuple[CommandMeaning, tuple[str, ...]]:
-        """Read a text as a command. Return its meaning, and the names of the repairs that the text needed.
+        """Read a text as a command. Return its meaning, and the names of the corrections of malformed text.
 
         Args:
             text: the text.
-            nameable: indices of the objects that the text may name.
+            nameable: indices of the objects that the agent may act on.
             ends: whether the text may end the episode.
         """
         plan = self._read_steps(text)
@@ -94,7 +94,7 @@ class Commands:
         return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
     def _read_steps(self, text: str) -> WrittenPlan | Unreadable:
-        """Read the steps of a text: a line, a whole answer, or one step of an answer."""
+        """Return the steps in a text, which is a line, a whole answer, or one step of an answer."""
         if len(text) > MAX_LENGTH:
             return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")
         line = _LINE.fullmatch(text)

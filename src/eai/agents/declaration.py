@@ -1,4 +1,4 @@
-"""Declaration of the ability ``acting``, whose answers are episodes, with the measures of episodes."""
+"""Declare the ability ``acting``, whose answers are episodes, and compute the metrics of episodes."""
 
 from __future__ import annotations
 
@@ -34,17 +34,20 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
-"""Multiples of the shortest known plan's length within which an episode must succeed, by metric."""
+"""For each metric, the multiple of the shortest known plan's length within which an episode must succeed."""
 
 KINDS = tuple(ENDING_FAULTS)
-"""Kinds of impossible actions. Actions that are not needed are counted separately."""
+"""Names of the kinds of impossible actions. Needless actions are counted separately."""
 
 _MAX_RECOVERY_TURNS = 2
 """Number of turns after a fault within which a possible action counts as recovery."""
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
-    """Return the contributions of an episode to each rate, or the mean of all episodes of its task."""
+    """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
+
+    If the verdict stands for all episodes of a task, these are their means.
+    """
     if verdict.mean is not None:
         return dict(verdict.mean)
     won, actions, shortest = bool(verdict.success), verdict.actions, verdict.shortest
@@ -80,7 +83,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
 
 
 def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
-    """Return the first episode of a task that is not excluded, with the mean contributions of all of them."""
+    """Return the verdict on a task's first scored episode, with the means of all scored episodes."""
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
         return verdicts[0]
@@ -92,12 +95,12 @@ def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
 
 
 def _path_length_share(won: bool, tried: int, shortest: int) -> float:
-    """Return the contribution to SPL: shortest length by number of actions, or 0 for a lost episode."""
+    """Return success weighted by path length (SPL): shortest length / actions tried, 0 without success."""
     return float(won) if tried <= shortest else won * shortest / tried
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the function that makes scorers.
+    """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports do not load the engine.
     """

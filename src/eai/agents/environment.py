@@ -1,4 +1,4 @@
-"""The environment of a benchmark for gymnasium, a thin layer around games."""
+"""Play the tasks of a benchmark as a gymnasium environment."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MAX_OBSERVATION = 1 << 16
 class AnyText(gymnasium.Space[str]):
     """The space of all texts up to a length, with any characters; samples are printable ASCII.
 
-    `gymnasium.spaces.Text` has a fixed set of characters. Its observations never arrive through the memory
+    `gymnasium.spaces.Text` allows only a fixed set of characters. Its observations are lost in the memory
     that `gymnasium.vector.AsyncVectorEnv` shares by default. With `AnyText` it raises an error that asks for
     ``shared_memory=False``.
     """
@@ -51,17 +51,17 @@ class AnyText(gymnasium.Space[str]):
         )
 
     def contains(self, x: Any) -> bool:
-        """Whether a value is a text within the length."""
+        """Whether a value is a text of at most the maximum length."""
         return isinstance(x, str) and len(x) <= self.max_length
 
     @property
     def is_np_flattenable(self) -> bool:
-        """False, since a text cannot be flattened to an array."""
+        """False, because a text cannot be flattened to an array."""
         return False
 
 
 RENDER_MODE, CAMERA = "rgb_array", "camera"
-"""Render modes: a diagram of the visible objects, or a camera in a scene with bodies, near the agent."""
+"""Render modes: a diagram of the visible objects, or a camera near the agent in a scene with 3D bodies."""
 
 _MODES = (RENDER_MODE, CAMERA)
 
@@ -69,7 +69,7 @@ _MODES = (RENDER_MODE, CAMERA)
 class TextEnvironment(gymnasium.Env[str, str]):
     """A benchmark played by text: an action is a line such as ``GRAB(soap.1002)``.
 
-    A step in the notation of the benchmark's answers is an action too. An action costs a step and changes
+    A step in the notation of the benchmark's answers is also an action. An action costs a step and changes
     nothing if it is unreadable, impossible or names an unknown object.
 
     Args:
@@ -186,7 +186,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return pixels(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
-        """Free the camera."""
+        """Close the camera and free its memory."""
         if self._camera is not None:
             self._camera.close()
             self._camera = None
@@ -198,7 +198,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return self._camera
 
     def _draw_task_id(self) -> str:
-        """Return a random task. Tasks without goals are drawn only if no task has goals."""
+        """Return a random task's id. Tasks without goals are drawn only if no task has goals."""
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
         return next((task_id for task_id in order if self._tasks[task_id].plan_exclusion is None), order[0])
 

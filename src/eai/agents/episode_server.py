@@ -22,13 +22,13 @@ from eai.results.trials import AnswerKey
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
-"""The harness of agents outside of this process, in records."""
+"""Name that records give as the harness of agents outside of this process."""
 
 _EPISODES, _ENDING = "episodes", ".journal"
 
 
 def find_journal(folder: Path, place: AnswerKey) -> Path:
-    """Return the file of an episode's journal in the folder of its world."""
+    """Return the path of an episode's journal in the folder of the server."""
     return folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
 
 
@@ -39,7 +39,8 @@ def open_episodes(
     """Yield the server of the episodes in a folder, which no other process can use during the block.
 
     Raises:
-        InputError: another process uses the folder, the folder cannot be used, or it has other episodes.
+        InputError: another process uses the folder, the folder cannot be used, or it holds episodes of other
+            tasks or settings.
     """
     arena = AgentTask(suite.benchmark, setting)
     with suppress(OSError):  # `lock_run_folder` raises if the folder is missing
@@ -55,22 +56,22 @@ def open_episodes(
 class EpisodeServer:
     """The episodes of tasks, one for each ticket. An episode begins once, with the first call.
 
-    The folder has the key, a journal of each episode, and the answers for `eai score`. The agent must have no
-    access to the folder.
+    The folder contains the key that seals journals, a journal of each episode, and the answers for `eai
+    score`. The agent must have no access to the folder.
 
     Args:
         folder: the folder.
         suite: the tasks.
-        places: the offered episodes: task and number.
+        places: the offered episodes, each a task and the number of the episode among those of the task.
         arena: the benchmark and setting of the episodes.
         agent: the name of the agent in the name of the response file.
 
     Attributes:
         places: the offered episodes.
-        tickets: the episode of each ticket.
+        tickets: the episode of each ticket, by the ticket's text.
 
     Raises:
-        InputError: the folder cannot be used, or has other episodes.
+        InputError: the folder cannot be used, or holds episodes of other tasks or settings.
     """
 
     def __init__(
@@ -88,7 +89,7 @@ class EpisodeServer:
     def call(self, place: AnswerKey, command: str) -> str:
         """Carry out a command in an episode; returns the observation.
 
-        A look before the first action returns the whole question.
+        The command `LOOK` before the first action returns the whole question.
 
         Raises:
             InputError: the folder cannot be written.
@@ -122,13 +123,15 @@ class EpisodeServer:
         self._write()
 
     def close(self) -> None:
-        """Write the answers and close all journals. Unfinished episodes can be resumed."""
+        """Write the answers and close all journals. A later server can resume unfinished episodes."""
         for _, journal in self._open.values():
             journal.close()
         self._write()
 
     def _write(self) -> None:
-        """Write all episodes that have begun as answers. An episode without an end counts as stopped.
+        """Write each episode that has begun as an answer.
+
+        An unfinished episode counts as stopped by the agent.
 
         Raises:
             InputError: a journal was changed or has another setting, or the folder cannot be written.
@@ -149,7 +152,7 @@ class EpisodeServer:
             file.write(self._make_answer(place))
 
     def _find_response_file(self, place: AnswerKey) -> Path:
-        """Return the response file of an episode: further episodes of a task have files of their own."""
+        """Return the path of an episode's response file. The n-th episodes of all tasks share a file."""
         epoch = place[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
@@ -173,7 +176,7 @@ class EpisodeServer:
         return sorted(begun, key=lambda place: (place[1], order[place[0]]))
 
     def _open_episode(self, place: AnswerKey) -> tuple[Session, Journal]:
-        """Return an episode with its journal, after beginning the episode if it has not begun."""
+        """Return an episode with its journal. Begin the episode if it has not begun."""
         if place not in self._open:
             task_id, epoch = place
             path, stage = find_journal(self._folder, place), self._arena.stage(self._suite.tasks[task_id])

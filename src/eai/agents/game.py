@@ -1,4 +1,4 @@
-"""Games: tasks that are played by text, one action a turn, and the rewards of an episode."""
+"""Play tasks by text, one action a turn, and compute the rewards of an episode."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from eai.world.state import State
 _LOG = logging.getLogger(__name__)
 
 GameEnd: TypeAlias = Literal["goal", "done", "refused", "steps"]
-"""Reason for the end of a game: all goals are reached, `DONE`, a refusal, or the limit of actions."""
+"""Reason for the end of a game: all goals reached, `DONE`, a refusal of the agent, or no actions left."""
 
 
 class _Info(TypedDict, total=False):
@@ -40,11 +40,11 @@ class _Info(TypedDict, total=False):
 
     Attributes:
         task_id: the task.
-        goals: whether each goal is reached now.
+        goals: whether each goal is reached after the turn, in the order of the task's goals.
         won: whether the episode has ended with all goals reached, and with `DONE` if the rules require it.
-        fault: the kind of error of the action, or None.
-        slipped: whether the action was possible and did not work.
-        repairs: names of the repairs that reading the command needed.
+        fault: the kind of error of the action; None without an error.
+        slipped: whether the action was possible but, by chance, had no effect.
+        repairs: names of the corrections that made a malformed command readable.
         admissible_commands: the commands for possible actions, if the rules list them.
     """
 
@@ -68,9 +68,10 @@ class _StepResult(NamedTuple):
 
 
 class _CommandOutcome(NamedTuple):
-    """The outcome of a command: its text, and the fault and slip of its action.
+    """The outcome of a command: the text for the agent, the kind of error, and whether the action slipped.
 
-    The text about a fault or a slip is one sentence. Otherwise lines with changes follow.
+    A slip is a possible action that by chance has no effect. The text about an error or a slip is one
+    sentence. After a successful action, lines with changes may follow.
     """
 
     text: str
@@ -83,17 +84,17 @@ class Game:
 
     Args:
         stage: the task, ready to be played.
-        seed: the seed of the slips.
+        seed: the seed of slips, the random failures of possible actions.
         epoch: the number of the game among games with this seed.
 
     Attributes:
-        stage: the values that all games of the task share.
+        stage: the setup of the game, with the values that all games of the task share.
         task: the task.
         ended: the reason for the end of the game; None if it goes on.
         won: whether the game has ended with all goals reached, and with `DONE` if the rules require it. A
             refusal wins if no plan exists.
-        refused: the agent's reason why the task is impossible; None without a refusal.
-        taken: the operators of the actions that were carried out.
+        refused: the agent's reason for calling the task impossible; None if the agent has not done so.
+        taken: names of the operators of the executed actions, in order.
         reached: whether each goal is reached now.
         worth: the value of the episode by its present state; 0 if nothing can be earned.
         tried: number of actions tried, impossible actions included.
@@ -140,12 +141,15 @@ class Game:
 
     @property
     def metrics(self) -> Mapping[str, float]:
-        """The metrics of the episode, by the names of `eai.results.reward.Grade`."""
+        """The metrics of the episode up to now, by name, as in `eai.results.reward.Grade`."""
         return metrics_of(self._compute_credit(is_last=self.over))
 
     @property
     def final_worth(self) -> float:
-        """The value of the episode if it ends now. `success` and `goals` pay nothing without `DONE`."""
+        """The value of the episode if it ends now.
+
+        The rewards `success` and `goals` pay nothing without `DONE`.
+        """
         return self._compute_value(is_last=True)
 
     def _compute_value(self, *, is_last: bool) -> float:
@@ -158,7 +162,7 @@ class Game:
         return 0.0 if earned is None else pay_for(earned, self._rules.reward)
 
     def _find_counted_actions(self) -> list[Action]:
-        """Return the actions that count: those that were carried out, and those that were not needed."""
+        """Return the executed actions, and the actions that were skipped because they were not needed."""
         steps = self._episode.trajectory.steps
         return [
             step.action
@@ -169,7 +173,7 @@ class Game:
     def _compute_credit(self, *, is_last: bool) -> Credit | None:
         if self.refused is not None:
             return Credit(float(self.won), self.won, ended=False, faults=self._faults)
-        if self.task.has_no_plan:  # no plan reaches all goals, so no goal is paid
+        if self.task.has_no_plan:  # no plan reaches all goals, so reached goals earn nothing
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
         earned = credit_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
@@ -188,7 +192,7 @@ class Game:
         return f"{make_manual(self.stage.benchmark, self._rules)}\n\n{self.opening()}"
 
     def opening(self) -> str:
-        """Return the first observation."""
+        """Return the first observation: the task, the limit of actions, and the known facts."""
         text = self.stage.opening
         if self._rules.budget is not None:
             text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.limit)})}"
@@ -263,7 +267,7 @@ class Game:
     def _make_result(
         self, tried: _CommandOutcome, repairs: tuple[str, ...], *, done: bool = False
     ) -> _StepResult:
-        """Return the turn that follows from the outcome of a command."""
+        """Update the end of the game after a command. Return the observation and reward of the turn."""
         self.outcome = tried
         complete, limit = all(self.reached), self.stage.limit
         if self.refused is not None:
@@ -337,7 +341,7 @@ class Game:
     def info(
         self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()
     ) -> _Info:
-        """Return facts about a turn, or about the beginning, that no observation shows."""
+        """Return facts about a turn, or about the start of the game, that no observation shows."""
         info = _Info(
             task_id=self.stage.task.id,
             goals=list(self.reached),
@@ -368,8 +372,8 @@ class Game:
         """Yield all actions that are possible now, about known objects.
 
         Args:
-            bindings: limit of the effort, after which no more actions are yielded, as in
-                `applicable_actions`; by default the limit of lists.
+            bindings: limit of the parameter values to try, after which no more actions are yielded; by
+                default `_MAX_BINDINGS`.
         """
         known = self.memory.known
         objects = [index for index in self.stage.observer.subjects if index in known]
@@ -380,7 +384,7 @@ class Game:
 
 
 _MAX_BINDINGS = 1_000_000
-"""Maximum number of parameter values that are tried to list the possible actions."""
+"""Maximum number of parameter values to try when possible actions are listed."""
 
 
 def _name_fault(kind: FaultKind) -> str:

@@ -1,4 +1,4 @@
-"""Setups of games: tasks that are ready to be played, with the values that all games of a task share."""
+"""Prepare a task for games, with the values that all games of the task share."""
 
 from __future__ import annotations
 
@@ -21,40 +21,47 @@ if TYPE_CHECKING:
     from eai.abilities.plan_repairer import PlanRepairer
 
 _PAIR_ACTIONS = 50
-"""Number of actions allowed in both tasks of a pair, so that it does not show which task has no plan."""
+"""Maximum number of actions in each task of a pair of a solvable and an impossible task.
+
+The number is equal in both, so that it does not show which one is impossible."""
 
 _EXTRA_ACTIONS = 8
-"""Number of actions allowed for looking around, in addition to the actions of plans."""
+"""Number of extra actions for looking around, added to the actions of a plan."""
 
 
 class Reference(NamedTuple):
     """The shortest known plan of a task, and commands that win the task.
 
     Attributes:
-        shortest: length of the shortest known plan of a planner that knows the whole scene, not proved to be
-            the shortest; None if no plan is known.
-        commands: commands that reach all goals in the view of the stage, without `DONE`: the gold plan, else
-            the explorer's, else the gold plan with commands that search for its objects. A refusal if the
-            task has no plan; None if none of these wins, and the task is left out.
+        shortest: number of actions of the shortest known plan, found with the whole scene known; a shorter
+            plan may exist. None if no plan is known.
+        commands: commands that reach all goals for an agent with the game's view, without `DONE`: the gold
+            plan, else the plan of the agent ``explorer``, else the gold plan with commands that search for
+            its objects. A refusal if the task has no plan. None if none of these commands wins; the task is
+            then left out of statistics.
     """
 
     shortest: int | None
     commands: tuple[str, ...] | None
 
     def budget(self, times: float) -> int:
-        """Return the maximum number of actions: enough for the commands and for some looking around."""
+        """Return the maximum number of actions of a game: enough to win and to look around.
+
+        Args:
+            times: factor of the shortest known plan's length.
+        """
         least = 0 if self.commands is None else len(self.commands)
         return max(ceil(times * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
 
 
 class GameSetup:
-    """A task that is ready to be played, with the values that all its games share.
+    """A task that is ready to be played, with the values that all games of the task share.
 
     Args:
         task: the task.
         benchmark: the benchmark of the task.
         rules: the rules of its games.
-        find_reference: finds the reference, on first use.
+        find_reference: finds the shortest known plan and winning commands, on first use.
 
     Raises:
         InputError: the task has no goals that can be reached, or an action has the name that ends an episode.
@@ -84,13 +91,13 @@ class GameSetup:
 
     @cached_property
     def met_at_start(self) -> Share:
-        """The conditions met by an episode without actions, as a value of partial success."""
+        """The share of goal conditions that hold before any action, as partial success counts them."""
         initial, goals = self.task.initial, self.goals
         return goals.find_partial_success(initial, (), goals.find_reached(initial, ()))
 
     @cached_property
     def reference(self) -> Reference:
-        """The shortest known plan, and commands that win in this view."""
+        """The shortest known plan, and commands that win the task with the view of these games."""
         return self._find_reference(self)
 
     @cached_property
@@ -104,7 +111,7 @@ class GameSetup:
 
     @cached_property
     def repairer(self) -> PlanRepairer:
-        """The object that measures the closeness of actions to success."""
+        """The object that repairs failed action sequences, to measure how close they are to success."""
         # imported here, since only rewards for repairs need it
         from eai.abilities.plan_repairer import PlanRepairer
 

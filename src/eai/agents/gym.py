@@ -1,4 +1,4 @@
-"""Benchmarks as environments for gymnasium: one action a turn, written as text; observations are text.
+"""Register benchmarks as gymnasium environments, in which actions and observations are texts.
 
     import gymnasium
     import eai.agents.gym
@@ -19,10 +19,10 @@ from eai.benchmarks.registry import CAPITALISED
 __all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
 
 ANY = "eai/Benchmark-v1"
-"""Name of the environment of any benchmark, which the option ``benchmark`` names."""
+"""Name of the registered environment for any benchmark; the option ``benchmark`` chooses the benchmark."""
 
 IDS = {f"eai/{title}-v1": name for name, title in CAPITALISED.items()}
-"""The package's own benchmarks by the names of their environments."""
+"""Names of the package's own benchmarks, by the names of their environments."""
 
 try:
     import gymnasium

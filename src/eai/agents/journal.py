@@ -1,9 +1,10 @@
 """Sealed journals of episodes, which agents outside of this process cannot change unnoticed.
 
-A line is a seal and a JSON object. The first object has the task and the setting, each further object has the
-command of a turn and the digest of its observation, and the last object has the reason for the end. A seal is
-an HMAC-SHA256 over the last seal and the object, by a key that the agent cannot read. A line is on the disk
-before its observation goes out: no agent has read the observation of a torn last line, which is left out.
+Each line of a journal has a seal and a JSON object. The first object has the task and the setting. Each
+further object has the command of a turn and the digest of its observation. The last object has the reason for
+the end. A seal is an HMAC-SHA256 over the last seal and the object, by a key that the agent cannot read. A
+line is on the disk before its observation is sent. So no agent has read the observation of an incomplete last
+line, and readers leave the line out.
 """
 
 from __future__ import annotations
@@ -50,14 +51,14 @@ def read_key(folder: Path) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class _JournalContent:
-    """The content of the lines of a journal with right seals.
+    """The content of those lines of a journal that have valid seals.
 
     Attributes:
-        begin: the first object.
-        turns: the turns.
-        ended: the reason for the end; None without a final line.
+        begin: the JSON object of the first line, with the task and the setting.
+        turns: the JSON objects of the turns, in order.
+        ended: the reason for the end of the episode; None if the journal has no final line.
         seal: the last seal.
-        size: number of bytes of the whole lines.
+        size: size of the complete lines, in bytes.
     """
 
     begin: Mapping[str, Any]
@@ -73,12 +74,12 @@ def is_begun(path: Path) -> bool:
 
 
 def read_journal(path: Path, key: bytes, play: Session | None = None, *, ended: bool = True) -> str:
-    """Return the episode of a journal as an answer.
+    """Return the text of a journal's episode, as answers to the ability ``acting`` write it.
 
     Args:
         path: the file.
         key: the key of the seals.
-        play: the expected episode at its beginning; None for any episode.
+        play: a new episode with the expected task and setting; None to accept any episode.
         ended: whether the episode must have ended.
 
     Raises:
@@ -110,7 +111,7 @@ def _read_content(path: Path, key: bytes, play: Session | None) -> _JournalConte
 
 
 def _make_first_object(play: Session) -> dict[str, Any]:
-    """Return the first object of a journal: the task, and the episode without turns and end."""
+    """Return the JSON object of a journal's first line: the task, and the episode without turns and end."""
     about = play.to_json("stopped")
     task = play.task
     del about["turns"], about["ended"]
@@ -133,14 +134,14 @@ def _add_line(episode: _JournalContent, raw: bytes, key: bytes) -> _JournalConte
 
 
 class Journal:
-    """The journal of an episode under way, to which each turn is added. The caller closes it.
+    """The journal of an unfinished episode, to which each turn is added. The caller closes the journal.
 
     No other process may write the file, as `eai.base.files.lock_run_folder` makes sure.
 
     Args:
-        path: the file; the turns that it holds are played again.
+        path: the file of the journal; turns that it contains are played again.
         key: the key of the seals.
-        play: the episode at its beginning.
+        play: the episode, before its first turn.
 
     Attributes:
         ended: why the episode has ended; None if it has not.
@@ -165,7 +166,7 @@ class Journal:
         self.write(play)
 
     def _resume(self, play: Session) -> int:
-        """Play the turns of the file again. Return the size of its complete lines in bytes."""
+        """Play the turns in the journal's file again. Return the size of the complete lines, in bytes."""
         before = _read_content(self._path, self._key, play)
         for turn in before.turns:
             play.say(turn["said"])
@@ -192,7 +193,7 @@ class Journal:
             self.end(play.ended)
 
     def end(self, why: str = "stopped") -> None:
-        """Write the end of the episode, if it has not ended.
+        """Write that the episode has ended, if the journal does not state an end yet.
 
         Raises:
             InputError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""Observations as text: an observer for each task, and the memory of an agent for each episode."""
+"""Describe what an agent sees as text, and remember what it has seen in an episode."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class _VisibleFacts:
 
     @cached_property
     def facts(self) -> Sequence[Fact]:
-        """The facts, in order."""
+        """The visible facts of the predicate, in the order in which they are listed."""
         return self.list_facts()
 
     @cached_property
     def text(self) -> str:
-        """The facts as lines of text."""
+        """The visible facts of the predicate, as lines of text."""
         return "\n".join(self.render(self.facts))
 
 
@@ -56,7 +56,7 @@ class _Observation(NamedTuple):
     Attributes:
         state: the state.
         visible: the visible objects.
-        by_predicate: the facts about visible objects, by predicate.
+        by_predicate: the visible facts of each predicate, in the order of the benchmark's fact lists.
     """
 
     state: State
@@ -70,13 +70,13 @@ class _Observation(NamedTuple):
 
 
 class Observer:
-    """Observes the world of one task; all episodes of the task share an observer.
+    """Makes the observations of one task. All episodes of the task share an observer.
 
     Args:
         task: the task.
         wording: the words for facts and objects.
-        observe: whether all objects are visible, or some depend on the place of the agent.
-        view: whether all objects of the scene can ever be visible, or only those of the task and the agent.
+        observe: whether all objects are visible, or only those that the agent sees from its place.
+        view: whether every object of the scene can become visible, or only objects of the task and the agent.
 
     Attributes:
         subjects: objects that can ever be visible, in the order in which they are listed. In a partial view
@@ -116,7 +116,10 @@ class Observer:
         )
 
     def render_objects(self, chosen: Collection[int]) -> str:
-        """Return the objects with their kinds and properties; objects with equal ones share a line."""
+        """Return lines with objects, kinds and properties.
+
+        Objects of equal kind and properties share a line.
+        """
         by_kind = group_pairs((self._get_kind(index), index) for index in self.subjects if index in chosen)
         return "\n".join([f"{self.render_names(objects)} {kind}" for kind, objects in by_kind.items()])
 
@@ -125,11 +128,11 @@ class Observer:
         return shorten_names([self._names[index] for index in chosen])
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
-        """Yield the lines that state facts."""
+        """Yield the lines of text that state some facts."""
         return shorten_facts(facts, self._names, self._wording.write_fact_about)
 
     def render_fact(self, fact: Fact) -> str:
-        """Return a single fact in words."""
+        """Return the text of a single fact."""
         return self._wording.write_fact_about(
             fact.predicate, [self._names[index] for index in fact.arguments]
         )
@@ -150,7 +153,7 @@ class Observer:
         Args:
             last: an earlier observation in the same episode.
             state: the state.
-            stored: the changes between the earlier state and this one.
+            stored: the facts that differ between the earlier state and this state.
         """
         changed = stored.predicates
         visible = last.visible if changed.isdisjoint(self._visibility_sources) else self._visible(state)
@@ -192,7 +195,7 @@ class Observer:
     def find_changes_about(
         self, before: _Observation, after: _Observation, chosen: AbstractSet[int]
     ) -> list[SignedFact]:
-        """Return the changes in facts about some objects and not about the agent."""
+        """Return the changed facts that are about one of some objects, but not about the agent."""
         return [
             (sign, fact)
             for sign, fact in self.find_changes(before, after, compare_states(before.state, after.state))
@@ -223,7 +226,7 @@ class Observer:
     def _find_required_objects(
         self, listing: FactListing, chosen: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return the objects of which a listed fact must contain one, or None if any fact is listed."""
+        """Return the objects of which a fact must contain at least one to be listed; None to list all."""
         if listing.predicate not in self._egocentric_predicates:
             return chosen
         return frozenset() if self.agent is None else frozenset((self.agent,))
@@ -242,12 +245,12 @@ class Memory:
 
     Args:
         observer: the observer of the task.
-        feedback: the facts that turns tell.
+        feedback: the facts that the text after each turn contains.
 
     Attributes:
         observation: the last observation.
         known: objects that the agent has seen, and landmarks.
-        changes: visible changes by the last command, and earlier ones of objects that are visible again.
+        changes: visible changes by the last command, and earlier changes of objects that are visible again.
         has_looked: whether the agent has looked around since its last action.
     """
 
@@ -262,7 +265,7 @@ class Memory:
         self._last_seen: dict[int, _Observation] = {}
 
     def look_around(self) -> str:
-        """Return the visible facts; a second look without an action between gets only a note."""
+        """Return the visible facts, or a short note if the agent has not acted since its last look."""
         if self.has_looked:
             return "You have looked already: nothing has changed since."
         self.has_looked = True
@@ -278,7 +281,7 @@ class Memory:
     def update(self, state: State) -> str:
         """Observe a later state.
 
-        Return the visible changes, and the objects that are visible for the first time.
+        Return text about visible changes, and about the objects that are visible for the first time.
         """
         observer, before = self._observer, self.observation
         stored = compare_states(before.state, state)
@@ -305,7 +308,7 @@ class Memory:
             yield from (f"{sign} {line}" for line in self._observer.render_facts(fact for _, fact in facts))
 
     def _compare_visible(self, before: _Observation, new: Sequence[int]) -> Iterator[str]:
-        """Yield lines about objects that went out of sight or came back, with changes in the meantime."""
+        """Yield lines about objects that went out of sight or came back, with the changes in between."""
         observer, after = self._observer, self.observation
         visible, expected = {*after.visible}, {*before.visible, *new}
         gone = [index for index in before.visible if index not in visible]

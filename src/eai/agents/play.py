@@ -1,4 +1,4 @@
-"""Episodes: tasks in a setting, an episode under way, and the text of an episode."""
+"""Begin episodes of tasks, carry out commands in them, and write and read episodes as texts."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ _BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DO
 
 
 def rules_of(setting: Setting) -> GameRules:
-    """Return the rules of the games in a setting.
+    """Return the rules of games in a setting, the options that a user chooses for episodes.
 
     Raises:
-        InputError: there is no such view or feedback, or they contradict each other.
+        InputError: the view or the feedback does not exist, or the two contradict each other.
     """
     chosen = setting.model_dump(include={"view", "observe", "feedback", "slip", "budget"})
     return GameRules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
@@ -74,9 +74,9 @@ class AgentTask:
         return make_setup(task, self.benchmark, self.rules)
 
     def prompt(self, task: Task) -> Prompt:
-        """Return the question: the world, the task, and how to act in it.
+        """Return the question of a task: the world, the task, and how to act.
 
-        A task that is left out of all statistics is not played; its question has the reason.
+        A task that is left out of all statistics is not played; the question then states the reason.
         """
         if task.plan_exclusion is not None:
             return Prompt(f"{make_manual(self.benchmark, GameRules())}\n\n{task.plan_exclusion}")
@@ -84,10 +84,10 @@ class AgentTask:
         return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
 
     def shown(self, task: Task) -> Prompt:
-        """Return the question with its pictures.
+        """Return the question of a task with the pictures of the first observation.
 
         Raises:
-            InputError, EaiError: as of `Play.pictures`.
+            InputError, EaiError: as in `Session.pictures`.
         """
         images = () if task.plan_exclusion is not None else self.play(task).pictures()
         return replace(self.prompt(task), images=images)
@@ -98,7 +98,7 @@ class AgentTask:
         return Session(self.stage(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun)
 
     def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
-        """Return the commands of one of `AGENTS` in an episode."""
+        """Let one of `AGENTS` play an episode. Return its commands."""
         play = self.play(task, epoch)
         agent = AGENTS[model](play, seed + epoch - 1)
         while not play.over:
@@ -109,7 +109,7 @@ class AgentTask:
 def make_prompts_in_setting(
     setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
-    """Return the questions of tasks in a setting, and metadata with the setting, by task.
+    """Return two mappings by task id: the questions in a setting, and metadata that contain the setting.
 
     Raises:
         InputError: no agent has the name of the harness, or a scene cannot be shown in pictures.
@@ -125,7 +125,10 @@ def make_prompts_in_setting(
 
 
 def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
-    """Return the commands of a text, which is an episode, a plan or lines of commands. `DONE` comes last."""
+    """Return the commands in an answer, which is an episode, a plan or lines of commands.
+
+    `DONE` follows the commands of a plan or of lines.
+    """
     if '"turns"' in answer:
         episode = read_episode(answer)
         return [turn.said for turn in episode.turns] if isinstance(episode, EpisodeAnswer) else []
@@ -150,7 +153,7 @@ _MAX_NAME_LENGTH = 100
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
 _Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")]
-"""Type of a harness's name: it may be part of a file's name (`eai.base.files.to_file_name`), or is empty."""
+"""Type of a harness's name: empty, or a name that may be part of a file's name, so not only dots."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +163,7 @@ class _Command:
     Attributes:
         said: the command.
         told: digest of the observation after the command; None if unknown.
-        thought: the agent's words beside the command; empty if they equal the last thought.
+        thought: the text that the agent wrote with the command; empty if it equals the last thought.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -172,7 +175,7 @@ class _Command:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeAnswer:
-    """An episode as an answer.
+    """An episode as a stored answer, which a scorer can replay.
 
     Attributes:
         turns: the commands, in order.
@@ -180,7 +183,7 @@ class EpisodeAnswer:
         seed: the seed of the slips.
         epoch: the number of the episode among episodes with this seed.
         harness: the harness of the agent; empty if unknown.
-        begun: how often the episode was begun; the last time counts.
+        begun: how often the episode was started; the last start counts.
         opening: digest of the first observation.
         ended: why the episode ended, as the player states.
     """
@@ -219,13 +222,14 @@ RULE_NAMES = {
     "max_steps": "steps",
     **{name: name for name in ("until", "reward", "gamma", "admissible")},
 }
-"""The rules of an episode, by the names that labels have for them, in the order of labels."""
+"""Fields of a setting that are rules of an episode, by their names in labels, in the order of labels."""
 
 
 def rules_label(episode: EpisodeAnswer) -> str | None:
-    """Return the rules of an episode that differ from the standard setting, as `Setting.label` writes them.
+    """Return a text with the rules of an episode that differ from the standard setting (`Setting.label`).
 
-    None if no rule differs. The seed of slips is a rule, because a player may choose a lucky seed.
+    The result is None if no rule differs. The seed of random failures (slips) is a rule, because a player
+    could choose a lucky seed.
     """
     standard = rules_of(STANDARD)
     rules = episode.rules or standard
@@ -245,19 +249,19 @@ def _read_lines(lines: Sequence[str]) -> EpisodeAnswer | Unreadable:
 
 
 def _replace_surrogates(text: str) -> str:
-    """Replace lone surrogates by question marks, since readers of JSON refuse them."""
+    """Replace invalid characters (lone surrogates) by question marks, because readers of JSON reject them."""
     return text.encode(errors="replace").decode()
 
 
 class Session(Game):
-    """A game whose commands are kept as an episode.
+    """A game that records its commands as an episode.
 
     Args:
         stage: the task, ready to be played.
         seed: the seed of the slips.
         epoch: the number of the episode among episodes with this seed.
         harness: the harness of the agent.
-        begun: how often the episode was begun, this time included.
+        begun: how often the episode was started, this start included.
 
     Attributes:
         turns: the commands so far.
@@ -278,7 +282,7 @@ class Session(Game):
     def say(self, said: str, thought: str = "") -> str:
         """Carry out a command, and keep it with the agent's thought. Return the observation.
 
-        A look counts as a command of the episode only if turns report changes.
+        The command `LOOK` is recorded only if turns report changes.
         """
         if self.over:
             return OVER
@@ -292,10 +296,10 @@ class Session(Game):
         return told
 
     def pictures(self) -> tuple[Image, ...]:
-        """Return pictures of the present world: none without feedback by pictures, or after the end.
+        """Return pictures of the present world; none after the end or without feedback by pictures.
 
         Raises:
-            InputError: objects have no bodies, or there is no place for them.
+            InputError: objects have no 3D bodies, or the picture has no place for them.
             EaiError: the extra that draws pictures is not installed.
         """
         if self.stage.rules.feedback != "pictures" or self.over:
@@ -305,11 +309,11 @@ class Session(Game):
         return images
 
     def text(self, ended: str) -> str:
-        """Return the episode as an answer; ``ended`` is the reason for an end that is not the game's."""
+        """Return the episode as a JSON text. ``ended`` is the reason for an end before the game is over."""
         return json.dumps(self.to_json(ended), ensure_ascii=False)
 
     def to_json(self, ended: str) -> dict[str, Any]:
-        """Return the episode as a JSON object; ``ended`` is as of `text`."""
+        """Return the episode as a JSON object. ``ended`` is the reason for an end before the game is over."""
         ended = self.ended or ended
         episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
         written: dict[str, Any] = _adapter().dump_python(episode, mode="json")

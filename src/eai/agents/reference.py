@@ -1,4 +1,4 @@
-"""The reference of a task: its shortest known plan, and commands that win the task in its view."""
+"""Find the reference of a task: its shortest known plan, and commands that win its games."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ _SHORTER_PLAN_LIMITS = Limits(300, looks=50_000)
 """Limits of the search for a plan that is shorter than the gold plan."""
 
 _MAX_COMMANDS = 200
-"""Maximum number of commands by which an agent may win to give the reference of a task."""
+"""Maximum number of commands of an agent whose game is tried as a task's reference."""
 
 _MAX_STAGES = 4096
-"""Maximum number of cached setups of games; making one takes some milliseconds."""
+"""Maximum number of setups of games in the cache. Making a setup takes some milliseconds."""
 
 
 @lru_cache(_MAX_STAGES)
 def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
-    """Return the setup of the task with a reference.
+    """Return the setup for games of the task with this name.
 
     Args:
-        task: a task of action sequencing, as `Suite.reference` writes it.
+        task: name of a task of action sequencing, as `Suite.reference` writes it.
         rules: the rules of the games.
 
     Raises:
@@ -62,7 +62,7 @@ def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
 
 @lru_cache(_MAX_STAGES)
 def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
-    """Return the setup of a task, which players and scorers of the task share.
+    """Return the setup for games of a task. Players and scorers of the task share a cached setup.
 
     Raises:
         InputError: the task cannot be played.
@@ -71,7 +71,7 @@ def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
 
 
 def find_reference(stage: GameSetup) -> Reference:
-    """Return the reference of a task, in the view of its stage."""
+    """Return the shortest known plan of a task, and commands that win the games of its setup."""
     refusal = write_refusal_command(stage.task, stage.benchmark.notation.plans)
     if refusal is not None:
         return Reference(None, (refusal,))
@@ -95,7 +95,7 @@ def _play_agent(game: Game, agent: Agent) -> tuple[str, ...]:
 
 
 def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
-    """Yield the gold plan without needless actions, and the planner's plan, if they solve the task."""
+    """Yield the gold plan without needless actions, and the planner's plan, if each solves the task."""
     gold = execute(domain, task.initial, task.script).executed
     has_gold = bool(task.script) and solves(domain, task, gold)
     if has_gold:
@@ -107,7 +107,7 @@ def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
 
 
 def _shorten(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
-    """Return a plan without the actions that its goals do not need."""
+    """Return a plan without the actions that the goals of the task do not need."""
     test, actions = GoalTest(task), to_planning_goal(task).actions
 
     def is_solution(node: PlanNode) -> bool:

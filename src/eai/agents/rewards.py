@@ -1,8 +1,8 @@
-"""Reward functions for training libraries, for single answers or step by step; it imports no library.
+"""Reward functions for training libraries, for single answers or step by step, without importing a library.
 
-Every row of a data set names its task as `Suite.reference` does (``eai export prompts`` writes such rows), so
-that one data set may mix benchmarks and abilities. Rewards are those of `eai.Reward`. ``docs/training.md``
-explains how each library is configured.
+Every row of a training data set names its task as `Suite.reference` does; ``eai export prompts`` writes such
+rows. So one data set may mix benchmarks and abilities. Rewards are those of `eai.Reward`.
+``docs/training.md`` explains how each library is configured.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from eai.benchmarks.names import TaskReference
 from eai.results.reward import METRICS, Grade, Shaping, open_reward
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
-"""The output of a policy: a text, or messages that end with its answer."""
+"""The output of a policy (a model in training): a text, or messages that end with the answer."""
 
 PROMPT_NOT_FOUND = "prompt_not_found"
-"""Metric that is 1 if the answer cannot be separated from its prompt, else 0."""
+"""Name of the metric that is 1 if the answer cannot be separated from its prompt, else 0."""
 
 _POLICY_ROLE = "assistant"
-"""Role of messages by the policy. A last message by another role is no answer."""
+"""Role of messages that the policy wrote. A last message with another role is no answer."""
 
 _SPECIAL_TOKENS = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
-"""Special tokens of tokenizers at the end of a decoded text."""
+"""Pattern of the special tokens of tokenizers at the end of a decoded text."""
 
 
 def answer_of(completion: Completion) -> str:
@@ -40,7 +40,7 @@ def answer_of(completion: Completion) -> str:
     The content of a message is a text or a list of parts, in which only parts of the type ``text`` count.
 
     Raises:
-        TypeError: the content of the last message is neither.
+        TypeError: the content of the last message is neither a text nor a list.
     """
     if isinstance(completion, str):
         return split_reasoning(completion)[0]
@@ -51,7 +51,7 @@ def answer_of(completion: Completion) -> str:
 
 
 def _text_of(content: object) -> str:
-    """Return the text of a message's content; a message that calls tools may have none."""
+    """Return the text of a message's content; empty if a message calls tools without a text."""
     if content is None or isinstance(content, str):
         return content or ""
     if not isinstance(content, Sequence):
@@ -65,7 +65,7 @@ def _is_text(part: object) -> bool:
 
 
 def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
-    """Return the reward of an answer to a task, with its reasons.
+    """Return the reward of an answer to a task, with the metrics and faults that explain the reward.
 
     Args:
         task: the task, as `Suite.reference` writes it.
@@ -102,7 +102,10 @@ class TrlReward:
         log_metric: Callable[[str, float], None] | None = None,
         **others: object,
     ) -> list[float | None]:
-        """Return the rewards of a batch, in order; ``others``, which TRL passes too, is ignored."""
+        """Return the rewards of a batch's answers, in order.
+
+        Other arguments of TRL (``others``) are ignored.
+        """
         pairs = zip(task, completions, strict=True)
         grades = [grade_of(name, answer_of(completion), self.shaping) for name, completion in pairs]
         if log_metric is not None and grades:
@@ -197,8 +200,8 @@ def reward_func(
         others: other arguments that OpenRLHF passes; ignored.
 
     Returns:
-        ``rewards``, ``scores`` (the same), and metrics with ``prompt_not_found`` as ``extra_logs``: numbers
-            for a single answer, as OpenRLHF asks for them, lists for several.
+        ``rewards``, ``scores`` (equal to ``rewards``), and metrics with ``prompt_not_found`` as
+            ``extra_logs``: numbers for a single answer, as OpenRLHF asks for them, lists for several.
     """
     texts = [_cut_prompt(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
     is_lost = [text is None for text in texts]

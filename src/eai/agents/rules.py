@@ -1,4 +1,4 @@
-"""The rules of a game: execution of actions, observations, end and rewards."""
+"""Define the rules of a game: execution of actions, observations, end and rewards."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from eai.tasks.options import Options
 View: TypeAlias = Literal["task", "scene"]
 """The objects in observations: the objects of the task, or all objects of the scene.
 
-The list of a task's objects is a hint, which prompts give too. In the view of the scene, relations that a
-domain declares as `egocentric` are shown only for the agent.
+The list of a task's objects is a hint, which prompts of single answers also give. In the view of the scene,
+relations that a domain declares as `egocentric` are shown only for the agent.
 """
 
 Observe: TypeAlias = Literal["full", "partial"]
-"""The observed part of the objects of a view: all of them, or only visible ones."""
+"""Which objects of the view an agent observes: all objects, or only visible objects."""
 
 Feedback: TypeAlias = Literal["facts", "changes", "outcome", "pictures"]
 """The observation after a turn: all visible facts, the changes, or only the outcome of the action.
@@ -31,7 +31,7 @@ no facts are listed; rendered pictures show them at first and after each turn.
 """
 
 OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
-"""The kinds of feedback in which a turn tells only the outcome of the action."""
+"""The kinds of feedback whose text after a turn has only the outcome of the action."""
 
 
 class GameRules(Options):
@@ -89,7 +89,7 @@ class GameRules(Options):
 STANDARD = GameRules(
     view="scene", observe="partial", until="done", feedback="changes", max_steps=None, budget=2.0
 )
-"""The standard setting of acting: the agent sees the scene from its place, and wins by `DONE` in time."""
+"""Standard rules of acting: the agent sees the scene from its place, and wins by `DONE` in time."""
 
 TRAINING = GameRules(max_steps=50)
 """Default rules of games for training."""

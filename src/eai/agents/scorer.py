@@ -1,4 +1,4 @@
-"""Scores episodes: each one is replayed in a new world of its task, by strict rules.
+"""Score episodes: replay each episode in a new world of its task, by strict rules.
 
 The scorer also decides whether the goals can still be reached after each turn, or are lost for good. Lost
 goals stay lost, so bisection finds the first turn after which they are out of reach.
@@ -36,10 +36,10 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
-"""Reasons for which an episode may have ended before the game was over."""
+"""Reasons of the player for ending an episode before the game was over."""
 
 _TOO_LATE = "too_late"
-"""Outcome of an action after the last allowed one."""
+"""Outcome of an action that exceeds the maximum number of actions."""
 
 
 def _get_benchmark(world: AbilityWorld) -> Benchmark:
@@ -54,7 +54,7 @@ def make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
 
 
 def make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
-    """Return the question in the standard setting, and the commands of a reference that wins in it."""
+    """Return the question of a task in the standard setting, and commands that win there."""
     arena = AgentTask(_get_benchmark(world))
     commands = arena.stage(task).reference.commands if task.plan_exclusion is None else None
     end = [] if task.has_no_plan else [DONE]
@@ -62,7 +62,7 @@ def make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in the standard setting"
-"""The reason for excluding a task without a reference that can be played, in all settings."""
+"""Reason for excluding a task, in all settings, for which no winning commands are known."""
 
 
 class _ActingScorer(Scorer):
@@ -76,13 +76,13 @@ class _ActingScorer(Scorer):
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self.task = task
         self.benchmark = benchmark
-        self.domain = benchmark.domain  # pictures execute the episode's actions in it
+        self.domain = benchmark.domain  # renderers of pictures execute the episode's actions in this domain
         self.goals = GoalTest(task)
 
     def find_exclusion(self) -> TaskExclusion | None:
-        """Return the reason why the task is not played.
+        """Return the reason for leaving the task out of all games, or None.
 
-        The reference of the task is not computed for this.
+        This does not search for winning commands, which would take longer.
         """
         return self.task.plan_exclusion
 
@@ -94,7 +94,10 @@ class _ActingScorer(Scorer):
         return self.task.exclude(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an episode. It fails if a replay differs, and the verdict names the turn."""
+        """Return the verdict on an episode.
+
+        The episode fails if a replay differs; the verdict then names the turn.
+        """
         excluded = self._excluded
         if excluded is not None:
             return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
@@ -145,7 +148,7 @@ class _ActingScorer(Scorer):
         return verdict if difference is None else self._mark_unreplayable(verdict, difference), steps, moments
 
     def _mark_unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
-        """Return the verdict on an episode whose replay differs: it reaches no goal, and its faults count."""
+        """Return the verdict on an episode whose replay differs: no goal counts as reached."""
         step = len(verdict.turns) - 1 if verdict.turns else None
         return replace(
             verdict,
@@ -219,11 +222,11 @@ class _ActingScorer(Scorer):
 
 
 _MAX_SHOWN = 100
-"""Maximum number of characters of an observation in the reason for a failure."""
+"""Maximum number of characters of an observation that an error report quotes."""
 
 
 def _describe_difference(place: str, digest: str | None, told: str) -> str | None:
-    """Return the difference between an observation and its digest in the episode, or None if they agree."""
+    """Return a text on an observation that differs from its digest in the episode; None if it agrees."""
     if digest is None or digest == sha256_of(told):
         return None
     first = told.partition("\n")[0]
@@ -231,7 +234,10 @@ def _describe_difference(place: str, digest: str | None, told: str) -> str | Non
 
 
 def _report_turn(turn: Turn, game: Game) -> StepReport:
-    """Return the report of a turn. The reason is one line, even if the name of an object has two lines."""
+    """Return the report of a turn.
+
+    The reason is always one line, even if an object's name has a line break.
+    """
     reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
     if game.ended == "steps" and not turn.is_action:
@@ -249,7 +255,7 @@ def _report_turn(turn: Turn, game: Game) -> StepReport:
 
 
 Moment: TypeAlias = tuple[State, Sequence[str]]
-"""The state of the world after a turn, and the operators of all actions carried out so far."""
+"""The state of the world after a turn, and the names of the operators of all actions executed up to then."""
 
 
 def find_loss(
@@ -258,13 +264,13 @@ def find_loss(
     """Return whether the goals can be reached at the end; if not, the first turn after which they cannot.
 
     The agent may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
-    goals can be reached. A search through all reachable states shows that they are lost. A plan does not
-    count for goals over time.
+    goals can be reached. A search through all reachable states shows that they are lost. For goals
+    over time, which concern all states of an episode, a plan shows nothing.
 
     Args:
         task: the task.
         domain: the domain.
-        moments: the start, and the world after each turn.
+        moments: the world at the start, and after each turn.
         states: maximum number of states that each search may reach; if it is too small, the result is
             ``unknown``.
     """

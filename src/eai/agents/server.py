@@ -1,7 +1,7 @@
-"""A server of the Model Context Protocol: agents act by tool calls, over standard input or HTTP.
+"""Serve worlds over the Model Context Protocol: agents act by tool calls, over standard input or HTTP.
 
-Over standard input the process serves one world. Over HTTP every request carries a ticket, which stands for
-one episode, because the protocol has no sessions. The only route is the protocol's.
+Over standard input the process serves one world. Over HTTP every request carries a ticket, a secret that
+identifies one episode, because the protocol has no sessions. The protocol's route is the only one.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class _Tickets:
 
 
 def make_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
-    """Return a server of worlds.
+    """Return a server through which agents act in worlds.
 
     Args:
         worlds: the worlds.
@@ -97,7 +97,7 @@ def make_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = Tr
         try:
             told = TextContent(text=worlds.call(place, command))
             return CallToolResult(content=[told, *map(_encode_image, worlds.pictures(place))])
-        except Exception as error:  # hidden from the agent: the message names files
+        except Exception as error:  # the message names files, which the agent must not know
             _LOG.error("%s", error if isinstance(error, EaiError) else exception_text(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
 
@@ -123,7 +123,7 @@ def serve_stdio(worlds: EpisodeServer, domain: Domain) -> None:
 
     def leave(number: int) -> None:
         worlds.close()
-        os._exit(128 + number)  # the thread that reads standard input would wait for its end
+        os._exit(128 + number)  # a normal exit would wait for the thread that reads standard input
 
     async def run() -> None:
         if sys.platform != "win32":
@@ -148,7 +148,7 @@ def make_http_app(
         open_to_all: whether all callers act in the first world, without a ticket.
     """
     hosts = [text for name in names for text in (name, f"{name}:*")]
-    issuer = AnyHttpUrl("http://localhost")  # never called: tickets come from the user
+    issuer = AnyHttpUrl("http://localhost")  # never called, because the user hands out tickets
     return make_server(worlds, domain, open_to_all=open_to_all).streamable_http_app(
         json_response=True,
         stateless_http=True,

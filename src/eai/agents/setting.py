@@ -1,4 +1,4 @@
-"""The setting of episodes: how an agent acts, how much it sees, and how many actions it may take."""
+"""Define the setting of episodes: how an agent acts, how much it sees, and how many actions it may take."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.tasks.options import Options
 ACTING = Ability("acting")
 
 AGENT = "agent"
-"""Field of a question's metadata that has the setting of the task, as JSON."""
+"""Field of a question's metadata that contains the setting of its episode, as JSON."""
 
 
 REACT, TEXT = "react", "text"
@@ -72,7 +72,7 @@ class Setting(Options):
 
     @property
     def label(self) -> str:
-        """The fields other than the harness that differ from the standard setting; empty if none does."""
+        """Text with the fields that differ from the standard setting, without the harness; may be empty."""
         chosen = self.model_dump(mode="json", exclude_defaults=True, exclude={"harness"})
         return RULES_SEPARATOR.join(f"{name}-{value}" for name, value in chosen.items())
 

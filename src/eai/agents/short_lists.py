@@ -1,6 +1,6 @@
-"""Short lists of facts and objects: names that share a line, and ranges of numbered names.
+"""Shorten lists of facts and objects: names share a line, and consecutive numbers become ranges.
 
-``CLEAN(*): floor.2..5, mat.9`` states that five objects are clean.
+``CLEAN(*): floor.2..5, mat.9`` states that five objects are clean: floor.2 to floor.5, and mat.9.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ HOW_TO_READ = (
     "A line p(*, c): a, b says p(a, c) and p(b, c); a_2..4 stands for a_2, a_3 and a_4. Actions name single"
     " objects."
 )
-"""Explanation of these lists for agents."""
+"""Explanation of shortened lists for agents."""
 
 _MIN_RANGE = 3
 """Minimum number of names in a range."""
 
 _MAX_RANGE = 100_000
-"""Maximum number of names in a range that is spelled out."""
+"""Maximum number of names to which a range is expanded."""
 
 _NUMBERED = re.compile(r"(.*?)(0|[1-9][0-9]{0,8})", re.DOTALL)
 _RANGE = re.compile(r"([^\s,()]+)\.\.([0-9]{1,9})(?![0-9])")
@@ -62,7 +62,7 @@ def shorten_facts(facts: Iterable[Fact], names: Sequence[str], write: Write) -> 
     """Yield facts as lines; facts that differ only in their first or only in their last object share a line.
 
     Args:
-        facts: the facts, those of a predicate one after the other.
+        facts: the facts; facts with the same predicate follow each other.
         names: the names of all objects, by index.
         write: writes a fact.
     """

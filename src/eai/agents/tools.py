@@ -1,4 +1,4 @@
-"""Tools by which an agent acts, made from the declaration of a domain."""
+"""Make the tools by which an agent acts in a domain, and read calls of these tools."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from eai.base.errors import InputError
 from eai.world.domain import Domain
 
 ACT, READ, END = "act", "look", "done"
-"""Names of the tools: to act, to read the observation, and to end the episode."""
+"""Names of the tools that act, read the observation, and end the episode."""
 
 
 def make_tools(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:
     """Return the tools of an agent in a domain: name, description, and JSON schema of the arguments.
 
-    The schema does not enumerate actions. The world reports an unknown action as an error of the agent, so
-    the call itself stays valid.
+    The schema does not enumerate actions. A call with an unknown action is therefore valid, and
+    the world reports the action as an error of the agent.
     """
     signatures = [f"{each.name}({', '.join([p.name for p in each.parameters])})" for each in domain.operators]
     names = "Names of objects, in the order of the action's parameters."

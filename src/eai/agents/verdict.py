@@ -1,4 +1,4 @@
-"""The verdict on an episode of acting."""
+"""The verdict on an episode of the ability ``acting``."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Turn:
 
     Attributes:
         said: the command.
-        told_sha256: digest of the observation.
-        is_action: whether an action was tried: not a look, the end of the episode, or an action too late.
+        told_sha256: SHA-256 digest of the observation after the command.
+        is_action: whether an action was tried; False for a look, for the end, and after the limit of actions.
         fault: the kind of error of the action, or None.
         slipped: whether the action was possible and did not work.
         goals: for each goal of the task a 1 if it is reached after the turn, else a 0.
@@ -41,10 +41,10 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class ActingVerdict(PlanVerdict):
-    """The verdict on an episode; it is executable if no action was impossible.
+    """The verdict on an episode. The field ``executable`` says that no action was impossible.
 
     Attributes:
-        turns: the commands, and their outcomes.
+        turns: the commands, and the outcome of each command.
         ended: why the episode ended: ``done`` (the agent said so), ``goal`` (all goals were reached),
             ``refused`` (the agent called the task impossible), a limit of ``steps``, ``tokens``, ``time`` or
             ``turns`` (replies of the model), or ``stopped`` (by the agent).
@@ -52,12 +52,13 @@ class ActingVerdict(PlanVerdict):
         reached: whether all goals hold at the end, also if the agent has not said so.
         shortest: number of actions of the shortest known plan; None if no plan is known.
         budget: maximum number of actions.
-        view: the objects that can be seen, and how much of them.
+        view: the objects that the agent can see, and whether it sees all of them or only from its place.
         harness: the agent's harness; empty if unknown.
-        begun: how often the episode was begun; the last time counts.
-        outlook: whether the goals can still be reached at the end; None if no planner was asked.
-        lost_at: the first turn, from 1 on, after which the goals cannot be reached; 0 for the start.
-        mean: the average contributions of all episodes of the task, if this verdict stands for them.
+        begun: how often the episode was started; the last start counts.
+        outlook: whether the goals can still be reached at the end; None if no planner checked this.
+        lost_at: the first turn, from 1 on, after which the goals cannot be reached; 0 if never reachable.
+        mean: the mean contributions to rates of all episodes of the task, if this verdict represents them
+            all.
     """
 
     turns: tuple[Turn, ...] = ()
@@ -74,11 +75,11 @@ class ActingVerdict(PlanVerdict):
     mean: Mapping[str, Share] | None = None
 
     credit = Verdict.credit
-    """None, since an episode is paid while it is played: its text could choose rules that are easy to win."""
+    """None: an episode earns rewards only while it is played, because its text could choose easy rules."""
 
     @property
     def is_unreplayable(self) -> bool:
-        """Whether a replay of the commands gave other observations than the episode records."""
+        """Whether a replay of the commands gave observations that differ from those in the episode."""
         return self.error is not None and self.error.check == UNREPLAYABLE
 
     @property
