@@ -1,1 +1,1 @@
-"""Studies: each varies runs, or analyses their records, and makes tables and figures."""
+"""Studies: each varies the options of runs, or analyses the records of runs with tables and figures."""

@@ -1,1 +1,1 @@
-"""Replanning: further attempts, with feedback or without."""
+"""Replanning: further attempts at failed tasks, with or without feedback on the failure."""

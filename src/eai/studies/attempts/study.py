@@ -1,9 +1,9 @@
-"""Study further attempts and failing actions: the gain of more attempts, and the share due to feedback.
+"""Study the gain of further attempts at a task, the share due to feedback, and actions that fail at random.
 
-More attempts alone raise success. So each arm, which asks again in its own form, is compared with a control:
-the same number of attempts in the same world, without feedback. Attempts at one task depend on each other,
-and so do attempts at similar tasks. The unit of every interval is therefore the name of the task, over all
-seeds and attempts.
+More attempts raise success even without feedback. So each arm, a way to ask again with feedback, is compared
+with a control: an equal number of attempts in an equal world, without feedback. Attempts at one task depend
+on each other, and so do attempts at similar tasks. The unit of every interval is therefore the name of the
+task, over all seeds and attempts; similar tasks share a name.
 """
 
 from __future__ import annotations
@@ -56,11 +56,13 @@ _NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_
 
 @dataclass(frozen=True, slots=True)
 class _Arm:
-    """An arm of the study: one form of further attempts, with the runs of all seeds of failing actions.
+    """An arm of the study: one way to ask again after failures, with a run for each seed.
+
+    Seeds decide which actions fail at random.
 
     Attributes:
-        experiment: the experiment, without the seed.
-        runs: the records of each seed, in the order of seeds.
+        experiment: the options of the arm's runs, without the seed.
+        runs: the records of each run by its seed, in the order of seeds.
     """
 
     experiment: Experiment
@@ -73,7 +75,7 @@ class _Arm:
 
     @property
     def name(self) -> str:
-        """The label of the experiment, without a seed."""
+        """The label of the arm's options, without a seed."""
         return self.experiment.label
 
     @property
@@ -83,17 +85,17 @@ class _Arm:
 
     @property
     def control(self) -> Experiment:
-        """The experiment with equal attempts but without feedback."""
+        """The options of the control: an equal number of attempts without feedback."""
         return self.experiment.replace_choices(
             replace(self.options, feedback="none", form="prompt").experiment
         )
 
     def records(self, attempts: int) -> list[Record]:
-        """Return the records of all seeds, each cut off after a number of attempts."""
+        """Return the records of all seeds, as they would be after a number of attempts."""
         return [keep_attempts(record, attempts) for records in self.runs.values() for record in records]
 
     def cases(self, metric: str, attempts: int) -> list[Case]:
-        """Return what each task adds to a metric after a number of attempts, seed after seed."""
+        """Return the contribution of each task to a metric after a number of attempts, seed after seed."""
         return [case for records in self.runs.values() for case in _cases(records, metric, attempts)]
 
 
@@ -103,7 +105,7 @@ def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
 
 
 def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
-    """Return the arms of one model and suite: runs grouped by their form of further attempts.
+    """Return the arms of one model and suite: runs grouped by their way to ask again after failures.
 
     Arms without feedback come first. Runs without further attempts are left out.
     """
@@ -125,12 +127,12 @@ def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
 
 
 def replanning_tables(arms: Sequence[_Arm]) -> list[Table]:
-    """Return the tables on further attempts."""
+    """Return the tables that compare arms of further attempts."""
     return [_attempts_table(arms), _feedback_table(arms), _outcomes_table(arms)]
 
 
 def write_remarks(arms: Sequence[_Arm]) -> list[str]:
-    """Return remarks for readers: the arms without a control, and the arms with a single seed."""
+    """Return remarks for readers that name the arms without a control, and the arms with a single seed."""
     experiments = {arm.experiment for arm in arms}
     lone_arms = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in experiments]
     texts = []
@@ -149,7 +151,7 @@ def write_remarks(arms: Sequence[_Arm]) -> list[str]:
 
 
 def success_by_attempt(arm: _Arm) -> list[Estimate]:
-    """Return the task success after 1, 2, ... attempts."""
+    """Return the success rate after at most 1, 2, ... attempts at each task."""
     return [Estimate.from_cases(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
 
 
@@ -243,7 +245,7 @@ def _outcomes_table(arms: Sequence[_Arm]) -> Iterator[Row]:
 
 
 def _pair_cases(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[Case]]:
-    """Return, for both arms, what each common task adds under a seed, in the same order of tasks."""
+    """Return two lists, one per arm, with the contributions of the tasks and seeds that both arms have."""
     pairs: list[tuple[Case, Case]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
         before = {case.task: case for case in _cases(control.runs[seed], SUCCESS, attempts)}
@@ -300,12 +302,12 @@ class _ReplanningOptions(Variation):
 
     @property
     def choice(self) -> str:
-        """The chosen options, if there are several attempts or actions that fail."""
+        """Text that names the chosen options; empty for one attempt in a world where every action works."""
         return "attempts.replans, slip or until" if self.attempts else ""
 
     @property
     def heading(self) -> str:
-        """The label of the attempts."""
+        """Label of the attempts for readers."""
         return self.attempts.label if self.attempts else ""
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
@@ -324,7 +326,7 @@ class _ReplanningOptions(Variation):
         """The attempts at each task, or None for a plain run.
 
         Options without an effect have the values of a plain run. By default, feedback explains failures.
-        Attempts in a world that continues end with the goal by default.
+        If a new attempt continues in the last state, an attempt ends with the goal by default.
         """
         scripted = preset_attempts(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
@@ -346,7 +348,7 @@ class _ReplanningOptions(Variation):
         return options if options.uses_episodes else None
 
     def record_choice(self, study: str) -> StudyChoice | None:
-        """Return the attempts as records store them."""
+        """Return the options of attempts as records store them."""
         return None if self.attempts is None else self.attempts.experiment.study[study]
 
 
@@ -391,7 +393,7 @@ def _analyze(records: Records, chosen: _ReplanningChoices) -> Iterator[Analysis]
 
 
 def _tables(arms: Sequence[_Arm], key: RunKey) -> tuple[list[Table], list[str]]:
-    """Return all tables, with the paper's table and the remarks on it if the paper has the domain."""
+    """Return all tables and remarks. The paper's table is included if it has the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
@@ -421,7 +423,7 @@ _SIZE = (3.5, 2.8)
 """Width and height of the figure without its legend, in inches: one column of a page."""
 _LEGEND_ROW = 0.17
 _ARM_DISTANCE = 0.05
-"""Horizontal distance between arms, in attempts, so that their intervals do not overlap."""
+"""Horizontal distance between the arms' points, in attempts, so that intervals do not overlap."""
 
 
 def draw(arms: Sequence[_Arm]) -> Figure | None:

@@ -1,1 +1,1 @@
-"""Cofactors of success: correlations and regressions over tasks and models."""
+"""Cofactors: features of tasks on which success depends, by correlation and regression."""

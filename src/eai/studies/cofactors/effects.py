@@ -1,9 +1,9 @@
 """Rank correlation and logistic regression with intervals for observations in clusters.
 
-A cluster holds similar observations. Intervals are a jackknife over clusters, with Student's quantile for
-(number of clusters - 1) degrees of freedom. The regression leaves out each cluster to first order (CR3 of
-Bell and McCaffrey, 2002). The usual sandwich interval is too narrow for few clusters or unequal clusters
-(``bench/coverage.py``).
+A cluster holds similar observations. Intervals are from a jackknife, which leaves out one cluster after the
+other, with Student's quantile for (number of clusters - 1) degrees of freedom. The regression approximates
+the jackknife to first order (CR3 of Bell and McCaffrey, 2002). The usual sandwich interval is too narrow for
+few clusters or unequal clusters (``bench/coverage.py``).
 """
 
 from __future__ import annotations
@@ -22,17 +22,19 @@ if TYPE_CHECKING:
 _MAX_NEWTON_STEPS = 40
 _TOLERANCE = 1e-9
 _MAX_LOG_ODDS = 12.0
-"""Maximum log odds per unit. Beyond it, a column separates success from failure, so no maximum exists."""
+"""Maximum coefficient in log odds per unit.
+
+Beyond it, a column separates success from failure, and the likelihood has no maximum."""
 
 _MIN_CLUSTERS = 4
 """Minimum number of clusters for the interval of a correlation."""
 
 
 def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: Sequence[str]) -> Estimate:
-    """Return Spearman's correlation; without a value if one of the two series does not vary.
+    """Return Spearman's correlation of two series, without a value if one of the series does not vary.
 
-    The interval is a jackknife over clusters of Fisher's transform, with Student's quantile for (number of
-    clusters - 1) degrees of freedom. Ranks are those among all observations throughout.
+    The interval is from a jackknife over clusters of Fisher's transform, with Student's quantile for (number
+    of clusters - 1) degrees of freedom. Ranks are always those among all observations.
 
     Args:
         first: one number per observation.
@@ -62,7 +64,7 @@ def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: 
 
 
 def _pearson(sums: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the correlation for each row of sums (n, x, y, xx, yy, xy); NaN if x or y does not vary."""
+    """Return the correlation for each row of sums (n, x, y, xx, yy, xy); NaN if x or y is constant."""
     import numpy as np
 
     n, x, y, xx, yy, xy = sums.T
@@ -74,7 +76,7 @@ def _pearson(sums: NDArray[np.float64]) -> NDArray[np.float64]:
 def fit_logit(
     columns: NDArray[np.float64], success: NDArray[np.float64], clusters: Sequence[str]
 ) -> list[Estimate]:
-    """Return the effect of each column on success, in log odds per unit.
+    """Return the effect of each column on success in a logistic regression, in log odds per unit.
 
     The effects have no value if the likelihood has no maximum, or if there are fewer than two clusters.
 
@@ -110,7 +112,7 @@ def fit_logit(
 def _maximize_likelihood(
     columns: NDArray[np.float64], success: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Return the coefficients of highest likelihood; None if Newton's method does not converge."""
+    """Return the regression coefficients of highest likelihood; None if Newton's method does not converge."""
     import numpy as np
 
     estimate = np.zeros(columns.shape[1])

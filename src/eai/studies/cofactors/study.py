@@ -1,4 +1,4 @@
-"""Cofactors: features of tasks on which success depends.
+"""Study cofactors: features of tasks on which success depends.
 
 The paper ("Correlation with Action Length and Goal Complexity") plots success against six features of a task,
 for one model in one suite. This study draws the same curves for all models and suites. It adds a regression
@@ -63,7 +63,9 @@ if TYPE_CHECKING:
 STEPS = "annotated_steps"
 
 FEATURES = tuple([field.name for field in fields(Features) if field.name != "ground_action_goals"])
-"""Features of a task that are compared with scores. A feature that always equals another is left out."""
+"""Names of the features of a task that are compared with scores.
+
+A feature that always equals another feature is left out."""
 
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; smaller bins are marked."""
@@ -88,7 +90,7 @@ REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
     "any tool_steps": lambda answer: None if answer.tool_steps is None else float(answer.tool_steps > 0),
     "quantified_goals": lambda answer: answer.quantified_goals,
 }
-"""Columns of the regression, each with the function that reads its value from an answer."""
+"""Columns of the regression by name, each with the function that reads the value from an answer."""
 
 
 def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
@@ -96,7 +98,7 @@ def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -
 
     Args:
         tables: the tidy tables.
-        width: number of lengths of annotated plans in one bin; the paper uses 10.
+        width: width of a bin of annotated plans, in steps; the paper uses 10.
         measure: the score that is compared with features.
     """
     suites, share_of = group_by_suite(tables.answers), MEASURES[measure]
@@ -175,7 +177,7 @@ def _correlations(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
 
 
 def _correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
-    """Yield each varying feature: name, correlation with task scores, and number of tasks."""
+    """Yield for each varying feature its name, its correlation with task scores, and the number of tasks."""
     tasks = group_pairs((line.task, line) for line in answers)
     scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in lines) for t, lines in tasks.items()}
     for feature in FEATURES:
@@ -201,7 +203,10 @@ def _effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
 
 def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """Yield each varying column: name, effect alone, effect together, number of answers, and task names."""
+    """Yield the effects of each column that varies on success, alone and together with all columns.
+
+    An item has the column's name, both effects, and the numbers of answers and of task names.
+    """
     import numpy as np
 
     complete = [a for a in answers if all(value(a) is not None for value in REGRESSION_COLUMNS.values())]
@@ -256,7 +261,7 @@ def _predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
 def _rates(
     lines: Sequence[TidyLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
 ) -> Iterator[Row]:
-    """Yield the share of lines that count, for each suite, model and name."""
+    """Yield the share of lines that succeed, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
             (name, make_case(line, share_of_one(counts(line)))) for line in of_run for name in names_of(line)
@@ -304,7 +309,7 @@ DRAWN_FEATURES = (
     "objects",
     "quantified_goals",
 )
-"""Features that have a panel; the table has all features."""
+"""Names of the features that have a panel in the figure. The table has all features."""
 
 _PANELS_PER_ROW = 2
 _HEIGHT = 1.9
@@ -314,7 +319,7 @@ _EFFECT_ROW = 0.3
 def draw_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None:
     """Draw success by feature, one panel per feature; return None if no feature is known.
 
-    The mean of all models has intervals; each model is a thin line.
+    The line of the mean of all models has intervals. Each model has a thin line without intervals.
     """
     shown = [name for name in DRAWN_FEATURES if any(row["feature"] == name for row in rows)]
     if not shown:
@@ -356,7 +361,10 @@ def _bin(low: int, high: int) -> str:
 
 
 def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """Draw the log odds of each feature, alone (hollow) and with all others (filled); None without rows."""
+    """Draw the effect of each feature in log odds, alone (hollow) and with all others (filled).
+
+    The result is None if there are no rows.
+    """
     if not rows:
         return None
     figure = make_figure(COLUMN, 1.12 + _EFFECT_ROW * len(rows))

@@ -1,1 +1,1 @@
-"""Errors of answers and their causes, sorted by the paper's taxonomy."""
+"""Errors: errors of answers and their causes, sorted by the paper's taxonomy."""

@@ -1,4 +1,4 @@
-"""Draw how answers flow from abilities and worlds to outcomes."""
+"""Draw how many answers of each ability and world end with each outcome, as bands between bars."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _HEIGHT = 4.4
 """The height of the figure, in inches."""
 
 _GAP = 2.5
-"""The distance between bars, in percent of all answers."""
+"""Distance between two bars of a column, in percent of all answers."""
 
 _LINE = 3.4
-"""The height of a line of text, in percent of all answers."""
+"""Height of a line of text, in units of the vertical axis (percent of all answers)."""
 
 _WIDTH = 0.07
 """Width of a bar, as a share of the distance between columns."""
 
 _MIN_NAMED_PERCENT = 0.3
-"""Minimum share of answers with additional steps that has a label, in percent."""
+"""Minimum share of answers with needless steps, in percent, for a label on a bar."""
 
 
 @make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
@@ -51,7 +51,7 @@ def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 
 
 class _Bar(NamedTuple):
-    """A bar of the figure: its upper edge and its height, in percent."""
+    """A bar of the figure: its upper edge and its height, in percent of all answers."""
 
     top: float
     height: float
@@ -62,13 +62,13 @@ class _Bar(NamedTuple):
 
 
 _WorldAbility: TypeAlias = tuple[str, str]
-"""A world and an ability."""
+"""Names of a world and an ability, a bar on the left of the figure."""
 
 _Name = TypeVar("_Name")
 
 
 def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
-    """Draw the flow of each protocol with answers to at least two suites. Yield file names and figures."""
+    """Draw the figure of each protocol with answers to at least two suites. Yield file names and figures."""
     for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.row_dicts()).items():
         counts, needless = Counter[tuple[_WorldAbility, str]](), Counter[str]()
         for row in rows:
@@ -86,7 +86,7 @@ def _number(cell: object) -> int:
 def _draw(
     counts: Mapping[tuple[_WorldAbility, str], int], needless: Mapping[str, int], protocol: str
 ) -> Figure:
-    """Draw suites as bars on the left, outcomes as bars on the right, and a band for each pair."""
+    """Draw suites as bars on the left, outcomes as bars on the right, and bands of answers between them."""
     total = sum(counts.values())
     percents = {flow: 100 * number / total for flow, number in counts.items()}
     present = {outcome for _, outcome in counts}
@@ -135,7 +135,7 @@ def _draw_bands(
 
 
 def _draw_outcomes(panel: Axes, bars: Mapping[str, _Bar], needless: Mapping[str, float]) -> None:
-    """Draw the bars of outcomes with their names. The hatched share of a bar has additional steps."""
+    """Draw the bars of outcomes with their names. The hatched share has answers with needless steps."""
     text_top = math.inf
     for outcome, bar in bars.items():
         panel.fill_between(

@@ -58,7 +58,7 @@ RUNTIME = (
     AnswerOutcome.WRONG_ORDER.value,
     AnswerOutcome.UNCATEGORISED.value,
 )
-"""Outcomes of plans with a step that cannot be executed."""
+"""Outcomes of those answers whose plans have a step that cannot be executed."""
 
 _KINDS = ("state", "relation", "action")
 _VERDICTS = ("matched", "additional", "missing")
@@ -102,7 +102,7 @@ def error_tables(
 
     Args:
         answers: the answers.
-        clauses: the clauses of operators.
+        clauses: the clauses (conditions and effects) of operators in answers.
         examples: number of example answers for each leaf and suite.
         explorer: address of an explorer of the same records, to which examples link.
     """
@@ -185,7 +185,7 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
 
 
 def _ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
-    """Return the number of written clauses relative to gold clauses, in percent."""
+    """Return the number of clauses in answers, in percent of the number in the data set's operators."""
     by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
     for (task, name), verdicts in by_task.items():
@@ -269,7 +269,7 @@ def _analyze(records: Records, chosen: _ErrorChoices) -> Iterator[Analysis]:
 
 
 def _explorer_address(explorer: Path | None, folder: Path) -> str | None:
-    """Return the relative address of an explorer from a folder.
+    """Return the address of an explorer page, relative to a folder.
 
     Raises:
         InputError: the file does not exist.
@@ -293,13 +293,13 @@ def _figures(tables: Sequence[Table]) -> Figures:
 
 
 _GAP = 4.0
-"""Gap between the bars of two stages, in percent of all answers."""
+"""Distance between two bars of the figure, in percent of all answers."""
 
 _MIN_NAMED_PERCENT = 0.5
-"""Minimum share of a kind of error that has a label, in percent."""
+"""Minimum share of a kind of error, in percent of all answers, for a label in the figure."""
 
 _LINE = 5.6
-"""Height of a line of text, in percent of all answers."""
+"""Height of a line of text, in units of the vertical axis (percent of all answers)."""
 
 _COLORS: Mapping[str, str] = {
     "success": OUTCOME_COLORS[AnswerOutcome.SUCCESS],

@@ -1,1 +1,1 @@
-"""Goals that models state rightly, miss or invent in goal interpretation."""
+"""Goals: conditions that models state rightly, miss or invent in goal interpretation."""

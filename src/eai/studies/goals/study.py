@@ -35,7 +35,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 
 
 def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
-    """Return the tables on goals that answers state or should state."""
+    """Return the tables that compare the goals in answers with the goals of tasks."""
     return [_predicates_table(atoms), _reasons(atoms), _wrong(atoms), _models_table(atoms)]
 
 
@@ -117,7 +117,7 @@ def _models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 
 def _count_models(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
-    """Yield each goal of a task: how many models state it rightly, state it wrongly, and miss it."""
+    """Yield each stated or missed goal: its task, and how many models state it, make it up, or miss it."""
     by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
     for (task, goal), pairs in by_goal.items():
         right, wrong, missing = (len({a for v, a in pairs if v == verdict}) for verdict in _VERDICTS)

@@ -1,1 +1,1 @@
-"""Perception: forms of scenes in questions, errors in perceived scenes, and tasks with such scenes."""
+"""Perception: how questions show the scene, and how errors in a perceived scene change results."""

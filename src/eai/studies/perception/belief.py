@@ -1,8 +1,8 @@
 """Make the task that a planner faces if it knows only a perceived scene.
 
 Facts that scene graphs describe come from the perceived graph. All other facts, such as the properties of
-objects, are true. An unperceived object has no category, and no action may name it. An invented name stands
-for an object like the first object with a similar name.
+objects, come from the true scene. No action may name an unperceived object. An invented name becomes an
+object with the properties of the first object with a similar name.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from eai.tasks.wording import prompt_objects
 from eai.world.state import Fact, Scene, State, WorldObject
 
 UNSEEN = "(unseen)"
-"""Category of an unperceived object."""
+"""Category of an object that the scene graph does not name."""
 
 _STEM = re.compile(r"[\W_]*\d*$")
 
 
 def scene_words(benchmark: Benchmark) -> SceneWords:
-    """Return the words of a benchmark's scene graphs for facts, as in prompts of action sequencing."""
+    """Return the names of predicates and objects in scene graphs, as in prompts of action sequencing."""
     return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
 def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
-    """Return the benchmark whose tasks have the scenes of some scene graphs, by task id.
+    """Return the benchmark with its tasks changed: each has the scene of a scene graph, given by task id.
 
-    Goals that name an unseen object are left out, because no plan can reach them.
+    Goals that name an object missing from the graph are left out, because no plan can reach them.
     """
     words = scene_words(benchmark)
 
@@ -50,7 +50,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
 
 
 def apply_scene_graph(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
-    """Return the task with the scene that a scene graph shows."""
+    """Return the task with the scene that a scene graph describes."""
     described = words.describe(task)
     if set(graph.facts) == set(described.facts) and set(graph.names) == set(described.objects):
         return task
@@ -59,7 +59,7 @@ def apply_scene_graph(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
 
 
 class _PerceivedScene:
-    """The scene of a task as one scene graph shows it."""
+    """The scene of a task as one scene graph describes it."""
 
     def __init__(self, task: Task, words: SceneWords, graph: SceneGraph) -> None:
         self._task = task
@@ -100,7 +100,10 @@ class _PerceivedScene:
         return self._make_scene().state([*kept, *perceived, *copied])
 
     def _select_possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
-        """Yield the facts that one state can have: no circles of supports, no second support of an object."""
+        """Yield the facts that one state can have together.
+
+        No object supports itself through others, and no object has two supports.
+        """
         words = self._words
         forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
         single = {words.spelling(name) for name, form in words.stored_forms.items() if form in forms}
@@ -119,7 +122,10 @@ class _PerceivedScene:
         return Fact(form, tuple([self._index[name] for name in fact.arguments]))
 
     def _make_scene(self) -> Scene:
-        """Return the objects of the scene. Unseen objects have no category; invented objects come last."""
+        """Return the objects of the scene.
+
+        Unperceived objects have the category `UNSEEN`; invented objects come last.
+        """
         scene = self._task.scene
         objects = [
             WorldObject(item.name, UNSEEN) if index in self._unseen else item

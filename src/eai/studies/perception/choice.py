@@ -1,4 +1,4 @@
-"""The options of the study of perception: how questions show the scene."""
+"""Define the options of the study of perception: how questions show the scene."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ SceneFormat: TypeAlias = Literal[
 - image: only pictures.
 - both: facts and pictures.
 - predicted: the list of facts that a second model made from pictures.
-- noisy: a list of facts with seeded errors.
-- rendered (not in the paper): pictures of objects with bodies.
+- noisy: a list of facts with random errors, reproducible by a seed.
+- rendered (not in the paper): pictures rendered from 3D bodies of objects.
 - numbered (not in the paper): rendered pictures with a number at each object.
 - pointed (not in the paper): rendered pictures, with a pixel and the name of each object.
 """
@@ -37,19 +37,19 @@ SceneFormat: TypeAlias = Literal[
 Clutter: TypeAlias = Literal["none", "some", "many"]
 """Number of objects in a picture that the task is not about.
 
-``none``: no others. ``some``: at most as many others as objects of the task. ``many``: at most four times as
-many, fewer if the picture would be too high. Objects in or on those of the task come first.
+``none``: no other objects. ``some``: at most as many as objects of the task. ``many``: at most four times as
+many, or fewer if the picture would be too high. Objects in or on objects of the task come first.
 """
 
 PICTURE_FORMATS = ("image", "rendered", "numbered", "pointed")
 """Formats that show the scene only in pictures."""
 
 SCENE_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities whose questions describe a scene."""
+"""Abilities whose questions describe a scene, in order."""
 
 
 def _parse_noise_option(given: object) -> object:
-    """Return noise from a table of rates, or from texts such as ``missing=0.1``."""
+    """Return the error rates of a noisy scene, from a table or from texts such as ``missing=0.1``."""
     if isinstance(given, Mapping):
         given = [f"{name}={rate}" for name, rate in given.items()]
     elif isinstance(given, str):
@@ -131,7 +131,7 @@ class Perception(Variation):
 
     @property
     def captioner(self) -> str | None:
-        """The model that lists a predicted scene."""
+        """The model that lists a predicted scene from pictures; None for other formats."""
         return self.scene_model
 
     @property
@@ -140,7 +140,7 @@ class Perception(Variation):
         return "scene"
 
     def find_contradiction(self, other: Variation) -> str:
-        """Return why this format of the scene excludes the choice of another study; empty if it does not."""
+        """Return why this format of the scene contradicts another study's choice; empty if it does not."""
         acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
             if not self.can_look_again:
@@ -151,7 +151,7 @@ class Perception(Variation):
 
     @property
     def can_look_again(self) -> bool:
-        """Whether questions can show the scene again after it has changed.
+        """Whether a later question of a run can show the changed scene.
 
         Scene models and the user's own pictures cannot.
         """
@@ -182,7 +182,7 @@ class Perception(Variation):
         return f"{self.scene}{who}{self._pictures_label}{self._context_label}"
 
     def show_pictures_only(self) -> Self:
-        """Return a copy of this choice that shows only pictures, for the model that lists their contents."""
+        """Return a copy of this choice that shows only pictures, for the model that lists scenes."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property

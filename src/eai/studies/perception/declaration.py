@@ -1,4 +1,4 @@
-"""The ability ``scene_graph``: a model lists the objects and facts that it sees in pictures of a scene."""
+"""Declare the ability ``scene_graph``: a model lists the objects and facts in pictures of a scene."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 
 def perception_shares(perceived: Perceived) -> dict[str, Share]:
-    """Return what one scene graph adds to each rate, as a numerator and a denominator, by name of the rate.
+    """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
-    The paper gives no denominators; these are ours. ``predicate_error`` and ``object_error`` are the paper's:
-    missing or misplaced facts of all described facts, and invented names of all names. The other rates are
-    the four kinds of error, unnamed objects, and precision, recall and F1 of facts.
+    The paper gives no denominators; these are ours. The rates ``predicate_error`` and ``object_error`` are
+    the paper's: missing or misplaced facts of all described facts, and invented names of all names. The other
+    rates are the four kinds of error, unnamed objects, and precision, recall and F1 of facts.
     """
     lost = perceived.missing + perceived.misplaced
     return {
@@ -49,7 +49,10 @@ def perception_shares(perceived: Perceived) -> dict[str, Share]:
 
 
 def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the function that makes scorers. It is imported here, so that reports load no engine."""
+    """Return a function that makes the scorer of a task.
+
+    The import is delayed, so that reports load no engine.
+    """
     from eai.studies.perception.errors import scorers
 
     return scorers(_words(world))
@@ -78,7 +81,10 @@ def _pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
 
 
 def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
-    """Return what one answer adds to each rate. Rates of a predicate need a fact with this predicate."""
+    """Return the numerator and denominator that one answer adds to each rate, by name of the rate.
+
+    A predicate has rates only if some fact has the predicate.
+    """
     shares = {
         "right": share_of_one(verdict.success),
         **perception_shares(verdict.seen),
@@ -90,7 +96,7 @@ def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
-    """Return the outcome of an answer."""
+    """Return the outcome of an answer, for counts of outcomes in reports."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return error_outcome(verdict) or counts_outcome(

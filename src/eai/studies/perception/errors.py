@@ -1,4 +1,4 @@
-"""Find the differences of a scene graph from the scene, sorted by the paper's four kinds of error."""
+"""Find the differences between a scene graph and the true scene, by the paper's four kinds of error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.world.fault import FaultKind
 
 
 def scorers(words: SceneWords) -> Callable[[Task], Scorer]:
-    """Return a function that makes scorers of scene graphs with given words."""
+    """Return a function that makes the scorer of a task, whose scene graphs use the given names."""
     return partial(_SceneGraphScorer, words)
 
 
@@ -25,7 +25,10 @@ class _SceneGraphScorer(Scorer):
         self._words, self._task = words, task
 
     def assess(self, text: str) -> Assessment:
-        """Return the assessment of an answer; an unreadable answer perceives nothing."""
+        """Return the verdict on an answer with its explanation.
+
+        An unreadable answer counts as an empty scene graph.
+        """
         graph = read_scene_graph(text, self._words.arities)
         seen = perception_errors(self._task, self._words, graph)
         verdict = SceneGraphVerdict(
@@ -50,10 +53,10 @@ def _explanation(task: Task, words: SceneWords, graph: SceneGraph) -> Explanatio
 
 
 def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perceived:
-    """Return the differences of a scene graph from a task's scene.
+    """Return the differences between a scene graph and a task's scene.
 
     A lost relation counts as misplaced, not as missing, if the graph relates its first object to another one
-    by the same predicate, and that fact does not hold. Each such fact accounts for one lost relation.
+    by an equal predicate, and that fact is untrue. Each untrue fact accounts for one lost relation.
     """
     described = words.describe(task)
     lost, wrong = _differences(task, words, graph)
@@ -87,7 +90,7 @@ def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perce
 def _differences(
     task: Task, words: SceneWords, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
-    """Return the described facts that the graph lacks, and the untrue facts that it states."""
+    """Return two lists: described facts that the graph lacks, and untrue facts that the graph states."""
     names, seen, mentioned = words.names(task), set(graph.facts), set(graph.names)
     about = [index for index, name in enumerate(names) if name in mentioned]
     holding = {words.to_named_fact(fact, names) for fact in words.list_facts(task.initial, about)}
@@ -102,7 +105,7 @@ def _relation_start(fact: NamedFact) -> tuple[str, str]:
 def _confusions(
     right: Iterable[NamedFact], wrong: Iterable[NamedFact], lost: Iterable[NamedFact]
 ) -> dict[str, Confusion]:
-    """Return the counts of right, untrue and missing facts, by predicate."""
+    """Return the numbers of right, untrue and missing facts, as triples by predicate."""
     counts = [Counter(fact.predicate for fact in facts) for facts in (right, wrong, lost)]
     names = dict.fromkeys(name for count in counts for name in count)
     return {name: Confusion(*(count[name] for count in counts)) for name in sorted(names)}

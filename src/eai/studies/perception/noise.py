@@ -15,7 +15,7 @@ from eai.tasks.task import Task
 _NUMBER = re.compile(r"\d+$")
 
 _MAX_DRAWS = 100
-"""Maximum number of random draws to find one possible untrue fact."""
+"""Maximum number of random draws to find one untrue fact that is possible in the scene."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Noise:
 
     Attributes:
         missing: probability that a described fact is lost.
-        misplaced: probability that a described relation gets another second object.
+        misplaced: probability that the second object of a described relation is replaced by another object.
         unnecessary: probability, for each described fact, that an untrue fact is added.
         invented: probability that an object is seen twice, the second time under an invented name.
         unseen: probability that an object and all facts about it are missed. The agent is always seen.
@@ -56,16 +56,16 @@ class Noise:
 
     @property
     def label(self) -> str:
-        """Short text that differs for each noise."""
+        """Short text with the probabilities and the seed; different settings have different texts."""
         parts = [f"{name}-{rate:g}" for name, rate in self.rates.items() if rate]
         return "-".join([*parts, f"seed-{self.seed}"])
 
 
 def parse_noise(settings: Sequence[str]) -> Noise:
-    """Read noise from settings such as ``missing=0.1``.
+    """Read probabilities of errors from settings such as ``missing=0.1``.
 
     Raises:
-        InputError: a text is not a setting of noise.
+        InputError: a text is not such a setting.
     """
     names = [field.name for field in fields(Noise)]
     values: dict[str, float] = {}
@@ -87,20 +87,20 @@ def parse_noise(settings: Sequence[str]) -> Noise:
 def perceive(task: Task, words: SceneWords, noise: Noise, stream: str = "") -> SceneGraph:
     """Return the scene graph of a task with errors added by noise. Equal arguments give equal graphs.
 
-    The noise never creates a circle of supports. It never places an object relative to an undescribed object,
-    such as half of an uncut apple. A relation without another possible place stays as it is.
+    The noise never creates a circle of objects that support each other. It never places an object relative to
+    an undescribed object, such as half of an uncut apple. A relation without a possible replacement is kept.
 
     Args:
         task: the task.
         words: how scene graphs name facts.
         noise: the probabilities of errors.
-        stream: name of one of several independent repetitions.
+        stream: name of a repetition; repetitions with other names have independent errors.
     """
     return _NoisyObserver(task, words, noise, stream).perceive_scene()
 
 
 class _NoisyObserver:
-    """Makes the scene graph of one scene with noise."""
+    """Makes the scene graph of one scene, with random errors."""
 
     def __init__(self, task: Task, words: SceneWords, noise: Noise, stream: str) -> None:
         self._words = words
@@ -152,7 +152,7 @@ class _NoisyObserver:
     def _draw_unnecessary_facts(
         self, visible: Sequence[NamedFact], seen: Sequence[NamedFact]
     ) -> list[NamedFact]:
-        """Return untrue facts about described objects. None is about a hand, which the agent feels."""
+        """Return untrue facts about described objects. No fact is about the agent's hand, which it feels."""
         all_seen, added = set(seen), list[NamedFact]()
         words = self._words
         predicates = [
@@ -181,7 +181,7 @@ class _NoisyObserver:
         return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
 
     def _is_new(self, fact: NamedFact, seen: set[NamedFact]) -> bool:
-        """Whether a fact is possible, does not hold, and is not among the seen facts."""
+        """Whether a fact is possible, untrue, and not among the facts of the graph so far."""
         is_known = fact in self._true_facts or fact in seen
         return (
             not is_known
@@ -202,7 +202,7 @@ class _NoisyObserver:
                 yield name, double
 
     def _draw_fact_of_double(self, name: str, double: str) -> NamedFact | None:
-        """Return a visible fact of an object with its double in its place, or None without such facts."""
+        """Return a visible fact of an object with its double in the object's place; None without facts."""
         facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
         facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
         if not facts:

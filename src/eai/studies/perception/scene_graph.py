@@ -19,11 +19,11 @@ from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
 SCENE = "scene"
-"""Metadata field of a question: the text of the scene graph that the question states instead of the scene."""
+"""Field of a question's metadata: text of the scene graph that the question states instead of the scene."""
 
 
 class NamedFact(NamedTuple):
-    """A fact that names its predicate and objects as answers do."""
+    """A fact whose predicate and objects have the names that answers use."""
 
     predicate: str
     arguments: tuple[str, ...]
@@ -34,14 +34,14 @@ class NamedFact(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SceneGraph:
-    """A perceived scene: objects by name, and facts about them, each once and in order.
+    """A perceived scene: names of objects, and facts about these objects, each listed once and in order.
 
     Attributes:
-        objects: the objects.
-        facts: the facts.
+        objects: names of the objects.
+        facts: facts about the objects.
         ill_formed: entries of an answer that are not facts, as texts.
-        repairs: repairs of the answer's text that made the graph readable.
-        unreadable: why the answer has no readable scene graph; None if it has one.
+        repairs: names of the corrections of the answer's text that made the graph readable.
+        unreadable: why no scene graph can be read from the answer; None if it can be read.
     """
 
     objects: tuple[str, ...] = ()
@@ -52,7 +52,7 @@ class SceneGraph:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names in the graph, each once."""
+        """Names of all objects in the graph, including objects that only facts name, each once."""
         return tuple(
             dict.fromkeys([*self.objects, *(name for fact in self.facts for name in fact.arguments)])
         )
@@ -89,7 +89,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
 
 
 def _sections(value: object) -> tuple[list[object], list[object]] | None:
-    """Return the objects and facts of a JSON object with a list of facts, or None for other values."""
+    """Return the lists of objects and facts in a JSON object, or None for a value without a list of facts."""
     if not isinstance(value, JsonObject):
         return None
     members = dict(value.members)
@@ -113,10 +113,11 @@ def graph_of(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
 
 
 class Supports:
-    """The supports of objects, collected fact by fact.
+    """Which object supports which other objects, collected fact by fact.
 
     Args:
-        predicates: names of the predicates of support, as scene graphs write them.
+        predicates: names of the predicates that say that an object is in, on or under another, as scene
+            graphs write them.
     """
 
     def __init__(self, predicates: frozenset[str]) -> None:
@@ -124,16 +125,16 @@ class Supports:
         self._below: dict[str, list[str]] = {}
 
     def add(self, fact: NamedFact) -> None:
-        """Add a fact, if its predicate is one of support."""
+        """Add a fact, if its predicate says that an object supports another."""
         if fact.predicate in self._predicates:
             self._below.setdefault(fact.arguments[0], []).append(fact.arguments[1])
 
     def would_support_twice(self, fact: NamedFact) -> bool:
-        """Whether a fact gives a second support to an object."""
+        """Whether adding a fact would give an object a second support."""
         return fact.predicate in self._predicates and fact.arguments[0] in self._below
 
     def would_close_circle(self, fact: NamedFact) -> bool:
-        """Whether a fact would close a circle of supports."""
+        """Whether adding a fact would make an object support itself through other objects."""
         if fact.predicate not in self._predicates:
             return False
         first, second = fact.arguments
@@ -156,7 +157,7 @@ class SceneWords:
 
     Attributes:
         wording: the wording of prompts.
-        stored_forms: for each described predicate, the stored predicate that makes it true of equal
+        stored_forms: for each described predicate, the stored predicate whose facts make it true of equal
             arguments.
     """
 
@@ -170,12 +171,12 @@ class SceneWords:
 
     @cached_property
     def holding_predicates(self) -> tuple[str, ...]:
-        """Described predicates that state which object a hand holds."""
+        """Names of the described predicates that say which object a hand holds."""
         return self._list_described(spatial_predicates(self.wording.domain)[0])
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
-        """Described predicates that state in, on or under which object an object is."""
+        """Names of the described predicates that say that an object is in, on or under another."""
         return self._list_described(spatial_predicates(self.wording.domain)[1])
 
     @cached_property
@@ -210,7 +211,7 @@ class SceneWords:
                 yield fact
 
     def describe(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
-        """Return the true scene graph of some objects, or of all objects in the task's prompt."""
+        """Return the true scene graph of some objects, by default of all objects in the task's prompt."""
         names, chosen = self.names(task), prompt_objects(task) if objects is None else objects
         facts = self.list_stored_facts(task.initial, chosen)
         return graph_of(
@@ -227,9 +228,10 @@ class SceneWords:
 
 
 def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """Return the stored predicate that makes a predicate true of equal arguments, or None.
+    """Return the stored predicate whose facts make a predicate true of equal arguments, or None.
 
-    For a derived predicate, it is the first changing predicate that the definition asserts of all parameters.
+    For a derived predicate, the result is the first changing predicate that the definition asserts of all
+    parameters.
     """
     if (stored := vocabulary.find_stored(predicate)) is not None:
         return None if stored.static else predicate
