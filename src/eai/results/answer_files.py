@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from eai.benchmarks.benchmark import Benchmark
 
 _RUN_FILES, _MAX_FOLDERS_ABOVE = "run*.toml", 4
-"""Pattern of the names of run specifications; maximum number of folders between one and its records."""
+"""Pattern of names of run specifications; maximum number of folders from one to its records."""
 
 ZIP = ".zip"
 """File extension of zip archives."""
@@ -55,9 +55,10 @@ class _SuiteFile:
 
 
 def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
-    """Return by name the unregistered benchmarks of the runs at some paths, if they can still be opened.
+    """Return a mapping from names to the unregistered benchmarks of the runs at some paths.
 
-    The ``run.toml`` of a run has the references of its benchmarks.
+    The ``run.toml`` of a run has the references of its benchmarks. A benchmark that can no longer be opened
+    is left out.
     """
     benchmarks: dict[str, Benchmark] = {}
     for path in map(Path.absolute, paths):
@@ -108,14 +109,14 @@ def find_suite_files(path: Path, unregistered: Collection[str] = ()) -> list[_Su
 
 @contextmanager
 def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Path]:
-    """Yield the path or, if it is a zip, a temporary folder of the zip's name with its response files.
+    """Yield a path, or a temporary folder with the response files of the zip at this path.
 
-    The folder exists until the block ends. An InputError of the block calls a file of this folder ``ZIP:
-    MEMBER``.
+    The folder has the zip's name and exists until the block ends. An InputError that the block raises names a
+    file of this folder as ``ZIP: MEMBER``.
 
     Args:
-        path: the path.
-        other_names: names of other files to unpack.
+        path: the path of a file, a folder or a zip.
+        other_names: names of further files to unpack, besides response files.
 
     Raises:
         InputError: the zip or a response file in it cannot be read, or they unpack to too many bytes.
@@ -150,7 +151,7 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
 
 
 def list_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
-    """Return the members of a zip, with slashes in their names even if Windows wrote backslashes."""
+    """Return the file names in a zip, with slashes between folders even if Windows wrote backslashes."""
     members = archive.infolist()
     for info in members:
         info.filename = info.filename.replace("\\", "/")
@@ -158,9 +159,9 @@ def list_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
 
 
 def _is_wanted(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
-    """Whether a member of a zip is a response file or has another wanted name.
+    """Whether a file in a zip is a response file, or has one of the other names to unpack.
 
-    Files that systems add, such as ``__MACOSX/._...``, are not wanted.
+    Files that operating systems add, such as ``__MACOSX/._...``, are not unpacked.
     """
     name = PurePosixPath(info.filename).name
     is_answers = name.endswith(ENDINGS) and not name.startswith(".")
@@ -168,10 +169,10 @@ def _is_wanted(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
 
 
 def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:
-    """Return a response file, or all below a folder that do not name another suite.
+    """Return the response file at a path, or the files below a folder that do not name another suite.
 
     Raises:
-        InputError: there is no response file, or all name other suites.
+        InputError: there is no response file, or all files name other suites.
     """
     files = find_response_files(path)
     suites_of_others = {
@@ -184,10 +185,10 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
 
 
 def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
-    """Return the one file with the answers to a suite. In a folder it must name the suite.
+    """Return the only response file with the answers to a suite. In a folder, the file must name the suite.
 
-    Each attempt of an experiment has a file of its own, beside the file of the first attempt. A file that
-    does not name an attempt has the first answers.
+    Experiments with several attempts have a file for each attempt. The file without the number of an attempt
+    has the first answers, and is the file returned.
 
     Raises:
         InputError: there is no such file, or more than one.
@@ -198,7 +199,7 @@ def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int =
         return first if attempt == 1 else first.with_name(f"{attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        with suppress(InputError):  # the folder may have only files of single attempts
+        with suppress(InputError):  # it raises if all files are of single attempts
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{attempt_name('', attempt)}{SUFFIX}"))
     of_suite = [file for file in files if _suite_of(file) == (domain, ability.value)]
@@ -220,7 +221,10 @@ def _suite_of(file: Path) -> tuple[str, str] | None:
 
 
 def _other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
-    """Return the other suite that a file names, or None; folders that name no benchmark are ignored."""
+    """Return the suite that a file names if it is not the wanted suite, else None.
+
+    Folders without a benchmark's name are ignored.
+    """
     suite = _suite_of(file)
     if suite is None or (
         suite[1] == ability.value and (suite[0] == domain or suite[0] not in list_benchmarks())

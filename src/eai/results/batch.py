@@ -1,4 +1,4 @@
-"""Scores many answers, in this process or in several, and makes records of missing answers."""
+"""Scores many answers, in this process or in several processes, and makes records of missing answers."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Scoring(Workers):
     def _score_responses(
         self, suite: Suite, model: str, responses: Iterable[Response], settings: ScoringOptions
     ) -> Iterator[Record]:
-        workers = self if suite.is_portable else Scoring()  # workers open a suite by its name
+        workers = self if suite.is_portable else Scoring()  # workers open a pickled suite by its name
         answered, to_score = tee(responses)
         batch_sizes = workers._batch_sizes(suite, length_hint(responses))
         outcomes = workers.map_batches(
@@ -95,11 +95,11 @@ class Scoring(Workers):
 
         Args:
             suite: the tasks.
-            answers: the answers. Some protocols read each answer by the form of all answers.
-            unanswered: reason for each missing answer, by task id.
-            settings: how to score; the processes are those of this pool.
+            answers: the answers. Some protocols decide from all answers how to read each one.
+            unanswered: mapping from the id of each task without an answer to the reason.
+            settings: options of scoring; their number of processes is ignored in favour of this object's.
             finish: changes a record before it is written; it is pickled.
-            shard: the part of the tasks to score; all of them if None.
+            shard: the part of the tasks to score; None for all tasks.
         """
         suite = suite.adapt_to_answers(response.text for response in answers.responses)
         items, number = _rows_in_order(suite, answers, unanswered), len(answers.responses) + len(unanswered)
@@ -120,26 +120,24 @@ class Scoring(Workers):
         )
 
     def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
-        """Yield the rewards of answers, in order; None if the task pays nothing.
+        """Yield the reward of each answer, in order; None for a task that pays no reward.
 
         Args:
             reward: the reward function of a suite.
-            answers: ids of tasks with answers.
+            answers: pairs of a task id and an answer to the task.
         """
         workers = self if reward.suite.is_portable else Scoring()
         sizes = workers._batch_sizes(reward.suite, length_hint(answers))
         return workers.map_batches(partial(_reward_batch, reward), answers, batch_sizes=sizes)
 
     def _batch_sizes(self, suite: Suite, number: int) -> tuple[int, int]:
-        """Return the first and the largest batch size.
+        """Return the size of a worker's first batch, and the maximum size of its batches.
 
-        They are small if a planner may take minutes for an answer.
-
-        If the number of answers is known, each worker gets two equal batches, because each batch has a fixed
-        cost.
+        Both are small if a planner may take minutes for an answer. If the number of answers is known, each
+        worker gets two equal batches, because each batch has a fixed cost.
 
         Args:
-            suite: the suite that is answered.
+            suite: the suite that the answers are for.
             number: number of answers; 0 if unknown.
         """
         if suite.ability is Ability.TRANSITION_MODELING:
@@ -151,7 +149,7 @@ class Scoring(Workers):
 
 
 _ScoringResult: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | None]
-"""The parts of a record that only scoring can give: verdict, task features and explanation."""
+"""Result of scoring an answer: its verdict, the features of its task, and the explanation of the verdict."""
 
 
 def _score_batch(suite: Suite, settings: ScoringOptions, items: Sequence[Response]) -> list[_ScoringResult]:
@@ -204,7 +202,7 @@ def find_tasks_without_row(suite: Suite, answers: ResponseFile) -> dict[str, str
 def _rows_in_order(
     suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
 ) -> Iterator[ResponseRow]:
-    """Yield an answer, or a missing answer, for each task of a run, in the order of the data set.
+    """Yield a response, or a missing answer, for each task of a run, in the order of the data set.
 
     If a task may have several answers, they come in the order of their file, before all tasks without an
     answer.
@@ -217,10 +215,10 @@ def _rows_in_order(
 
 
 def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
-    """Group answers, with their further epochs, by the rules of the game by which the model played.
+    """Group response files, with their further epochs, by the game rules by which the model played.
 
-    Answers by the standard rules, whose key is None, come first. Empty and unreadable answers, which fail by
-    any rules, are with them, or with the most frequent rules if no answer is by the standard rules.
+    Answers by the standard rules come first, under the key None. Empty and unreadable answers fail by any
+    rules: they join this group, or the largest group if no answer is by the standard rules.
     """
     declared = declaration_of(ability)
     if not declared.takes_turns:
@@ -246,7 +244,7 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
 
 
 def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
-    """Return the first harness that answers name, and the rules of the first readable answer."""
+    """Return the first harness that the answers name, and the game rules of the first readable answer."""
     declared = declaration_of(ability)
     first: Experiment | None = None
     if not declared.takes_turns:
@@ -259,7 +257,7 @@ def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
 
 
 def _add_agent(record: Record, first: Experiment) -> Record:
-    """Return a record with the harness and rules of its answer, or else with those of the first answer."""
+    """Return a record with the harness and rules of its answer, or of the run if the answer names none."""
     agent = declaration_of(record.ability).read_experiment(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
 
@@ -275,9 +273,9 @@ def score_run(
 
     Args:
         suite: the tasks.
-        answers: the answers. Some protocols read each answer by the form of all answers.
-        unanswered: reason for each missing answer, by task id.
-        settings: how to score.
+        answers: the answers. Some protocols decide from all answers how to read each one.
+        unanswered: mapping from the id of each task without an answer to the reason.
+        settings: options of scoring.
         on_progress: called after each answer.
     """
     suite = suite.adapt_to_answers(response.text for response in answers.responses)

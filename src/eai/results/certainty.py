@@ -38,10 +38,12 @@ _BISECTION_STEPS = 60
 
 @lru_cache(maxsize=1024)
 def two_sided_quantile(level: float, freedom: int) -> float:
-    """Return the number of standard errors to either side that hold a share of Student's distribution.
+    """Return the quantile of Student's distribution for a two-sided interval.
+
+    The result is in standard errors: the interval from minus to plus the quantile has the given probability.
 
     Args:
-        level: the share, up to 0.999.
+        level: probability of the interval, up to 0.999.
         freedom: degrees of freedom, at least 1.
     """
     low, high = 0.0, _MAX_QUANTILE
@@ -55,7 +57,7 @@ def two_sided_quantile(level: float, freedom: int) -> float:
 
 
 def _share_within(width: float, freedom: int) -> float:
-    """Return the share of Student's distribution between ``-width`` and ``width``, as a finite series.
+    """Return the probability of Student's distribution between ``-width`` and ``width``, as a finite series.
 
     The series is Abramowitz & Stegun, 26.7.3-4.
     """
@@ -75,14 +77,16 @@ _PSEUDO_UNITS = 2
 
 @dataclass(frozen=True, slots=True)
 class _Deviations:
-    """A number, as a fraction of 1, with each unit's contribution to its error.
+    """An estimated rate, or difference of rates, with the contribution of each unit to its error.
+
+    Units are tasks, or all tasks of one name. Pseudo-units are explained at the top of this module.
 
     Attributes:
-        value: the number.
-        centre: the number with the pseudo-units, half of them right.
-        of_units: unit -> its contribution; the contributions sum to 0.
+        value: the estimate, as a fraction of 1.
+        centre: the estimate with the pseudo-units included, half of them right.
+        of_units: mapping from each unit to its contribution; the contributions sum to 0.
         of_pseudo_units: contribution of a pseudo-unit, in each of its equally likely cases.
-        weights: unit -> its share of the whole; the weights sum to 1.
+        weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
     value: float
@@ -93,12 +97,12 @@ class _Deviations:
 
     @property
     def observed_variance(self) -> float:
-        """Variance of the number without the pseudo-units."""
+        """Variance of the estimate without the pseudo-units."""
         return sum(added * added for added in self.of_units.values())
 
     @property
     def variance(self) -> float:
-        """Jackknife variance of the number, with the pseudo-units; never zero."""
+        """Jackknife variance of the estimate, with the pseudo-units; never zero."""
         left_out = (
             added / (1 - self.weights[unit])
             for unit, added in self.of_units.items()
@@ -115,10 +119,10 @@ class _Deviations:
 
 
 def deviations_of_rate(sums: Mapping[str, Share]) -> _Deviations | None:
-    """Return the deviations of a rate, or None if its denominator is zero.
+    """Return a rate with the deviations of its units, or None if the denominator is zero.
 
     Args:
-        sums: numerator and denominator that each unit adds to the rate.
+        sums: mapping from each unit to the numerator and denominator that it adds to the rate.
     """
     parts = {unit: share for unit, share in sums.items() if share.denominator}
     whole, units = sum(share.denominator for share in parts.values()), len(parts)
@@ -136,12 +140,12 @@ def deviations_of_rate(sums: Mapping[str, Share]) -> _Deviations | None:
 
 
 def deviations_of_mean(parts: Sequence[tuple[float, _Deviations]]) -> _Deviations:
-    """Return the deviations of a mean of rates over equal units.
+    """Return a weighted mean of rates over equal units, with the deviations of the units.
 
     A pseudo-unit is right in all rates or in none.
 
     Args:
-        parts: weight and rate; the weights sum to 1.
+        parts: pairs of the weight and the deviations of a rate; the weights sum to 1.
     """
     return _Deviations(
         sum(weight * rate.value for weight, rate in parts),
@@ -153,7 +157,10 @@ def deviations_of_mean(parts: Sequence[tuple[float, _Deviations]]) -> _Deviation
 
 
 def deviations_of_difference(first: _Deviations, second: _Deviations) -> _Deviations:
-    """Return the deviations of second minus first. The two rates of a pseudo-unit are independent."""
+    """Return the second rate minus the first, with the deviations of the units.
+
+    The two rates of a pseudo-unit are independent.
+    """
     return _Deviations(
         second.value - first.value,
         second.centre - first.centre,
@@ -176,7 +183,7 @@ LEVEL = 0.95
 
 
 class Interval(NamedTuple):
-    """Bounds of an interval, in percent, or in percentage points for a difference."""
+    """Lower and upper bound of an interval: in percent for a rate, in percentage points for a difference."""
 
     low: float
     high: float
@@ -201,15 +208,15 @@ Cases: TypeAlias = Sequence[Case]
 
 @dataclass(frozen=True, slots=True)
 class Certainty:
-    """Intervals of a number, and the tasks that it is made from.
+    """Confidence intervals of a rate or difference, with the number of tasks behind it.
 
     Attributes:
         interval: 95 % interval with names as units.
         by_task: 95 % interval as if all tasks were independent.
         tasks: number of tasks.
         names: number of different names of these tasks.
-        design_effect: variance divided by the variance of independent tasks, as observed; None if there is no
-            variance.
+        design_effect: observed variance with names as units, divided by the variance with independent tasks;
+            None if the variance is zero.
     """
 
     interval: Interval
@@ -225,26 +232,26 @@ class Certainty:
 
 
 def sum_by_task(cases: Cases) -> dict[str, Share]:
-    """Return the numerator and denominator that each task adds to a rate."""
+    """Return a mapping from each task to the numerator and denominator that it adds to a rate."""
     return _sum_shares([(case.task, case.share) for case in cases])
 
 
 def sum_by_name(cases: Cases) -> dict[str, Share]:
-    """Return the numerator and denominator that the tasks of each name add to a rate."""
+    """Return a mapping from each name to the numerator and denominator that its tasks add to a rate."""
     return _sum_shares([(case.name, case.share) for case in cases])
 
 
 def mean_over_names(cases: Cases) -> float | None:
-    """Return the rate in percent if each name had equal weight, or None if there are no cases."""
+    """Return the mean over names of their rates, in percent; None if there are no cases."""
     rates = [Rate(*share).percent for share in sum_by_name(cases).values() if share.denominator]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
 
 def certainty_of_rate(cases: Cases) -> Certainty | None:
-    """Return the intervals of a rate, or None if there are no cases.
+    """Return the confidence intervals of a rate, or None if there are no cases.
 
-    If a task can add more than one (errors that count several times), the rate is divided by the largest
-    addition of a task.
+    A task can add more than one to the numerator, such as several errors. Then the rate is divided by the
+    largest number that a task adds.
     """
     largest = max([1, *(share.numerator / share.denominator for _, _, share in cases if share.denominator)])
     if largest == 1:
@@ -274,10 +281,12 @@ def _certainty_of_share(cases: Cases) -> Certainty | None:
 
 
 def certainty_of_mean(parts: Sequence[tuple[float, Cases]]) -> Certainty | None:
-    """Return the intervals of a weighted mean of rates on equal tasks, or None if a rate has no cases.
+    """Return the confidence intervals of a weighted mean of rates on equal tasks.
+
+    It is None if a rate has no cases.
 
     Args:
-        parts: weight and rate; the weights sum to 1.
+        parts: pairs of the weight and the cases of a rate; the weights sum to 1.
     """
     tasks = [(weight, deviations_of_rate(sum_by_task(cases))) for weight, cases in parts]
     names = [(weight, deviations_of_rate(sum_by_name(cases))) for weight, cases in parts]
@@ -289,9 +298,10 @@ def certainty_of_mean(parts: Sequence[tuple[float, Cases]]) -> Certainty | None:
 
 
 def certainty_of_difference(first: Cases, second: Cases) -> Certainty | None:
-    """Return the intervals of the difference of two rates on equal tasks, or None if a rate has no cases.
+    """Return the confidence intervals of the difference of two rates on equal tasks.
 
-    The intervals are in percentage points, symmetric around second minus first.
+    They are in percentage points, symmetric around the second rate minus the first; None if a rate has no
+    cases.
     """
     pairs = [
         (deviations_of_rate(sums(first)), deviations_of_rate(sums(second)))
@@ -307,12 +317,13 @@ def certainty_of_difference(first: Cases, second: Cases) -> Certainty | None:
 
 
 def interval_of_ratio(cases: Cases) -> Interval | None:
-    """Return the interval of the cost of a success: a ratio of sums on a log scale, with names as units.
+    """Return the confidence interval of the cost of a success, with names as units.
 
-    It is None if there is no success, no cost, or only one name.
+    The cost of a success is a ratio of two sums, on a log scale. The interval is None if there is no success,
+    no cost, or only one name.
 
     Args:
-        cases: cost of each answer (numerator), and whether it is a success (denominator).
+        cases: for each answer, its cost (numerator) and 1 for a success, else 0 (denominator).
     """
     units = sum_by_name(cases).values()
     spent, successes = sum(unit.numerator for unit in units), sum(unit.denominator for unit in units)
@@ -329,14 +340,14 @@ _NORMAL = NormalDist().inv_cdf((1 + LEVEL) / 2)
 
 
 class _IntervalParts(NamedTuple):
-    """The numbers from which an interval is computed.
+    """The numbers from which the confidence interval of an estimate is computed.
 
     Attributes:
-        value: the number, as a fraction of 1.
-        variance: its variance, or the inverse of the effective number of tasks.
-        observed: variance of the number from its units alone.
-        quantile: number of standard errors to either side.
-        units: number of units of the variance.
+        value: the estimate, as a fraction of 1.
+        variance: variance of the estimate, or the inverse of the effective number of tasks.
+        observed: variance of the estimate without the pseudo-units.
+        quantile: number of standard errors on each side.
+        units: number of units, tasks or names, from which the variance is computed.
     """
 
     value: float
@@ -358,13 +369,13 @@ def _interval_parts(deviations: _Deviations) -> _IntervalParts:
 
 
 def _scale_interval_parts(deviations: _Deviations) -> _IntervalParts:
-    """Return interval parts whose variance is divided by the variance of a single answer, yes or no."""
+    """Return the parts with their variance divided by the variance of a single answer, right or wrong."""
     parts = _interval_parts(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
 
 
 def _binomial_interval_parts(deviations: _Deviations) -> _IntervalParts:
-    """Return the interval parts of independent answers yes and no, whose variance is not estimated."""
+    """Return the interval parts of independent right or wrong answers, whose variance is not estimated."""
     units = len(deviations.of_units)
     return _IntervalParts(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
 

@@ -40,7 +40,10 @@ READABLE_SCHEMAS = (2, 3, SCHEMA)
 """Versions of the record format that can be read."""
 
 _FIELDS_WITH_HALVES = ("goals", "partial")
-"""Fields whose counts may contain halves. All their numbers are floats, so that each field has one type."""
+"""Fields with counts that may contain halves.
+
+All numbers in them are written as floats, so that each field has one type.
+"""
 
 COMMON_FIELDS = (
     "executable",
@@ -52,7 +55,7 @@ COMMON_FIELDS = (
     "counts",
     "planner",
 )
-"""Fields in the record of every ability, in order; null if the ability has no value for them."""
+"""Fields that the record of every ability has, in order; null if the ability has no value for a field."""
 
 T = TypeVar("T")
 
@@ -102,13 +105,13 @@ def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
 def experiment_to_json(
     experiment: Experiment, summaries: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 ) -> dict[str, Json]:
-    """Return the fields ``study`` and ``agent`` of records and summaries.
+    """Return the fields ``study`` and ``agent`` of records and summaries as a JSON object.
 
-    A field without choices is left out.
+    A field is left out if the run makes no choice in it.
 
     Args:
-        experiment: the experiment.
-        summaries: summaries of one answer by the name of the study.
+        experiment: the choices of the run.
+        summaries: mapping from the name of a study to its summary of the answer.
     """
     study: dict[str, Json] = {}
     for name, choice in experiment.ordered_choices.items():
@@ -120,7 +123,7 @@ def experiment_to_json(
 
 
 def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
-    """Read the experiment from its fields, or return None if they have no choice.
+    """Read an experiment from the fields ``study`` and ``agent``, or return None if both are missing.
 
     Raises:
         InputError: a field has another type; the message names it.
@@ -159,7 +162,12 @@ def _read_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]
 
 
 def read_summary(record: Record, study: str, kind: type[T]) -> T | None:
-    """Return a study's summary of a record's answer as a value of a type, or None if there is no summary.
+    """Return a study's summary of the answer in a record, or None if there is no summary.
+
+    Args:
+        record: the record.
+        study: name of the study.
+        kind: the type of the summary.
 
     Raises:
         InputError: the summary does not have the type.
@@ -185,7 +193,7 @@ def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
 
 
 def fields_of(verdict: Verdict) -> dict[str, Json]:
-    """Return the fields of a record that come from its verdict."""
+    """Return the fields of a record that its verdict fills, as a JSON object."""
     fields = dataclass_to_json(verdict)
     reason = fields.pop("excluded")
     status = "scored" if reason is None else "excluded"
@@ -203,7 +211,7 @@ def fields_of(verdict: Verdict) -> dict[str, Json]:
 
 
 def _verdict_fields(verdict: Verdict) -> dict[str, Json]:
-    """Return the fields of a verdict, each with one type in all records."""
+    """Return the fields of a verdict as a JSON object. Each field has one type in all records."""
     fields = fields_of(verdict)
     return fields | {
         name: _convert_numbers(fields[name], float) for name in _FIELDS_WITH_HALVES if name in fields
@@ -267,7 +275,7 @@ _PLAIN_TYPES = frozenset({type(None), bool, int, float, str})
 
 @cache
 def _find_encoder(kind: type) -> Callable[[Any], Json]:
-    """Return the function that encodes values of a type; cached, because records have few types."""
+    """Return the function that converts values of a type to JSON; cached, because records have few types."""
     if issubclass(kind, Enum):
         return attrgetter("value")
     if issubclass(kind, str | int | float):
@@ -284,7 +292,10 @@ def _find_encoder(kind: type) -> Callable[[Any], Json]:
 
 
 def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
-    """Return an explanation as JSON, with its atoms as a list: field names must not depend on the answer."""
+    """Return an explanation as JSON.
+
+    Its atoms become a list, because field names must not depend on the answer.
+    """
     atoms = explanation.atoms
     listed = None if atoms is None else [{"text": text, **_statement_to_json(atoms[text])} for text in atoms]
     return {**dataclass_to_json(explanation), "atoms": listed}
@@ -295,7 +306,7 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
 
 
 def _explanation_values(value: Any) -> Any:
-    """Return the fields of an explanation that was read from JSON, with its atoms by their texts."""
+    """Return the fields of an explanation from JSON; the list of atoms becomes a mapping from their texts."""
     if not isinstance(value, dict) or not isinstance(value.get("atoms"), list):
         return value
     atoms = {atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in value["atoms"]}
@@ -303,7 +314,10 @@ def _explanation_values(value: Any) -> Any:
 
 
 def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
-    """Read a verdict without the first ``made_before`` repairs, which were made before scoring."""
+    """Read a verdict from JSON.
+
+    The first ``made_before`` repairs are left out, because they were made before scoring.
+    """
     for name in COMMON_FIELDS:
         _require_field(values, name)
     status = _require_field(values, "status")
@@ -354,7 +368,7 @@ def _require_field(values: Mapping[str, Any], name: str) -> Any:
 
 
 def _parse_value(kind: type[T], value: object, *path: str) -> T:
-    """Return a value of a type from JSON.
+    """Parse a JSON value as a given type.
 
     Raises:
         InputError: the value does not have the type; the message names the field.

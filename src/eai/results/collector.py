@@ -9,9 +9,9 @@ OBJECTS_BETWEEN_COLLECTIONS = 300_000
 
 
 def collect_seldom() -> None:
-    """Exclude all present objects from garbage collection, and collect new objects rarely.
+    """Exclude all existing objects from garbage collection, and collect later objects rarely.
 
-    This suits processes with one purpose, which keep their modules, tasks and records until they end.
+    This suits a process that keeps its modules, tasks and records until it ends.
     """
     gc.freeze()
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, *gc.get_threshold()[1:])

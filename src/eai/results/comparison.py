@@ -33,7 +33,8 @@ def sign_flip_p(differences: Sequence[int]) -> float:
     """Return the exact two-sided p value of a sum of differences, if each sign is equally likely.
 
     Args:
-        differences: for each unit, the number of tasks right in the second run minus that in the first.
+        differences: for each unit (a task or a name), the number of its tasks that are right in the second
+            run minus the number right in the first run.
     """
     counts = Counter({0: 1})
     sizes = Counter(abs(difference) for difference in differences if difference)
@@ -47,14 +48,15 @@ def sign_flip_p(differences: Sequence[int]) -> float:
 
 
 def exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
-    """Return the two-sided p value of a difference of two rates by random exchanges.
+    """Return the two-sided p value of the difference of two rates, from random exchanges of answers.
 
-    It is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed runs count as one
-    exchange, so that no value is zero.
+    It is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed assignment of
+    answers to runs counts as one exchange, so that no p value is zero.
 
     Args:
-        first: numerator and denominator that each unit adds to the first rate.
-        second: numerator and denominator that the same units add to the second rate.
+        first: mapping from each unit (a task or a name) to the numerator and denominator that it adds to the
+            first rate.
+        second: mapping from the same units to the numerator and denominator for the second rate.
     """
     sums = (_sum_shares(first), _sum_shares(second))
     if not sums[0].denominator or not sums[1].denominator:
@@ -78,7 +80,7 @@ def _sum_shares(shares: Sequence[Share]) -> Share:
 
 
 def _distance(one: Share, other: Share) -> float:
-    """Return the absolute difference of two rates; infinite if one has no cases."""
+    """Return the absolute difference of two rates; infinite if a rate has no cases."""
     if not one.denominator or not other.denominator:
         return math.inf
     return abs(other.numerator / other.denominator - one.numerator / one.denominator)
@@ -89,7 +91,7 @@ class MetricDifference:
     """One metric in two runs, over the tasks that both answered.
 
     The p values are two-sided, of tests that exchange the runs' answers at random (`eai.results.comparison`).
-    They are exact if each task contributes a yes or a no.
+    They are exact if each task contributes 0 or 1.
 
     Attributes:
         first: the rate in the first run.
@@ -97,7 +99,7 @@ class MetricDifference:
         certainty: intervals of second minus first, in percentage points; None if there are no cases.
         p_value: p value of the test that exchanges all tasks of a name together.
         p_by_task: p value of the test that exchanges each task alone, as if all were independent.
-        yes_no: whether each task contributes a yes or a no; then the test by task is McNemar's.
+        yes_no: whether each task contributes 0 or 1; then the test by task is McNemar's.
         only_first: tasks that only the first run gets right; empty for metrics without yes or no.
         only_second: tasks that only the second run gets right.
     """
@@ -121,14 +123,14 @@ class MetricDifference:
 
 @dataclass(frozen=True, slots=True)
 class RunComparison:
-    """Two runs of one ability in one domain under one protocol.
+    """Comparison of two runs of one ability in one domain under one protocol.
 
     Attributes:
         differences: the difference of each main metric.
         tasks: number of tasks with scored answers in both runs.
         names: number of different names of these tasks.
-        only_in_first: tasks with scored answers in the first run only; they are left out.
-        only_in_second: tasks with scored answers in the second run only; they are left out.
+        only_in_first: tasks with scored answers in the first run only; the comparison leaves them out.
+        only_in_second: tasks with scored answers in the second run only; the comparison leaves them out.
     """
 
     differences: Mapping[str, MetricDifference]
@@ -141,8 +143,8 @@ class RunComparison:
 def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     """Compare two runs of one ability, domain and protocol, each with at least one record.
 
-    A task is left out of both runs if either run excludes it or has no record of it, or if the runs have
-    different tasks of its id. A missing answer counts as a failure.
+    A task is left out of the comparison if a run excludes it, if a run has no record of it, or if its id
+    names different tasks in the two runs. A missing answer counts as a failure.
     """
     first_shares, second_shares = shares_by_task(first), shares_by_task(second)
     named = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
@@ -176,16 +178,17 @@ def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shar
 
 
 _YES_NO_NUMERATORS = (0, 1)
-"""Numerators that a wrong and a right answer add to a rate of yes or no."""
+"""Numerators that a wrong and a right answer add to a metric that is right or wrong for each task."""
 
 
 def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDifference:
-    """Compare one metric on the same tasks in the same order.
+    """Compare one metric of two runs on the same tasks in the same order.
 
     Args:
         first: contribution of each task in the first run.
         second: contribution of each task in the second run.
-        yes_no: whether one answer contributes a yes or a no; a mean over several answers need not.
+        yes_no: whether each task contributes 0 or 1. The mean over several answers to a task may be a
+            fraction.
     """
     yes_no = yes_no and all(case.share.numerator in _YES_NO_NUMERATORS for case in (*first, *second))
     right_in_first, right_in_second = (

@@ -27,11 +27,12 @@ _MILLION = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Spending:
-    """Tokens and dollars of the answers of runs.
+    """Cost of the answers of runs, in tokens and dollars.
 
     Attributes:
-        answers: number of answers with known tokens.
-        usage: tokens of these answers, and dollars of the answers with a price at the time of the request.
+        answers: number of answers with a known number of tokens.
+        usage: tokens of these answers. Its dollars are those of the answers whose price was known when they
+            were requested.
         unpriced: tokens of the answers without a price.
         unpriced_answers: number of answers without a price.
     """
@@ -56,7 +57,7 @@ class Spending:
         )
 
     def apply_price(self, price: _Price | None) -> Spending:
-        """Return the spending after a price was applied to the answers without one."""
+        """Return the spending with the dollars of the answers that had no price, by a given price."""
         if price is None or not self.unpriced_answers:
             return self
         dollars = price.compute_dollars(self.unpriced)
@@ -64,7 +65,7 @@ class Spending:
 
 
 class _Price(Options):
-    """Prices of a model in dollars for a million tokens; cached tokens have the same prices."""
+    """Prices of a model in dollars for a million tokens; cached tokens cost as much as other tokens."""
 
     model_config = ConfigDict(strict=True)
 
@@ -90,7 +91,7 @@ class PriceList(Options):
 
 
 class _PaperCost(Options):
-    """Cost of one run of all the paper's models."""
+    """Cost, as the paper reports it, of one run of all its models."""
 
     model_config = ConfigDict(strict=True)
 
@@ -101,7 +102,10 @@ class _PaperCost(Options):
 
 
 def sum_spending(records: Iterable[Record]) -> Spending:
-    """Return the cost of answers that records state; attempts, votes and repairs are part of an answer."""
+    """Return the sum of the costs in some records.
+
+    Further attempts, votes and repairs are part of an answer's cost.
+    """
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     usages = [usage for usage in usages if usage.tokens is not None]
     unpriced = [usage for usage in usages if usage.cost is None]
@@ -109,9 +113,10 @@ def sum_spending(records: Iterable[Record]) -> Spending:
 
 
 def cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
-    """Return each answer's cost in ``tokens``, ``dollars`` and ``seconds``, and whether it is a success.
+    """Return the cost of each answer and whether it is a success, by unit of cost.
 
-    Failed answers have a cost, too. An amount that is unknown for some answer with a usage is left out.
+    Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
+    if its amount is unknown for an answer with other known amounts.
     """
     scored = (record for record in records if record.verdict.excluded is None)
     answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]
@@ -127,7 +132,7 @@ def _list_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
 
 
 def cost_cases_to_json(cases_by_amount: Mapping[str, Cases]) -> dict[str, Json]:
-    """Return costs as in ``summary.json``: sums and their ratio with its interval; null without success."""
+    """Return costs of a success as in ``summary.json``: sums, ratio and interval; null without success."""
     amounts: dict[str, Json] = {}
     for name, cases in cases_by_amount.items():
         rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)

@@ -1,6 +1,6 @@
 """Coverage: how much of a suite a run answers, and whether the run can be ranked.
 
-It also tells the tasks of a run that errata left out or corrected.
+This module also lists the tasks of a run that errata left out or corrected.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from eai.base.json_value import Json
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """Number of tasks of a suite that a run has, answers and counts.
+    """Numbers of tasks of a suite in a run: asked, answered, and counted in rates.
 
     Attributes:
         asked: number of tasks with a record.
@@ -22,7 +22,7 @@ class Coverage:
         failed: number of tasks without an answer that count as failures.
         left_out: number of tasks without an answer that are left out of all rates (``--allow-missing``).
         tasks: number of all tasks of the suite; None if the records do not state it.
-        raised: number of tasks with an answer whose scorer raised an exception, which counts as failed.
+        raised: number of tasks whose scorer raised an exception for the answer, which counts as failed.
     """
 
     asked: int

@@ -1,7 +1,7 @@
 """Counts the tasks, goals, plans and objects of a data set (paper, Table 2).
 
-A profile describes one task. Statistics are the figures of the paper's Table 2 for any benchmark, each with
-the figure that the paper prints.
+A profile holds the counted features of one task. For any benchmark the module counts the figures of the
+paper's Table 2, next to the figures that the paper prints.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from eai.tasks.task import Category, Task
 
 @dataclass(frozen=True, slots=True)
 class _Profile:
-    """A task with its features, computed from its data set and its declaration.
+    """A task with the features that are counted, from its data set and its domain.
 
     Attributes:
         task: the task.
@@ -52,7 +52,7 @@ class _Profile:
 
     @property
     def row(self) -> dict[str, Plain]:
-        """The profile as a row of a table; several words in one field are separated by spaces."""
+        """The features as a row of a table; spaces separate several words in one field."""
         return {
             "task": self.task.id,
             "name": self.task.title,
@@ -100,7 +100,10 @@ LONG_PLAN_STEPS = 10
 
 @cache
 def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
-    """Return the paper's figures by label, each with the reason why ours differs; empty for other domains."""
+    """Return a mapping from labels to the paper's figures, each with the reason why ours differs.
+
+    It is empty for benchmarks that are not in the paper.
+    """
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
     figures = parse_toml(file.read_text(encoding="utf-8")).get(domain, {})
     entries = {
@@ -239,7 +242,7 @@ def _round_mean(numbers: Iterable[int]) -> float:
 
 
 def make_figure_table(title: str, rows: Sequence[_Figure]) -> Table:
-    """Return figures as a table.
+    """Return the figures of a data set as a table.
 
     The table has a column for the paper only if the paper has figures of the benchmark.
     """

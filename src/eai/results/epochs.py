@@ -1,7 +1,8 @@
-"""Makes records from a model's answers: of each epoch, if there are several, and of all together.
+"""Makes records from a model's answers: of each epoch, if there are several, and of all epochs together.
 
-The ability declares whether a task counts by the mean over its epochs or by the majority. The majority is
-self-consistency: of several answers to a task, the first answer with the most frequent meaning counts.
+An epoch is one round of answers to all tasks. The ability declares whether a task counts by the mean over its
+epochs or by the majority. The majority is self-consistency: of several answers to a task, the first answer
+with the most frequent meaning counts.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ from eai.tasks.task import Task
 def majority_index(answers: Sequence[str], ability: Ability) -> int:
     """Return the index of the first answer with the most frequent meaning.
 
-    If several meanings are equally frequent, the first of them counts. If no answer can be read, the first
-    answer counts. `normalise_answer` gives the meaning of an answer.
+    If several meanings are equally frequent, the first of these meanings counts. If no answer can be read,
+    the first answer counts. `normalise_answer` gives the meaning of an answer.
     """
     meanings = [normalise_answer(text, ability) for text in answers]
     counts = Counter(meaning_of_answer for meaning_of_answer in meanings if meaning_of_answer is not None)
@@ -84,11 +85,11 @@ def _normalise_spaces(text: str) -> str:
 
 
 STATED = "stated"
-"""Field of a question's metadata: the answer whose goals the question states instead of the task's."""
+"""Field of a question's metadata: an answer whose goals the question states instead of the task's goals."""
 
 
 SUBGOALS = "subgoals"
-"""Field of a question's metadata: the answer whose subgoals the question states."""
+"""Field of a question's metadata with an answer whose subgoals the question states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +102,7 @@ class BeliefSet:
         missing_reason: reason why a task without a belief has no question.
         metadata: metadata of questions for built-in models, by task.
         summaries: summaries of answers to these questions, by task and study.
-        look: how a changed scene is perceived; None if questions describe the scene without errors.
+        look: function that perceives a changed scene; None if questions describe the scene without errors.
     """
 
     beliefs: Mapping[str, Belief]
@@ -112,10 +113,10 @@ class BeliefSet:
     look: ScenePerception | None = None
 
     def combine(self, goals: BeliefSet) -> BeliefSet:
-        """Combine the scenes of these beliefs with the goals of other beliefs, for the tasks that have both.
+        """Combine the scenes of this set with the goals of another set, for the tasks that both sets have.
 
         Raises:
-            InputError: both change the same choice.
+            InputError: both sets change the same choice of the run.
         """
         shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
         return BeliefSet(
@@ -132,11 +133,11 @@ class BeliefSet:
 
     @property
     def goals(self) -> dict[str, Task]:
-        """The tasks with the goals that questions state instead of their own, by id."""
+        """Mapping from ids to tasks with the goals that questions state instead of the tasks' own."""
         return {i: belief.task for i, belief in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
     def prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
-        """Return the questions of the tasks that have a belief.
+        """Return a mapping from ids of tasks with a belief to their questions.
 
         Raises:
             InputError: published prompts cannot state the belief.
@@ -146,7 +147,7 @@ class BeliefSet:
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def mark(self, record: Record) -> Record:
-        """Add the experiment and the summaries of these beliefs to the record of an answer."""
+        """Return a record with the choices of this run and the summaries of its question's belief."""
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_summaries(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=experiment, summaries=summaries)
@@ -169,17 +170,17 @@ class ModelAnswers:
 
     Attributes:
         model: name of the model.
-        name: the name as part of file names.
-        prompts: the questions by task.
-        answers: the answers by task and epoch.
+        name: the model's name as part of file names.
+        prompts: mapping from each task to its question.
+        answers: mapping from task and epoch to the answer.
         failures: reason for each missing answer, by task and epoch.
         epochs: number of answers requested for each task.
-        trials: carried answers out in an experiment; None if each question was sent once.
-        attempts: in an experiment all attempts, by task and epoch.
+        trials: the trials that carried answers out; None if each question was sent once.
+        attempts: mapping from task and epoch to all attempts, in an experiment with attempts.
         beliefs: the beliefs that questions stated instead of the facts; ``failures`` has the tasks without
             any.
-        experiment: further choices of the run, as records have them.
-        summarize: adds the summaries of studies to a record.
+        experiment: the choices of the run's studies, as in records.
+        summarize: function that adds the summaries of studies to a record.
         log: Inspect's log of all answers, also of those from the journal.
     """
 
@@ -219,7 +220,7 @@ class SuiteResult:
 
     @property
     def failures(self) -> dict[str, list[str]]:
-        """Tasks without an answer, by the reason why the answer is missing."""
+        """Mapping from each reason for missing answers to the tasks that lack one."""
         unanswered = [
             (record.unanswered, record.task_id) for record in self._counted if record.unanswered is not None
         ]
@@ -227,7 +228,7 @@ class SuiteResult:
 
     @property
     def truncated(self) -> int:
-        """Number of answers that were cut off."""
+        """Number of answers that a length limit cut off."""
         return sum(bool(record.origin and record.origin.truncated) for record in self._counted)
 
     @property
@@ -238,7 +239,7 @@ class SuiteResult:
 
     @property
     def _counted(self) -> Collection[Record]:
-        """The records that count.
+        """The records from which the metrics are computed.
 
         If a task counts by the mean over epochs, these are the records of all epochs.
         """
@@ -246,12 +247,12 @@ class SuiteResult:
         return self.records_by_key().values() if averaged else self.records
 
     def records_by_key(self) -> dict[AnswerKey, Record]:
-        """Return the record of every requested answer, by task and epoch."""
+        """Return a mapping from task and epoch to the record of the requested answer."""
         epochs = enumerate(self.by_epoch or (self,), 1)
         return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}
 
     def epochs_shown(self) -> dict[str, int]:
-        """Return the epoch whose answer is in the record of each task."""
+        """Return a mapping from each task to the epoch whose answer is in its record."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.records_by_key().items():
@@ -260,7 +261,7 @@ class SuiteResult:
         return shown
 
     def effort(self) -> dict[str, Json]:
-        """Return the fields of the summary that are not metrics."""
+        """Return the fields of ``summary.json`` that are not metrics, such as the effort of the run."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
@@ -272,7 +273,7 @@ class SuiteResult:
 
     @property
     def right_by_epoch(self) -> Sequence[Cases]:
-        """Whether each answer is right, by epoch.
+        """For each epoch, whether each answer is right, as cases of the success metric.
 
         It is empty without epochs, or without a metric for whole answers.
         """
@@ -317,7 +318,7 @@ def score_answers(
 
 
 def _select_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
-    """Return the answers of one epoch, as if the run had no other epochs."""
+    """Return the answers of one epoch, in the form of a run without other epochs."""
     answers = {key: answer for key, answer in model_answers.answers.items() if key[1] == epoch}
     failures = {key: reason for key, reason in model_answers.failures.items() if key[1] == epoch}
     name = f"{model_answers.name}.epoch_{epoch}"
@@ -327,7 +328,7 @@ def _select_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
 def average_records(
     of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
-    """Return one record for each task, with the means over its epochs."""
+    """Return one record for each task, with the mean of each metric over its epochs."""
     by_task = group_pairs((record.task_id, record) for record in chain.from_iterable(of_epochs))
     return [_average_records_of_task(of_task, averaged) for of_task in by_task.values()]
 
@@ -335,7 +336,7 @@ def average_records(
 def _average_records_of_task(
     records: Sequence[Record], average: Callable[[Sequence[Verdict]], Verdict]
 ) -> Record:
-    """Return the first record with an answer that counts, with the means of all records of the task."""
+    """Return the first record of a task whose answer counts, with the means over all records of the task."""
     shown, *others = sorted(records, key=lambda r: (r.verdict.excluded is not None, r.unanswered is not None))
     return replace(shown, verdict=average([record.verdict for record in (shown, *others)]))
 
@@ -380,7 +381,7 @@ def _make_records(
 def _make_trial_records(
     model_answers: ModelAnswers, trials: Trials, answers: Mapping[str, Answer], unanswered: Iterable[Record]
 ) -> list[Record]:
-    """Return the records of an experiment; ``answers`` has the last counted answer of each trial."""
+    """Return the records of an experiment. ``answers`` has the last answer of each trial that counts."""
     suite, options = trials.suite, trials.options
     by_task = {record.task_id: replace(record, experiment=options.experiment) for record in unanswered}
     for task_id, answer in answers.items():
@@ -390,7 +391,7 @@ def _make_trial_records(
 
 
 def _add_origin(record: Record, model_answers: ModelAnswers, answers: Mapping[str, Answer]) -> Record:
-    """Return the record with the origin of its answer, and with the usage of all attempts."""
+    """Return the record with the source of its answer, and with the tokens and cost of all attempts."""
     answer, prompt = answers.get(record.task_id), model_answers.prompts.get(record.task_id)
     if answer is None:
         return replace(record, origin=Origin(None if prompt is None else prompt.sha256))

@@ -27,14 +27,14 @@ _MAX_LINES_PER_PAGE = 38
 
 
 def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
-    """Return LaTeX tables that fit a page each. The last one has the footnotes.
+    """Return a table in LaTeX, split into tables that each fit a page; the last one has the footnotes.
 
     The caption is the table's definition.
 
     Args:
         table: the table.
-        label: label of the table, after ``tab:eai:``.
-        intervals: whether 95 % intervals stand below the numbers.
+        label: LaTeX label of the table, without its prefix ``tab:eai:``.
+        intervals: whether 95 % intervals are printed below the numbers.
     """
     parts = list(_split_pages(table.rows, intervals=intervals))
     interval_note = (
@@ -92,7 +92,7 @@ def _format_environment(table: Table, caption: str, label: str, *, intervals: bo
 
 
 def _format_heading(columns: Sequence[Column]) -> Iterator[str]:
-    """Yield the lines of the heading: the groups, each above its own rule, and the column headings."""
+    """Yield the LaTeX lines of a table's heading: groups of columns above rules, then column headings."""
     groups, rules, start = [], [], 1
     for name, columns_of_group in groupby(column.group for column in columns):
         width = len(list(columns_of_group))

@@ -1,8 +1,8 @@
 """Lines of tidy tables (answers, steps, goals, atoms, clauses), and their grouping by suite and model.
 
 The first columns of every line name its run and task, so that any two tables can be joined. A value that is
-unknown, or has no meaning for an ability, is None. Shares of lines are by kind: answers by outcome, errors by
-check, wrong goals by reason.
+unknown, or has no meaning for an ability, is None. `shares_by_kind` counts answers by outcome, errors by
+failed check, and wrong goals by reason.
 """
 
 from __future__ import annotations
@@ -176,7 +176,7 @@ class GoalLine(TidyLine):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AtomLine(TidyLine):
-    """One goal that an answer to goal interpretation states or should state.
+    """One goal of an answer to goal interpretation, or one right goal that the answer lacks.
 
     Attributes:
         verdict: ``matched``, ``wrong`` or ``missing``.
@@ -195,7 +195,7 @@ class AtomLine(TidyLine):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClauseLine(TidyLine):
-    """One clause of an operator that an answer to transition modeling writes or should write.
+    """One clause of an operator in transition modeling, which an answer has or lacks.
 
     Attributes:
         operator: name of the operator.
@@ -223,13 +223,13 @@ TABLES: Mapping[str, type[TidyLine]] = {
     "atoms": AtomLine,
     "clauses": ClauseLine,
 }
-"""The class of the lines of each tidy table, by the table's name."""
+"""Mapping from the name of each tidy table to the class of its lines."""
 
 
 L = TypeVar("L", bound=TidyLine)
 
 SUITE = ("protocol", "domain", "ability")
-"""Columns that name the suite of a row."""
+"""Columns that name the suite of a row: protocol, benchmark and ability."""
 
 MODEL = "model"
 """Column of model names."""
@@ -239,7 +239,7 @@ ALL_MODELS = "all models"
 
 
 AnswerMeasure: TypeAlias = Literal["score", "executable", "goals"]
-"""Names of measures of answers that analyses compare by features of tasks."""
+"""Names of the measures of an answer that analyses compare between tasks with different features."""
 
 WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
 """Reasons for a wrong stated goal; the first reason that fits counts.
@@ -270,25 +270,28 @@ class SuiteKey(NamedTuple):
 
 
 def group_by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
-    """Return the lines of each suite, in the order of first mention."""
+    """Return a mapping from each suite to its lines, in the order in which suites first occur."""
     return group_pairs((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
 def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
-    """Return the lines of each agent; if there are several, the lines of all agents come first."""
+    """Return a mapping from each agent (model, harness and effort) to its lines.
+
+    If there are several agents, the lines of all agents together come first.
+    """
     models = group_pairs((line.agent, line) for line in lines)
     return models if len(models) < 2 else {ALL_MODELS: list(lines), **models}
 
 
 def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str], list[L]]]:
-    """Yield the lines of each suite and agent (`group_by_model`), with the cells that name them."""
+    """Yield the lines of each suite and agent (`group_by_model`), with table cells that name both."""
     for suite, of_suite in group_by_suite(lines).items():
         for model, of_model in group_by_model(of_suite).items():
             yield (*suite, model), of_model
 
 
 def score_share(answer: AnswerLine) -> Share:
-    """Return an answer's contribution to the ability's main score: success, or else F1."""
+    """Return an answer's contribution to the main score of its ability: success, or F1 without success."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
     if answer.hits is None or answer.extras is None or answer.misses is None:
@@ -320,7 +323,7 @@ MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
     "executable": execution_share,
     "goals": goal_share,
 }
-"""Functions that return an answer's contribution to a measure, by measure."""
+"""Mapping from each measure to the function that returns an answer's contribution to it."""
 
 
 K = TypeVar("K")
@@ -329,7 +332,7 @@ K = TypeVar("K")
 def shares_by_kind(
     lines: Sequence[TidyLine], kinds: Sequence[K], requested: Iterable[K]
 ) -> Iterator[tuple[K, Estimate]]:
-    """Yield each requested kind with its share of all lines.
+    """Yield each requested kind of line with its share of all lines.
 
     Args:
         lines: all lines.

@@ -12,7 +12,10 @@ NO_NUMBER_MARK = "–"
 
 
 def table_markdown(table: Table) -> str:
-    """Return a table with its footnotes; below each row with intervals stands a row with the intervals."""
+    """Return a table and its footnotes as Markdown.
+
+    Below a row with intervals stands a row with these intervals.
+    """
     columns = table.full_columns
     lines = [line for row in table.rows for line in _format_row(columns, row)]
     notes = [f"{superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
@@ -20,20 +23,23 @@ def table_markdown(table: Table) -> str:
 
 
 def rows_markdown(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> Iterator[str]:
-    """Yield the lines of a table, one for each row: a number stands with its fraction and its interval."""
+    """Yield the Markdown lines of a table, one for each row.
+
+    Each number stands with its fraction and interval.
+    """
     return _format_grid(columns, [[_inline_text(cell) for cell in row] for row in rows])
 
 
 def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Yield the lines of a Markdown table of texts.
+    """Yield the lines of a Markdown table whose cells are texts.
 
-    The third and all later columns are numbers, aligned right.
+    All columns from the third on hold numbers, aligned right.
     """
     return _format_grid([Column(name, is_number=i >= 2) for i, name in enumerate(header)], rows)
 
 
 def escape_markdown(text: str) -> str:
-    """Return text from outside, escaped so that Markdown shows it as plain text."""
+    """Return text from models or data sets, escaped so that Markdown shows it as plain text."""
     text = escape_unprintable(text)
     for character in "\\`*_[]<>|#":
         text = text.replace(character, f"\\{character}")
@@ -53,7 +59,7 @@ def _format_line(cells: Sequence[str]) -> str:
 
 
 def _format_row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
-    """Yield the cells of a row, and below them the intervals, if it has any."""
+    """Yield the cells of a row as one list and, if the row has intervals, its intervals as a second list."""
     yield [_format_cell(column, cell) for column, cell in zip(columns, row, strict=True)]
     if any(isinstance(cell, Estimate) and cell.low is not None for cell in row):
         name = next(i for i, cell in enumerate(row) if isinstance(cell, Label))

@@ -1,4 +1,4 @@
-"""Model cards: creator, release, size and host of the paper's 18 models."""
+"""A table of the paper's 18 models: creator, release, size and host."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _UNKNOWN = "unknown"
 
 
 def model_cards() -> Table:
-    """Return the cards of the paper's models, one row each, in the paper's order; footnotes name sources."""
+    """Return a table of the paper's models, one row each, in the paper's order; footnotes name sources."""
     notes = tuple([f"Size: {text}." for text in _read()["sizes"].values()])
     return replace(_cards(), notes=notes)
 

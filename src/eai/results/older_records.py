@@ -17,12 +17,12 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""The study of each option whose value is a name, and the first part of its label (``kind-name``)."""
+"""Mapping from an option of old records to its study and the first part of its label (``kind-name``)."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Fields of an experiment whose values are names."""
+"""Fields of an experiment in old records whose values are names, such as that of the prompts."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),
@@ -31,7 +31,7 @@ _STATED = (
 
 
 def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
-    """Return the experiment that an older record describes by names of options and by attempts."""
+    """Return the experiment of an older record, from its named options and its options of attempts."""
     study: dict[str, StudyChoice] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
     for option, (name, kind) in _OPTIONS.items():
         if option in names:
@@ -45,7 +45,7 @@ def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Expe
 
 
 def older_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return the summaries of an older record's answer by the name of the study."""
+    """Return a mapping from the name of each study to its summary of the answer in an older record."""
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}
     summaries = {"pipeline": stated, "perception": record.get("perceived") or {}}

@@ -1,4 +1,4 @@
-"""Builds HTML pages in one file, with their style, program and data: they need no network."""
+"""Builds HTML pages, each one file with its style, program and data, so that a page needs no network."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ from eai.tasks.share import Share
 
 
 class PaperColumn(NamedTuple):
-    """The metric of a column; the average over all abilities has an empty ability."""
+    """The ability and metric of a column; the ability is empty for the average over all abilities."""
 
     ability: str
     metric: str
@@ -38,9 +38,11 @@ class PaperTable:
     """One table of the paper.
 
     Attributes:
-        name: name of its file here.
-        rows: model -> column -> figure in percent, or None for an empty cell; in the paper's order.
-        notes: model and column -> remarks on the figure; the model is empty for remarks on a whole column.
+        name: name of its file in the folder ``paper``.
+        rows: mapping from model and column to the figure in percent, or None for an empty cell; in the
+            paper's order.
+        notes: mapping from model and column to remarks on the figure; the model is empty for remarks on a
+            whole column.
     """
 
     name: str
@@ -59,11 +61,12 @@ class _PaperSetting:
     """The protocol and the tables of the paper's numbers (``setting.toml``).
 
     Attributes:
-        protocol: the protocol under which our metrics measure the paper's quantities.
-        tables: a report's table -> the paper's tables with the same columns, in order of preference.
-        others: further tables of the paper -> a report's table with the same columns.
-        same_quantity: further tables whose figures should equal those of the full tables.
-        other_tasks: further tables that cannot be compared with runs.
+        protocol: the protocol under which our metrics measure the quantities of the paper.
+        tables: mapping from a table of our reports to the paper's tables with the same columns, in order of
+            preference.
+        others: mapping from further tables of the paper to a table of our reports with the same columns.
+        same_quantity: further tables whose figures should equal those of the tables of all 18 models.
+        other_tasks: further tables that cannot be compared with runs, because they are about other tasks.
     """
 
     protocol: str
@@ -92,7 +95,7 @@ def read_paper_table(name: str) -> PaperTable:
 
 @cache
 def read_paper_models() -> Mapping[str, str]:
-    """Return the paper's name of each model, by the name of its published response file."""
+    """Return a mapping from the names of published response files to the paper's names of their models."""
     return parse_toml(_text("models.toml"))
 
 
@@ -122,7 +125,7 @@ def _to_list(value: str | list[str]) -> list[str]:
 
 
 def _find_contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
-    """Yield a note for each cell whose figure differs between two full tables of the paper."""
+    """Yield a note for each cell whose figure differs between two of the paper's tables of all 18 models."""
     full = read_paper_setting().full_tables
     if table.name not in (*full, *read_paper_setting().same_quantity):
         return
@@ -139,7 +142,7 @@ NULL_MODELS = {
     "eai/lookup": "answers as another task of the data set is answered, the most similar one",
     "eai/random": "answers at random what is well-formed",
 }
-"""Models that do not solve tasks, each with a description of its answers."""
+"""Mapping from models that do not try to solve tasks to descriptions of their answers."""
 
 SCHEMA = 1
 """Version of the format of published scores."""
@@ -183,7 +186,7 @@ class PublishedSuite:
         return total([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
     def coverage(self, model: str) -> Coverage:
-        """Return the coverage of the suite by a model's answers; missing answers count as failures."""
+        """Return how many tasks of the suite a model's answers cover; missing answers count as failures."""
         answered = self.models[model].answered
         return Coverage(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
 
@@ -204,7 +207,7 @@ class _PublishedScores:
 
 
 def is_null_model(name: str) -> bool:
-    """Whether records with this model name are of a null model, which rankings leave out."""
+    """Whether a model name is that of a null model, which does not try to solve tasks and is not ranked."""
     return name in {to_file_name(model) for model in NULL_MODELS}
 
 
@@ -215,7 +218,7 @@ def read_published_scores(protocol: str) -> _PublishedScores:
 
 
 def published_file_name(protocol: str) -> str:
-    """Return the name of the file of `read_published_scores`."""
+    """Return the name of the file with the scores of published answers under a protocol."""
     return f"published_{protocol}.json"
 
 
@@ -226,13 +229,13 @@ def read_null_scores(protocol: str) -> _PublishedScores:
 
 
 def null_file_name(protocol: str) -> str:
-    """Return the name of the file of `read_null_scores`."""
+    """Return the name of the file with the scores of the null models under a protocol."""
     return f"null_models_{protocol}.json"
 
 
 @cache
 def hash_published_scores(protocol: str) -> str:
-    """Return the digest of the file of `read_published_scores`."""
+    """Return the SHA-256 digest of the file with the scores of published answers under a protocol."""
     return hashlib.sha256(_content(published_file_name(protocol))).hexdigest()
 
 

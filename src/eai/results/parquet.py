@@ -1,4 +1,7 @@
-"""Reads Parquet files, for many answers or large tables. It needs pyarrow from the extra `analysis`."""
+"""Reads Parquet files with many answers or large tables.
+
+It needs pyarrow, which the extra `analysis` installs.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,9 @@ _BATCH_ROWS = 1024
 """Number of rows that are read at a time."""
 
 _SHARED_PREFIXES = "DELTA_BYTE_ARRAY"
-"""Parquet encoding in which a text shares its beginning with the text before it.
+"""Parquet encoding in which each text stores only its difference from the beginning of the text before it.
 
-So few bytes can unpack to many.
+So a few bytes can unpack to many bytes.
 """
 
 
@@ -31,14 +34,14 @@ def parquet() -> Any:
 
 
 def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> Iterator[dict[str, object]]:
-    """Yield the rows of a Parquet file with some columns, without loading the whole file.
+    """Yield the rows of a Parquet file with some of its columns, without loading the whole file.
 
-    Rows that share a text in the file share it in memory.
+    Rows whose text is stored once in the file share one copy of it in memory.
 
     Args:
         path: the file.
         names: the columns that the file must have.
-        also: columns that rows have if the file has them.
+        also: columns that are read if the file has them.
 
     Raises:
         EaiError: pyarrow is not installed.
@@ -65,7 +68,8 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
 def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows unpacks to too many bytes.
 
-    Return whether texts share their beginnings: then a row may be much larger than its bytes in the file.
+    Return whether texts are stored by their difference from the text before. Then a row may be much larger
+    than its bytes in the file.
     """
     limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
     is_prefixed = False
@@ -81,7 +85,7 @@ def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
 
 
 def _values(column: Any) -> list[object]:
-    """Return the values of a column of a batch; rows with the same dictionary entry share one value."""
+    """Return the values of a column in a batch of rows; equal texts of its dictionary are one object."""
     if not hasattr(column, "dictionary"):
         return list(column.to_pylist())
     entries = column.dictionary.to_pylist()

@@ -1,6 +1,6 @@
-"""Common parts of plots: colours, labels, files, estimates with intervals, matrices and bands.
+"""Common parts of all plots: colours, labels, files, estimates with intervals, matrices and bands.
 
-Successes are green, missed goals ochre, errors in words violet, and errors in steps warm colours.
+Successes are green, missed goals ochre, errors in words violet, and errors in steps red to yellow.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ LINES = ("#2f6690", "#bf5348", "#3f7f62", "#d8b455", "#8a64a0", "#e0905a", "#5d5
 _MAX_LABEL_CHARACTERS = 30
 _MAX_LABEL_LINES = 3
 _LAST_FONT_CHARACTER = "\u058f"
-"""Last character that the plots' font has (Latin, Greek, Cyrillic, Armenian)."""
+"""Last character, in the order of Unicode, that the plots' font has (Latin, Greek, Cyrillic, Armenian)."""
 
 
 def wrap_label(name: str) -> str:
@@ -78,7 +78,7 @@ _SAVE_OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "png": {"metadata": {"Software": None}, "dpi": _DOTS_PER_INCH},
     "pdf": {"metadata": {"CreationDate": None, "Creator": None, "Producer": None}},
 }
-"""Options for saving each format, without date and program version."""
+"""Mapping from each file format to matplotlib's options for saving, without date and program version."""
 
 FORMATS = tuple(_SAVE_OPTIONS)
 _STYLE = "plots.mplstyle"
@@ -116,8 +116,8 @@ def make_canvas(
 
     Args:
         size: width and height of the figure, in inches.
-        across: coordinates of the left and right edge.
-        up: coordinates of the lower and upper edge.
+        across: horizontal coordinates of the left and right edge.
+        up: vertical coordinates of the lower and upper edge.
     """
     from matplotlib.figure import Figure
 
@@ -130,14 +130,14 @@ def make_canvas(
 
 
 def add_title(figure: Figure, title: str) -> None:
-    """Add a title above a figure and its caption; the figure grows by the title's height."""
+    """Add a title above a figure and its caption; the figure becomes higher by the title's height."""
     width, height = figure.get_size_inches()
     figure.set_size_inches(width, height + _TITLE_INCHES)
     add_caption(figure, f"{title}\n{figure.get_suptitle()}".strip())
 
 
 def add_caption(figure: Figure, text: str) -> None:
-    """Add a text above a figure, from its left edge on."""
+    """Add a text above a figure, aligned with its left edge."""
     y = None if figure.get_layout_engine() else 1 - _TITLE_MARGIN_INCHES / figure.get_figheight()
     figure.suptitle(text, x=0.01, y=y, ha="left", va="top", fontsize=7.5)
 
@@ -186,27 +186,27 @@ PAGE = 7.0
 """Width of a page's text in inches."""
 
 FEW_CASES = 5
-"""Minimum number of cases for a filled mark; the mark of a rate with fewer cases is hollow."""
+"""Minimum number of cases of a rate that is drawn as a filled mark; with fewer cases the mark is hollow."""
 
 _MAX_NAMES = 30
 _CELL_INCHES = 0.42
 """Width of a cell of a matrix in inches, if the page is wide enough."""
 
 _COUNT_ROW = "n"
-"""Name of the row with the number of cases, which is shown if all rates of a model have equal cases."""
+"""Name of the row or column with the number of cases, if all rates of a model have equally many."""
 
 _EXTRA_LINE_HEIGHT = 0.65
-"""Height of each further line of a label, in heights of its first line."""
+"""Height of each further line of a label, as a multiple of the height of the first line."""
 
 _LABEL_INCHES = 1.7
-"""Width of the labels of rows and of the edges, in inches."""
+"""Width of the row labels and of both margins of a matrix, in inches."""
 
 _DARK_PERCENT = 55.0
 """Rate in percent above which the letters in a cell are white instead of dark."""
 
 
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
-    """Return the rows of a table by suite, as values by column name."""
+    """Return a mapping from each suite to its rows of a table; a row maps column names to values."""
     return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 
@@ -221,12 +221,12 @@ def denominator_of(cell: Cell | None) -> int:
 
 
 def numerator_of(cell: Cell | None) -> int:
-    """Return the numerator of an estimate: the number of its cases with a success."""
+    """Return the numerator of an estimate: its number of successes."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
 
 def draw_estimate(panel: Axes, height: float, cell: Cell, color: str, fill: str) -> None:
-    """Draw a dot at a height, with its interval."""
+    """Draw an estimate as a dot, with its interval as a horizontal line."""
     if not isinstance(cell, Estimate) or cell.value is None:
         return
     if cell.low is not None and cell.high is not None:
@@ -245,15 +245,15 @@ def draw_line(
     intervals: bool = True,
     **properties: Any,
 ) -> None:
-    """Draw a line through estimates, with their intervals; it is broken at missing estimates.
+    """Draw a line through estimates, with their intervals; the line is broken at missing estimates.
 
     Args:
-        panel: the panel.
+        panel: the panel to draw in.
         positions: positions of the estimates along the axis.
         cells: the estimates.
         color: colour of line, marks and intervals.
         style: matplotlib's format of mark and line.
-        hollow: positions with hollow marks, for few cases.
+        hollow: positions whose marks are hollow, because they have few cases.
         intervals: whether intervals are drawn.
         properties: further properties of the line.
     """
@@ -268,9 +268,10 @@ def draw_line(
 
 
 def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:
-    """Draw rates by name with intervals, one line for each name with cases. Return None without cases.
+    """Draw rates by name with intervals, one line of the plot for each name.
 
-    A label has the number of cases of its name, or the number that count if all names have equal cases.
+    Return None if there are no cases. The label of a name states its number of cases, or the number that
+    count if all names have equally many.
 
     Args:
         rows: the rows of a suite.
@@ -317,18 +318,18 @@ def draw_matrix(
     across: str = MODEL,
     zeros: bool = False,
 ) -> Figure | None:
-    """Draw rates as a matrix of names and models with numbers. Return None without rates.
+    """Draw rates as a matrix of names and models, with their numbers. Return None if there are no rates.
 
     The longer side runs down the page, so that many models fit. Numbers of few cases are in brackets. If all
-    rates of a model have equal cases, their number stands at the end of its row or column.
+    rates of a model have equally many cases, this number stands at the end of the model's row or column.
 
     Args:
         rows: the rows of a suite.
         levels: the columns whose values together form the names.
         rate: the column of rates.
         label: caption of the matrix.
-        across: the column of models, or another one in its place.
-        zeros: whether zeros are written, so that only missing rates are blank.
+        across: the column of models, or another column in its place.
+        zeros: whether rates of zero are written as numbers; if not, their cells are blank.
     """
     cells = {(_name(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
     row_names, column_names = (list(dict.fromkeys(pair[axis] for pair in cells)) for axis in (0, 1))
@@ -389,11 +390,11 @@ def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
 def draw_band(
     panel: Axes, stage: float, band: tuple[float, float, float], color: str, alpha: float = 0.9
 ) -> None:
-    """Draw a bent band from one stage to the next.
+    """Draw a curved band from one stage to the next, as in a flow diagram.
 
     Args:
-        panel: the panel, whose limits the caller sets.
-        stage: coordinate of the first stage; the next stage is larger by one.
+        panel: the panel to draw in; the caller sets its limits.
+        stage: horizontal coordinate of the first stage; the next stage is larger by one.
         band: height at the first stage, height at the next stage, and thickness, in percent.
         color: colour of the band.
         alpha: opacity, from 0 to 1.

@@ -1,4 +1,4 @@
-"""Sum the shares of answers to rates. All divisions of rates are in this module."""
+"""Add up the contributions of answers to rates. All divisions of rates are in this module."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ NOTHING = Rate(0, 0)
 
 
 def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
-    """Return the rates of several contributions: each is a sum of numerators over a sum of denominators.
+    """Return a mapping from each metric to its rate: its sum of numerators over its sum of denominators.
 
-    Rates come in the order of first mention.
+    Metrics come in the order in which they first occur.
     """
     sums: dict[str, tuple[Exact, Exact]] = {}
     for contribution in contributions:
@@ -50,13 +50,13 @@ def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
 
 
 Exact: TypeAlias = "int | Fraction"
-"""An exact sum, which does not depend on the order of the numbers."""
+"""A sum as an exact fraction: it does not depend on the order in which numbers are added."""
 
 
 def add_up(
     sums: dict[str, tuple[Exact, Exact]], more: Mapping[str, tuple[float | Exact, float | Exact]]
 ) -> None:
-    """Add an answer's contribution, or the sums of other answers, to the sums of each metric."""
+    """Add an answer's contributions, or the sums over other answers, to the running sum of each metric."""
     for name, (numerator, denominator) in more.items():
         if numerator or denominator or name not in sums:
             before = sums.get(name, (0, 0))
@@ -64,7 +64,7 @@ def add_up(
 
 
 def rates_of(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
-    """Return the rates of exact sums, in the order of the sums."""
+    """Return a mapping from each metric to its rate, from pairs of exact sums."""
     return {name: Rate(_shorten_number(more), _shorten_number(of)) for name, (more, of) in sums.items()}
 
 
@@ -75,7 +75,7 @@ def _exact(number: float | Exact) -> Exact:
 
 
 def rate_of(shares: Iterable[Share]) -> Rate:
-    """Return the rate of the shares of one metric."""
+    """Return the rate of several answers' contributions to one metric."""
     numerator = denominator = 0.0
     for more, of in shares:
         numerator += more

@@ -16,12 +16,17 @@ from eai.benchmarks.errata_use import ErrataUse
 from eai.tasks.task import TaskExclusion
 
 NOT_ANSWERED = TaskExclusion("not answered")
-"""Reason for excluding a task without an answer, if the user asks for it. The run is then not ranked."""
+"""Reason for excluding a task without an answer, if the user allows missing answers.
+
+The run is then not ranked.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The source of an answer in a run. A task without an answer also has a source, which states the prompt.
+    """The source of an answer in a run: its prompt, and how the model's reply ended.
+
+    A task without an answer has a source, too, which states the prompt.
 
     Attributes:
         prompt_sha256: digest of the prompt.
@@ -55,9 +60,9 @@ class Record:
         origin: the source of the answer, if the run knows it.
         task: the features of the task, if known.
         unanswered: the reason why there is no answer; None if there is an answer, even an empty one.
-        suite_size: number of tasks of the suite; None if unknown. A run with a record of each is whole.
-        experiment: how the run differs from asking each question once; None if it does not differ.
-        summaries: statements of studies on the answer, by study; `study` has their options too.
+        suite_size: number of tasks of the suite; None if unknown. A run with as many records is complete.
+        experiment: the choices of the run's studies; None if the run asked each question once, unchanged.
+        summaries: mapping from a study to its summary of the answer.
         attempts: all answers to the task in order, if the run gave several attempts. The verdict is that of
             the last attempt.
     """
@@ -89,12 +94,12 @@ class Record:
 
     @property
     def study(self) -> dict[str, StudyChoice]:
-        """The choice of the run in each study, with the study's summary of the answer."""
+        """Mapping from each study to the choice of the run, with the study's summary of the answer."""
         choices = {} if self.experiment is None else self.experiment.ordered_choices
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
-        """Return the record with the choices of another experiment; they replace its own choices."""
+        """Return the record with another experiment's choices; they replace its own choices of equal name."""
         if experiment == Experiment():
             return self
         return replace(self, experiment=(self.experiment or Experiment()).replace_choices(experiment))

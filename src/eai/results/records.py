@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def make_record(
     suite: Suite, model: str, task_id: str, response: str, verdict: Verdict, **more: Any
 ) -> Record:
-    """Return the record of an answer to a task of a suite; ``more`` has further fields by name."""
+    """Return the record of an answer to a task of a suite; keyword arguments are further fields."""
     return Record(
         suite.protocol,
         suite.domain,
@@ -121,13 +121,15 @@ def write_record_batches(
     run: Mapping[str, Json] | None = None,
     stages: Sequence[Mapping[str, Rate]] = (),
 ) -> Totals:
-    """Write the records of one model, and their summary. Batches are written as they come and not kept.
+    """Write the records of one model in one suite, and their summary.
+
+    Batches are written as they come and not kept.
 
     Args:
         folder: the folder of the files.
         batches: the batches of records in order.
-        run: fields for the summary's ``run``.
-        stages: the rates after each attempt, if tasks have several.
+        run: content of the summary's field ``run``.
+        stages: the rates after each attempt, if tasks have several attempts.
 
     Raises:
         InputError: the folder cannot be written.
@@ -147,7 +149,7 @@ def write_record_batches(
 
 
 _OPTIONAL_FIELDS = frozenset({"planner", "run", "by_attempt"})
-"""Fields of a summary that are left out if empty."""
+"""Fields of ``summary.json`` that are left out if they are empty."""
 
 
 def _summary(
@@ -186,7 +188,7 @@ class Shard(NamedTuple):
 
     @staticmethod
     def parse(text: str) -> Shard:
-        """Parse a shard such as ``2/8``.
+        """Parse a text such as ``2/8`` as a shard.
 
         Raises:
             InputError: the text is not a shard.
@@ -197,7 +199,7 @@ class Shard(NamedTuple):
         return Shard(int(match[1]), int(match[2]))
 
     def select(self, items: Iterable[T]) -> Iterator[T]:
-        """Yield the items of this shard."""
+        """Yield those of the given items that belong to this shard."""
         return islice(items, self.number - 1, None, self.of)
 
     @property
@@ -216,7 +218,7 @@ def write_shard(folder: Path, shard: Shard, parts: Iterable[RecordBatch]) -> Non
 
 
 def find_shards(path: Path) -> dict[Path, list[Path]]:
-    """Return the folders below a folder that hold shards, each with its files in order.
+    """Return a mapping from each folder with shards, below a given folder, to its files in order.
 
     Raises:
         InputError: there are no shards, or a folder lacks a shard or has shards of two runs.
@@ -255,7 +257,7 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
 
 
 def _interleave(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
-    """Yield the records of all shards in the original order: in turn, one record from each shard."""
+    """Yield the records of all shards in the original order: groups with one record from each shard."""
     first: Record | None = None
     for dealt in zip_longest(*map(read_records, files)):
         round_ = [record for record in dealt if record is not None]
@@ -269,5 +271,5 @@ def _interleave(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record
 
 
 def _run_identity(record: Record) -> tuple[str, str, str | None]:
-    """Return the common values of all records of a run: model, data and version of the errata."""
+    """Return the values that all records of a run share: model, digest of data, and version of errata."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version

@@ -26,7 +26,9 @@ def find_success_metric(ability: Ability) -> str | None:
 
 
 def pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:
-    """Return each task's contribution to ``pass@k`` and ``pass^k``, for k from 1 to the number of answers.
+    """Return a mapping from ``pass@k`` and ``pass^k`` to each task's contribution.
+
+    k runs from 1 to the number of answers to a task.
 
     Args:
         epochs: for each epoch, whether the answer to each task is right. Tasks with fewer than k answers that

@@ -1,9 +1,9 @@
-"""Reads and writes response files, in which the reference and the challenge exchange a model's answers.
+"""Reads and writes response files: a model's answers, in the format of the reference package.
 
 A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``; or it has
 one such object a line and is named ``<model>_outputs.jsonl``; or it is a Parquet file with these two columns,
-``<model>_outputs.parquet``. If a task has several answers, all rows number them from 0 in ``sample``. JSON
-lines and Parquet are never loaded as a whole.
+``<model>_outputs.parquet``. If a task has several answers, each row has the number of its answer, from 0, in
+``sample``. JSON lines and Parquet files are never loaded as a whole.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ LINES = "_outputs.jsonl"
 PARQUET = "_outputs.parquet"
 """Suffix of the name of a response file in Parquet."""
 COLUMNS = ("identifier", "llm_output")
-"""Keys of a row: the task's id in the file's spelling, and the answer."""
+"""Keys of a row: the task's id as the file spells it, and the answer."""
 SAMPLE = "sample"
-"""Key of the number of an answer, in files that may have several answers to a task."""
+"""Key of the number of an answer, in files with several answers to a task."""
 MAX_SAMPLES = 10_000_000
 """Maximum number of answers to a task."""
 ENDINGS = (SUFFIX, LINES, PARQUET)
@@ -60,7 +60,7 @@ class Response:
 
 
 ResponseRow: TypeAlias = Response | bytes | Mapping[str, object]
-"""An answer, or a row of a file that another process will read (`response_of`)."""
+"""An answer, or an unparsed row of a file that another process will parse (`response_of`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,10 @@ class ResponseFile:
         return self.responses.rows() if isinstance(self.responses, _Samples) else iter(self.responses)
 
     def split(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
-        """Group answers by a key that is computed from their texts, in order. Further epochs are left out."""
+        """Return a mapping from a key, computed from each text, to the answers with it.
+
+        Further epochs are left out.
+        """
         if isinstance(self.responses, _Samples):
             parts: dict[T, Collection[Response]] = {**self.responses.split(key)}
         else:
@@ -106,14 +109,14 @@ class ResponseFile:
 
 @dataclass(frozen=True, slots=True)
 class _Samples(Collection[Response]):
-    """The answers of a file with several answers to a task, which are read at each iteration.
+    """The answers of a file with several answers to a task, which are read anew at each iteration.
 
     Attributes:
         path: the file.
         number: number of answers.
-        answered: ids of their tasks.
+        answered: ids of the tasks with an answer.
         task_id_of: function from an identifier in the file to the id of its task.
-        skipped: numbers of the rows that are left out, from 1.
+        skipped: numbers of the rows that are left out, counted from 1.
     """
 
     path: Path
@@ -126,7 +129,7 @@ class _Samples(Collection[Response]):
         return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.skipped)
 
     def split(self, key: Callable[[str], T]) -> dict[T, _Samples]:
-        """Group answers by a key that is computed from their texts."""
+        """Return a mapping from a key, computed from each text, to the answers with this key."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
         for number, row in enumerate(_rows(self.path), 1):
@@ -159,9 +162,10 @@ class _Samples(Collection[Response]):
 
 
 def find_response_files(path: Path) -> list[Path]:
-    """Return a response file, or all ``*_outputs.json``, ``.jsonl`` and ``.parquet`` below a folder, sorted.
+    """Return the response file at a path, or all response files below a folder, sorted.
 
-    Files of single attempts of an experiment are skipped in folders: they are not a whole run.
+    Their names end in ``_outputs.json``, ``.jsonl`` or ``.parquet``. Files in folders with a single attempt
+    of an experiment are skipped, because they are not a complete run.
 
     Raises:
         InputError: there is no such file.
@@ -184,14 +188,14 @@ def read_responses(
     *,
     samples: bool = False,
 ) -> ResponseFile:
-    """Read a response file for tasks with these ids.
+    """Read a response file with answers to tasks of the given ids.
 
     Args:
         path: the file.
         task_ids: the ids.
-        task_id_of: function from an identifier in the file to the id of its task; the identity by default.
-            None means that the data set does not have the task: such rows are left out and counted.
-        samples: whether a task may have several answers, if rows number them (``sample``, from 0).
+        task_id_of: function from an identifier in the file to the id of its task; the identity by default. It
+            returns None if the data set does not have the task. Rows of such tasks are left out and counted.
+        samples: whether a task may have several answers, if the rows number them (``sample``, from 0).
 
     Raises:
         InputError: the file is not a JSON list of answers, a row lacks a key or its value has another type,
@@ -239,7 +243,7 @@ def _check_rows(
 def _read(
     path: Path, rows: Iterable[_CheckedRow], task_id_of: Callable[[str], str | None], *, sampled: bool
 ) -> ResponseFile:
-    """Return the answers of a file. Files with several answers to a task stay on disk."""
+    """Return the answers in the rows of a file. If tasks have several answers, the answers stay on disk."""
     samples_of_task: dict[str, bytearray] = {}
     skipped: set[int] = set()
     answers: list[Response] = []
@@ -266,7 +270,7 @@ def _read(
 
 
 def _is_new(seen: bytearray, sample: int) -> bool:
-    """Add a number to a bit set. Return whether the set did not contain it before."""
+    """Add a number to a bit set of answer numbers. Return whether the set did not contain it before."""
     byte, bit = sample // 8, 1 << sample % 8
     seen.extend(bytes(max(0, byte + 1 - len(seen))))
     is_new = not seen[byte] & bit
@@ -294,7 +298,7 @@ def write_responses(folder: Path, file: ResponseFile) -> None:
 
 
 def model_name(path: Path) -> str:
-    """Return the model in the name of a response file.
+    """Return the name of the model that a response file's name begins with.
 
     Raises:
         InputError: the file name has no text before its suffix, or only dots.
@@ -307,12 +311,12 @@ def model_name(path: Path) -> str:
 
 
 def attempt_name(name: str, attempt: int) -> str:
-    """Return the name of the answers of one attempt, counted from 1."""
+    """Return a model's name with the number of an attempt, from 1, as in names of response files."""
     return f"{name}_attempt_{attempt}"
 
 
 def _rows(path: Path) -> Iterator[ResponseRow]:
-    """Yield the rows of a file. Rows of JSON lines are not parsed yet."""
+    """Yield the rows of a response file. Rows of JSON lines are not parsed yet."""
     if path.suffix == Path(PARQUET).suffix:
         return read_columns(path, COLUMNS, (SAMPLE,))
     if path.suffix == Path(LINES).suffix:
@@ -321,7 +325,7 @@ def _rows(path: Path) -> Iterator[ResponseRow]:
 
 
 def _values(path: Path) -> Iterator[object]:
-    """Yield the rows of a file, all of them parsed."""
+    """Yield the rows of a response file, parsed."""
     if path.suffix == Path(LINES).suffix:
         return (_parse_json(path, line, number) for number, line in _lines(path))
     return _rows(path)

@@ -1,7 +1,7 @@
 """Rewards of answers for training, and their reasons.
 
-Shapings are functions of a verdict. Rewards lie between 0 and 1, and for every answer (``docs/training.md``
-has the definitions, and what they prevent a policy from learning):
+A shaping is a rule that turns the verdict on an answer into its reward, from 0 to 1. ``docs/training.md`` has
+the definitions, and what they prevent a policy from learning. For every answer:
 
     success <= goals <= progress        diagnosis <= progress        a success is paid as much as its progress
     success <= partial
@@ -41,24 +41,25 @@ class Shaping(str, Enum):
     SUCCESS = "success"
     """Pay 1 if the whole answer is right, else 0.
 
-    For subgoals it is divided by the number of added actions plus one, as all pay is.
+    For subgoals, every shaping divides its pay by one more than the number of actions added to reach them.
     """
     GOALS = "goals"
-    """Pay the gain in goals, or 0 if an error ended the answer."""
+    """Pay the share of goals newly reached, or 0 if an error ended the answer."""
     PROGRESS = "progress"
-    """Pay the gain in goals; if an error ended the answer, the gain before the error."""
+    """Pay the share of goals newly reached, up to the error that ended the answer, if any."""
     DIAGNOSIS = "diagnosis"
     """Pay ``progress`` divided by one more than the number of diagnosed faults."""
     REPAIR = "repair"
     """Pay the closeness of a plan to success, which falls with the number of edits that repair the plan."""
     PARTIAL = "partial"
-    """The gain in partial success up to the error that ended the answer; ``progress`` for abilities without
-    it.
+    """Pay the gain in partial success up to the error that ended the answer.
+
+    Abilities without partial success pay ``progress``.
     """
 
 
 def pay_for(credit: Credit, shaping: Shaping) -> float:
-    """Return the pay for a credit under any shaping except `REPAIR`, which needs the steps of the plan.
+    """Return the reward for a credit under any shaping except `REPAIR`, which needs the steps of the plan.
 
     Raises:
         ValueError: the shaping is `REPAIR`.
@@ -95,7 +96,7 @@ def credit_of(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
-"""Names of the numbers that `Grade` adds to a reward, in order; equal for every ability."""
+"""Names of the metrics in a `Grade`, in order; equal for every ability."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +121,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 
 def is_paid(ability: Ability) -> bool:
-    """Whether answers of an ability can earn a reward: whether their verdicts give credit."""
+    """Whether answers of an ability can earn a reward: their verdicts must give credit."""
     return declaration_of(ability).verdict.credit is not Verdict.credit
 
 
@@ -223,12 +224,12 @@ class Reward:
         return replace(credit, conditions=gained)
 
     def _find_goals_at_start(self, task_id: str) -> tuple[bool, ...]:
-        """Whether each goal of a task, in order, is reached without any action."""
+        """Return for each goal of a task, in order, whether it is reached without any action."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).find_reached(task.initial, ())
 
     def _partial_at_start(self, task_id: str) -> Share:
-        """Return the conditions that a plan without steps meets, as a value of partial success."""
+        """Return the share of goal conditions that a plan without steps meets: its partial success."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).find_partial_success(task.initial, (), self._at_start(task_id))
 
@@ -278,13 +279,13 @@ def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
 
 
 def _drop_planner(suite: Suite) -> Suite:
-    """Return the suite without a planner that judges operators."""
+    """Return the suite without a planner for judging operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
 def metrics_of(credit: Credit | None) -> dict[str, float]:
-    """Return the metrics of a grade; None stands for a task that pays nothing."""
+    """Return the metrics of a grade by name; the argument is None for a task that pays no reward."""
     if credit is None:
         return dict.fromkeys(METRICS, 0.0)
     faults = {f"fault.{kind.value}": float(credit.faults.get(kind, 0)) for kind in FaultKind}
