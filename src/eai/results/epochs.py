@@ -102,7 +102,8 @@ class BeliefSet:
         missing_reason: reason why a task without a belief has no question.
         metadata: metadata of questions for built-in models, by task.
         summaries: summaries of answers to these questions, by task and study.
-        look: function that perceives a changed scene; None if questions describe the scene without errors.
+        look: the simulated perception of a changed scene; None if questions describe the scene without
+            errors.
     """
 
     beliefs: Mapping[str, Belief]

@@ -1,4 +1,7 @@
-"""Reads runs: the records of one model in one suite under one protocol, plain or of one experiment."""
+"""Reads runs.
+
+A run has the records of one model in one suite under one protocol, plain or of one experiment.
+"""
 
 from __future__ import annotations
 
@@ -26,15 +29,18 @@ from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 
 _LOG_FILE = "inspect.json"
-"""File beside records that names Inspect's log of their samples."""
+"""Name of the file beside records that states which log of Inspect has their samples."""
 
 
 LogSamples: TypeAlias = tuple[str, int | Mapping[str, int]]
-"""Name of Inspect's log, and the epoch of its samples: one epoch for all tasks, or one for each task."""
+"""Name of Inspect's log, and the epoch of its samples: one number, or a mapping from tasks to numbers."""
 
 
 class RunKey(NamedTuple):
-    """Identity of a run. Keys sort by protocol, domain and ability as declared, then by name."""
+    """Identity of a run.
+
+    Keys sort by protocol, domain and ability in the order of their declaration, then by name.
+    """
 
     protocol: Protocol
     domain: str
@@ -49,7 +55,7 @@ class RunKey(NamedTuple):
 
     @property
     def suite(self) -> SuiteKey:
-        """Suite of the run, as tables name it."""
+        """Suite of the run: protocol, benchmark and ability, as tables name them."""
         return SuiteKey(self.protocol.value, self.domain, self.ability.value)
 
     @property
@@ -59,7 +65,7 @@ class RunKey(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the run is ranked: it has no experiment, or only a harness or an effort."""
+        """Whether the run is ranked: it has no experiment, or one that only names a harness or an effort."""
         return self.experiment is None or self.experiment.is_plain
 
     @property
@@ -99,7 +105,7 @@ class Run:
 
 
 def count_goals_as_paper(run: Run) -> Run:
-    """Return the run with goals counted as in the paper's runs: by the goals that their prompts stated."""
+    """Return the run with goals counted as in the paper's runs: only the goals that the prompts stated."""
     name = read_paper_setting().protocol
     protocol = find_implementation(name) if run.key.protocol.value == name else None
     if protocol is None:
@@ -114,7 +120,7 @@ def count_goals_as_paper(run: Run) -> Run:
 
 
 def count_errors_as_paper(run: Run) -> Run:
-    """Return the run of an experiment, with errors counted as the script of the paper's runs did."""
+    """Return the run of an experiment, with errors counted as the paper's evaluation script counted them."""
     protocol = find_implementation(read_paper_setting().protocol)
     if protocol is None:
         return run
@@ -155,10 +161,10 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
 
 
 def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
-    """Yield the runs in files of records, file by file: only one file's records are in memory.
+    """Yield the runs in files of records, file by file, so that only one file's records are in memory.
 
     Raises:
-        InputError: a file is not one of records or has none, two files have the same run, or a file has two
+        InputError: a file has no records or other content, two files have the same run, or a file has two
             records of a task.
     """
     sources: dict[RunKey, Path] = {}
@@ -201,7 +207,7 @@ def _log_beside(records: Path) -> LogSamples | None:
 
 
 def explorer_address(record: Record) -> str:
-    """Return the part of an address that shows a record in the explorer of a report."""
+    """Return the fragment of a web address that shows a record in the explorer of a report."""
     agent = declaration_of(record.ability).read_experiment(record.response)
     key = _key(record if agent is None else record.add_experiment(agent))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"

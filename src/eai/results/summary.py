@@ -1,7 +1,8 @@
 """Metrics of a run, as its ability declares them, and breakdowns of answers by outcome.
 
-Metrics by attempt are the metrics of a run of an experiment with fewer attempts. The average performance of a
-model in a domain is defined as in the paper. Success is broken down by features of a task or an answer.
+Metrics by attempt are the metrics that a run would have with fewer attempts at each task. The average
+performance of a model in a domain is defined as in the paper. A breakdown counts successes by a feature of
+tasks or answers.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
-    """Return all metrics of the paper's tables for an ability, by name, over verdicts that are not excluded.
+    """Return all metrics of the paper's tables for an ability, by name. Excluded verdicts do not count.
 
     Metrics without any verdict are present as rates without cases.
     """
@@ -40,7 +41,7 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
 
 
 def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
-    """Yield the contributions of each verdict that is not excluded to all metrics, in order.
+    """Yield the contributions of each verdict to all metrics, in order. Excluded verdicts do not count.
 
     They are yielded one by one to save memory in long runs.
     """
@@ -54,12 +55,15 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
 
 
 def shares_by_task(records: Sequence[Record]) -> dict[str, Shares]:
-    """Return the contributions of a run's records by task, without excluded records."""
+    """Return a mapping from each task to the contributions of its records. Excluded records do not count."""
     return {record.task_id: shares for record, shares in _pair_contributions(records, records[0].ability)}
 
 
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
-    """Return the cases that a run's records add to each metric, in order, without excluded records."""
+    """Return a mapping from each metric to the cases that a run's records add.
+
+    Excluded records do not count.
+    """
     return group_pairs(
         (metric, Case(task, name, share))
         for record, shares in _pair_contributions(records, ability)
@@ -119,7 +123,7 @@ def average_performance(values: Mapping[AbilityMetric, float | None]) -> float |
     success.
 
     Args:
-        values: (ability, metric) -> percent.
+        values: mapping from ability and metric to percent.
     """
     weights = average_weights(values)
     parts = [weight * value for key, weight in weights.items() if (value := values.get(key)) is not None]
@@ -127,7 +131,10 @@ def average_performance(values: Mapping[AbilityMetric, float | None]) -> float |
 
 
 def keep_attempts(record: Record, attempts: int) -> Record:
-    """Return the record as if attempts had been limited. Records without attempts do not change."""
+    """Return the record that the task would have with at most some attempts.
+
+    Records without attempts do not change.
+    """
     kept_attempts = record.attempts[:attempts]
     if not kept_attempts:
         return record
@@ -150,9 +157,10 @@ def max_attempts(records: Sequence[Record]) -> int:
 
 
 def summarise_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
-    """Return the metrics of a run with 1, 2, ... attempts.
+    """Return the metrics of a run with at most 1, 2, ... attempts at each task.
 
-    The errors are those of the last attempt. Success never falls, because a trial ends with it.
+    Errors are those of the last attempt. Success never falls, because a task is not tried again after a
+    success.
     """
     return [
         summarise([keep_attempts(record, number).verdict for record in records], records[0].ability)
@@ -161,7 +169,7 @@ def summarise_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
 
 
 _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
-"""Outcomes of records that have no answer to break down."""
+"""Outcomes of records without an answer that breakdowns could count."""
 
 
 _OUTCOMES_BEFORE_STAGE = {
@@ -169,7 +177,7 @@ _OUTCOMES_BEFORE_STAGE = {
     "known": AnswerOutcome.HALLUCINATION,
     "well_formed": AnswerOutcome.ARGUMENT_NUMBER,
 }
-"""Outcome of answers that fail before each stage."""
+"""Mapping from each stage of an answer to the outcome of answers that fail before it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,8 +189,8 @@ class Breakdown:
         flow: number of scored answers that reach each stage: answers, readable, known (without unknown
             names), well_formed (each action has its number of arguments), executed, reached; None for
             abilities without plans.
-        by_goals: number of goals of the task -> success of each answer to such a task; the mean if a record
-            stands for several answers.
+        by_goals: mapping from a number of goals to the success of each answer to a task with so many; the
+            mean if a record stands for several answers.
         by_length: number of steps of the data set's own plan -> success of each answer. The answer's number
             of tried steps is no feature: a plan that fails early would count as short.
         by_action: operator -> share of executed steps among its tried steps, with additional steps, which are
@@ -200,7 +208,7 @@ class Breakdown:
 
 
 def outcome_of(record: Record) -> AnswerOutcome:
-    """Return the outcome of an answer; a missing or excluded answer has an outcome of its own."""
+    """Return the outcome of an answer. Missing answers and excluded answers have outcomes of their own."""
     if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
     if record.unanswered is not None:
@@ -211,8 +219,8 @@ def outcome_of(record: Record) -> AnswerOutcome:
 def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     """Return the breakdown of a run's records, all of one ability.
 
-    Missing and excluded answers count only as outcomes. Records without the features of their tasks are in no
-    breakdown by task.
+    Missing and excluded answers count only as outcomes. Records without the features of their tasks are left
+    out of breakdowns by task.
     """
     declared = declaration_of(ability)
     metric = None if declared.combine_epochs is None else find_success_metric(ability)
@@ -249,7 +257,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
 
 
 def _find_success(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
-    """Return whether an answer is right; for a metric of means, return the answer's contribution to it."""
+    """Return an answer's contribution to the success metric: 0 or 1, or the mean over several answers."""
     if metric is None:
         return Share(answer_outcome is AnswerOutcome.SUCCESS, 1)
     return declaration_of(record.ability).contributions(record.verdict)[metric]
@@ -265,7 +273,7 @@ def _count_flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
 
 
 def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
-    """Yield the goals in the explanation of a record, and whether they count as reached."""
+    """Yield each goal in the explanation of a record, with whether it counts as reached."""
     reports = () if record.explanation is None else record.explanation.goals
     counted = record.verdict.goals_satisfied if isinstance(record.verdict, PlanVerdict) else ()
     reached = counted if len(counted) == len(reports) else [report.satisfied for report in reports]
@@ -273,7 +281,7 @@ def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
 
 
 def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
-    """Yield the steps of an explanation at which an action was tried, with their numbers from 0."""
+    """Yield the number of each step at which an action was tried, from 0, and the step's explanation."""
     steps = () if record.explanation is None else record.explanation.steps
     yield from ((number, step) for number, step in enumerate(steps) if record.verdict.is_action(number))
 
@@ -281,7 +289,7 @@ def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
 def _break_down_operators(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
-    """Count the clauses of operators by operator, and once by each predicate in them."""
+    """Count the clauses of an answer's operators, by operator and once for each predicate in a clause."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)
@@ -296,7 +304,7 @@ def _break_down_operators(
 
 
 _MATCH = Share(2, 2)
-"""Contribution of a matched clause to F1, which is 2 TP / (2 TP + FP + FN)."""
+"""Numerator and denominator that a matched clause adds to F1, which is 2 TP / (2 TP + FP + FN)."""
 
 
 def _sum_rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:

@@ -48,14 +48,14 @@ class Estimate:
 
     @classmethod
     def from_cases(cls, cases: Cases) -> Estimate:
-        """Return the rate of cases in percent; its interval has the tasks' names as units."""
+        """Return the estimate of a rate in percent from cases; its interval has tasks' names as units."""
         rate, certainty = rate_of(case.share for case in cases), certainty_of_rate(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
     def from_difference(cls, before: Cases, after: Cases) -> Estimate:
-        """Return the second rate minus the first, in percentage points."""
+        """Return the estimate of the second rate minus the first, in percentage points."""
         percents = [rate_of(case.share for case in cases).percent for cases in (before, after)]
         certainty = certainty_of_difference(before, after)
         if percents[0] is None or percents[1] is None:
@@ -64,15 +64,15 @@ class Estimate:
 
     @classmethod
     def from_rate(cls, rate: Rate) -> Estimate:
-        """Return a rate in percent, without an interval."""
+        """Return the estimate of a rate in percent, without an interval."""
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
     def columns(self) -> dict[str, float | None]:
-        """Return the values of all parts of the estimate, by name."""
+        """Return a mapping from the name of each part of the estimate, such as ``low``, to its value."""
         return {name: getattr(self, name) for name in ESTIMATE_PARTS}
 
     def format_number(self, column: Column, nothing: str) -> str:
-        """Return the number as text with the column's digits, or another text if there is no number."""
+        """Return the number as text with the column's number of digits, or another text without a number."""
         if self.value is None:
             return nothing
         return short_number(self.value) if column.digits is None else f"{self.value:.{column.digits}f}"
@@ -88,12 +88,12 @@ class Estimate:
 ESTIMATE_PARTS = ("value", "low", "high", "numerator", "denominator")
 
 NO_NUMBER = Estimate(None)
-"""Cell of a missing number: writers show a dash. None is an empty cell."""
+"""Cell of a missing number, which writers show as a dash. None is an empty cell."""
 
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A text cell with a link, an origin, footnotes or emphasis."""
+    """A cell with a text, and with a link, the origin of the text, footnotes or emphasis if given."""
 
     text: str
     target: str | None = None
@@ -167,7 +167,7 @@ class Table:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
+        """Names of the columns, in order."""
         return tuple([column if isinstance(column, str) else column.name for column in self.columns])
 
     @property
@@ -186,7 +186,7 @@ class Table:
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
     def select(self, columns: Sequence[str]) -> Table:
-        """Return the table with only these columns, in the table's order."""
+        """Return the table with only some columns, in the table's order."""
         indices = [index for index, name in enumerate(self.names) if name in columns]
         selected = tuple([self.columns[index] for index in indices])
         return replace(
@@ -198,12 +198,12 @@ class Table:
         return self.select([name for name in self.names if name not in columns])
 
     def flat_columns(self) -> list[str]:
-        """Return the columns of CSV: an estimate has one for each of its parts."""
+        """Return the names of the columns in CSV: an estimate has a column for each of its parts."""
         parts = zip(self.names, self._has_estimates(), strict=True)
         return [name for column, is_estimate in parts for name in _parts(column, is_estimate)]
 
     def flat_rows(self) -> Iterator[list[Plain]]:
-        """Yield the rows of CSV."""
+        """Yield the rows of the table as in CSV, with a cell for each part of an estimate."""
         estimates = self._has_estimates()
         for row in self.rows:
             flat: list[Plain] = []
@@ -257,7 +257,7 @@ def make_table(
 
 
 def short_number(number: float | None) -> str:
-    """Return a short form of a number: whole, with one digit from 10 on, else with two digits."""
+    """Return a number as a short text: a whole number without point, else one digit from 10 on, else two."""
     if number is None or math.isnan(number):
         return ""
     return (
@@ -270,7 +270,7 @@ def short_number(number: float | None) -> str:
 
 
 def superscript(numbers: Sequence[int]) -> str:
-    """Return numbers of footnotes as superscripts."""
+    """Return the numbers of footnotes as superscript characters."""
     return ",".join(map(str, numbers)).translate(_SUPERSCRIPTS)
 
 

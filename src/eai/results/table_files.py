@@ -44,7 +44,7 @@ def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequ
 
 
 def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
-    """Write texts by file name, and return their paths.
+    """Write the text of each file name to a folder, and return the paths of the files.
 
     Raises:
         InputError: the folder cannot be written.
@@ -54,7 +54,7 @@ def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
-    """Return a CSV file, with ``true`` and ``false``, and empty fields for unknown values.
+    """Return a table as the text of a CSV file: ``true``, ``false``, and empty fields for unknown values.
 
     Texts that spreadsheets read as formulas, such as ``=1+1``, get an apostrophe in front.
     """
@@ -66,13 +66,13 @@ def csv_text(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
 
 
 def rows_csv(rows: Iterable[Mapping[str, Plain]]) -> str:
-    """Return rows with equal columns as CSV; without rows the file is empty."""
+    """Return rows with equal columns as the text of a CSV file; without rows the text is empty."""
     row_list = list(rows)
     return csv_text(list(row_list[0]) if row_list else [], (list(row.values()) for row in row_list))
 
 
 def lines_csv(kind: type[TidyLine], lines: Iterable[TidyLine]) -> str:
-    """Return the lines of a tidy table as CSV."""
+    """Return the lines of a tidy table as the text of a CSV file."""
     columns = [column.name for column in fields(kind)]
     return csv_text(columns, ([getattr(line, name) for name in columns] for line in lines))
 
@@ -143,7 +143,7 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
 
 
 def _select_shown_rows(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
-    """Return the rows for readers by suite and model: only rows of all models together, if there are any."""
+    """Return the rows for readers, by suite and model: only rows of all models together, if any."""
     rows = table.row_dicts()
     if any(row.get(MODEL) == ALL_MODELS for row in rows):
         rows = [row for row in rows if row[MODEL] == ALL_MODELS]

@@ -49,7 +49,7 @@ class TaskBook:
         """Return the reason why an answer may state a wrong goal; None if the task is unknown.
 
         Args:
-            task_id: the task that does not have the goal.
+            task_id: the task that does not have the stated goal.
             call: the stated goal, in the words of answers.
         """
         if task_id not in self._tasks:
@@ -79,7 +79,10 @@ class TaskBook:
         return execute(self._domain, task.initial, valid_steps).states
 
     def _find_truth(self, task_id: str, call: Statement) -> list[bool]:
-        """Return the states in which a statement holds for objects with its names; none if it is unknown."""
+        """Return for each state of the data set's own plan whether a stated goal holds in it.
+
+        It holds if objects with the stated names satisfy it, and never if its predicate is unknown.
+        """
         scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), call.arguments or ()
         vocabulary = scene.vocabulary
         predicate = self._words.get((call.name, len(arguments)))
@@ -94,7 +97,7 @@ class TaskBook:
         return held
 
     def _objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
-        """Yield the objects of a task that have a name in answers, or in full."""
+        """Yield the objects of a task with a given name, either their full name or their name in answers."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:
             full_name = task.scene.objects[index].name

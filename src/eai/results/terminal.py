@@ -23,8 +23,8 @@ _NAMES_WIDTH_SHARE = 0.4
 def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     """Print a table under its title.
 
-    The columns up to the first text columns name the rows. Columns that do not fit beside them follow below,
-    with the names again. Other texts are folded into the space that the last part leaves.
+    The columns up to the last of the leading text columns name the rows. Columns that do not fit beside these
+    follow below, with the names again. Other texts are folded into the space that remains.
 
     Args:
         console: the terminal.
@@ -49,7 +49,7 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
 def _split_columns(
     console: Console, columns: Sequence[_PrintedColumn], limit: int | None
 ) -> Iterator[Sequence[_PrintedColumn]]:
-    """Yield groups of columns that fit beside the names, each with at least one column."""
+    """Yield groups of columns that fit beside the names of rows, each with at least one column."""
     first_name = next(i for i, (column, _) in enumerate(columns) if not column.is_number)
     name_end = next((i for i in range(first_name, len(columns)) if columns[i][0].is_number), first_name + 1)
     names, rest = columns[:name_end], columns[name_end:]

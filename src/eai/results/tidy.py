@@ -67,7 +67,7 @@ class TidyTables:
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
 
 FirstColumns: TypeAlias = dict[str, Any]
-"""The columns of `TidyLine` by name."""
+"""Mapping from the names of the columns that every line has (`TidyLine`) to their values."""
 
 
 def first_columns(record: Record) -> FirstColumns:
@@ -115,7 +115,7 @@ def _has_plans(record: Record) -> bool:
 
 
 def _find_success(record: Record, shares: Shares) -> bool | None:
-    """Return whether an answer counts as a success in its ability's main table, or None without a metric."""
+    """Return whether an answer is a success in its ability's main table; None without a success metric."""
     declared = declaration_of(record.ability)
     candidates = (
         shares.get(metric, EMPTY_SHARE)
@@ -130,7 +130,7 @@ def _find_success(record: Record, shares: Shares) -> bool | None:
 
 
 def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
-    """Return the counts that an answer adds to precision and recall in its ability's main table."""
+    """Return the numbers of right, wrong and missing items that an answer adds to precision and recall."""
     for metric in declaration_of(ability).overview_headings:
         prefix, dot, measure = metric.rpartition(".")
         if dot and measure == "f1" and shares:
@@ -141,7 +141,7 @@ def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
 
 
 def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]:
-    """Return the features of the task from the data set; features in the record replace them."""
+    """Return the features of a record's task: those of the data set, overridden by those of the record."""
     features = {} if book is None else book.features(record.task_id)
     if record.task is None:
         return features

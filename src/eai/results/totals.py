@@ -13,7 +13,7 @@ from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
 from eai.results.record import NOT_ANSWERED, Record
 
 _ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED = 1, 2, 4, 8, 16
-"""Bits of a task's status, combined over its answers if it has several."""
+"""Bits of a task's status; the statuses of several answers to the task are combined by OR."""
 
 
 def _status_bits(record: Record) -> int:
@@ -38,9 +38,10 @@ class Totals:
         statuses: status bits of each task, in the order of the records.
         sizes: numbers of tasks of the suite that records state.
         versions: versions of the errata.
-        void: metrics that records declare as having no cases in the run.
-        judges: number of answers that each planner judged.
-        left: number of answers that the first planner left to the second, by the second's outcome.
+        void: metrics that have no cases in this run, as records declare.
+        judges: mapping from each planner to the number of answers whose operators it judged.
+        left: number of answers that the first planner left to the second one, by the outcome of the second
+            one.
     """
 
     number: int = 0
@@ -81,7 +82,7 @@ class Totals:
             add_up(self.sums, declared.contributions(verdict))
 
     def merge(self, later: Totals) -> None:
-        """Add the totals of a later part of the run."""
+        """Add the totals of later records of the run."""
         self.head = self.head or later.head
         self.number += later.number
         self.sizes |= later.sizes
@@ -98,7 +99,7 @@ class Totals:
 
     @property
     def first(self) -> Record:
-        """First record, without explanations and texts.
+        """First record of the run, without explanations and texts.
 
         Raises:
             ValueError: there are no records.
@@ -109,7 +110,7 @@ class Totals:
 
     @property
     def counted(self) -> dict[str, Rate]:
-        """The metrics, if any record counts."""
+        """The rates of the metrics to which a record contributes; empty if all records are excluded."""
         return {**rates_of(self.sums), **dict.fromkeys(self.void, NOTHING)}
 
     @property
@@ -146,7 +147,7 @@ class Totals:
 
     @property
     def errata(self) -> ErrataEffect | None:
-        """Effect of errata on the run; None if none were used."""
+        """Tasks of the run that errata left out or corrected; None if no errata were used."""
         if not self.versions:
             return None
         affected = {

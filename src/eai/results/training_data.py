@@ -43,15 +43,15 @@ NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
-"""Reason why a record is not used."""
+"""Reason why a record gives no training data: its task pays no reward."""
 
 
 def make_reward_rows(
     records: Iterable[Record], reward: Reward, prompts: Mapping[str, Prompt], left_out: Counter[str]
 ) -> Iterator[TrainingRow]:
-    """Yield a row for each answer in records of one suite, with its prompt and its present reward.
+    """Yield a row for each answer in records of one suite, with its prompt and its newly computed reward.
 
-    ``left_out`` counts the records that are not used, by reason.
+    ``left_out`` counts the records that give no row, by reason.
     """
     for record in records:
         if record.experiment is not None and not record.experiment.is_plain:

@@ -1,4 +1,4 @@
-"""Ask a model about the tasks of a suite, once each or in several attempts, and keep its answers."""
+"""Ask a model about the tasks of a suite, once for each task or in several attempts, and keep its answers."""
 
 from __future__ import annotations
 
@@ -58,17 +58,18 @@ class Answer:
 
 
 AnswerKey: TypeAlias = tuple[str, int]
-"""Id of the task, and epoch."""
+"""Key of an answer: the id of its task, and its epoch."""
 
 
 class Conversation:
     """The questions on one task, until the task is over.
 
-    Without a trial there is one question, and its answer is scored later.
+    Without a trial there is one question, and its answer is scored later. A trial carries answers out in a
+    world, and asks again after a failure.
 
     Args:
         ask: returns the next question.
-        trial: carries the answers out; None if there is one question.
+        trial: carries the answers out; None if there is only one question.
         about: returns metadata of the next question on a changed scene.
 
     Attributes:
@@ -103,14 +104,14 @@ class Conversation:
 
     @property
     def executed_actions(self) -> tuple[Action, ...]:
-        """Actions executed in the world of the question, if it describes the world's present state."""
+        """Actions executed so far in the question's world, if the world continues between attempts."""
         if self._trial is None or self._trial.options.feedback == "none":
             return ()
         return self._trial.executed_actions
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
-        """Attempts made from the answers, if answers are carried out."""
+        """Attempts that the answers made, with their outcomes, if answers are carried out."""
         return () if self._trial is None else tuple(self._trial.attempts)
 
     def add_answer(self, text: str) -> None:
@@ -121,7 +122,7 @@ class Conversation:
 
 
 def describe_attempts(attempts: Iterable[Attempt], answers: Iterable[Answer]) -> Iterator[Attempt]:
-    """Yield attempts with the prompt digest, the usage and the repairs of their answers."""
+    """Yield each attempt, completed with the prompt digest, the usage and the repairs of its answer."""
     for attempt, answer in zip(attempts, answers, strict=True):
         yield replace(
             attempt, prompt_sha256=answer.prompt_sha256, usage=answer.usage, answer_repairs=answer.repairs
@@ -136,7 +137,7 @@ class Trials:
         suite: the suite, opened for the answers (`Suite.adapt_to_answers`).
         options: number of attempts, and the world in which they are carried out.
         asker: makes the questions.
-        stated: tasks with the goals that questions state instead of the tasks' own, by id.
+        stated: mapping from ids to tasks with the goals that questions state instead of the tasks' own.
     """
 
     suite: Suite
@@ -155,10 +156,10 @@ class Trials:
 def replay(
     suite: Suite, options: AttemptOptions, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
-    """Return the outcomes of recorded answers.
+    """Carry out recorded answers to a task again, and return the attempts with their outcomes.
 
     Args:
-        suite: the suite, opened for the answers to such questions (`Suite.adapt_to_answers`).
+        suite: the suite, opened for answers to such questions (`Suite.adapt_to_answers`).
         options: number of attempts, and the world in which they are carried out.
         task_id: id of the task.
         answers: the answers in order.
@@ -173,7 +174,7 @@ def replay(
 def begin_trial(
     suite: Suite, options: AttemptOptions, task_id: str, epoch: int = 1, stated: Task | None = None
 ) -> Trial:
-    """Return a new trial of a task, of the options' preset or of our own kind.
+    """Return a new trial of a task, by the rules of the options' preset or by our own rules.
 
     ``stated`` has the goals that questions state instead of the task's own.
 
@@ -192,7 +193,7 @@ def begin_trial(
 def make_trial_record(
     suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
-    """Return the record of a tried task; its verdict is that of the last attempt."""
+    """Return the record of a task after its trial; its verdict is that of the last attempt."""
     last = attempts[-1]
     return make_record(
         suite,
@@ -216,9 +217,8 @@ def open_trials(
 ) -> Trials:
     """Return the trials of some tasks of a suite.
 
-    Questions may state other goals (`Trials.stated`). Some protocols read each answer by the form of all
-    answers. Trials cannot wait for all answers, so they read answers by the form of the examples in the
-    questions.
+    Questions may state other goals (`Trials.stated`). Some protocols decide from all answers how to read each
+    one. Trials cannot wait for all answers: they decide from the examples in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.

@@ -1,4 +1,4 @@
-"""Spreads work over processes that stay: results come in order, and a dead process costs only time.
+"""Spreads work over long-lived processes. Results come in order, and a dead process loses no results.
 
 Each worker receives batches and returns results through a pipe of its own; when the pipe closes, the worker
 ends. The standard library's `ProcessPoolExecutor` waits for ever for a worker that is killed while it sends a
@@ -38,16 +38,16 @@ from eai.base.errors import EaiError
 from eai.results.collector import collect_seldom
 
 ENDED_STATUS = 128 + signal.SIGTERM
-"""Exit status of a worker after a request to end, as in shells."""
+"""Exit status of a worker that ends because a signal asked it to, as in shells."""
 
 CLEANING_SECONDS = 1
 """Seconds that a worker may take to end its planners and remove their files before it is killed."""
 
 
 def serve(connection: Connection, folder: str) -> None:
-    """Work on batches until the sender ends or closes the connection.
+    """Work on batches until the sender ends or closes the connection. It is the main function of a worker.
 
-    The results of a batch are sent as one pickle; it has an exception instead if the work raised one.
+    The results of a batch are sent as one pickle, which has an exception instead if the work raised one.
 
     Args:
         connection: receives batches and sends results.
@@ -69,7 +69,7 @@ def serve(connection: Connection, folder: str) -> None:
 
 
 def _receive(connection: Connection, given: SimpleQueue[bytes]) -> None:
-    """Queue incoming batches, so that the sender never waits; end the process when the connection closes."""
+    """Queue incoming batches, so that the sender never waits; end this process when the connection closes."""
     try:
         while True:
             given.put(connection.recv_bytes())
@@ -85,7 +85,7 @@ def _raise_exit(number: int, frame: FrameType | None) -> None:
 
 
 def _work_on(content: bytes) -> bytes:
-    """Return the pickled results of a batch.
+    """Return the pickled results of the work on a batch.
 
     Plain pickle is twice as fast as the connection's own pickling.
     """
@@ -120,13 +120,13 @@ MIN_BATCH_SIZE, MAX_BATCH_SIZE = 16, 1024
 """Number of items in a worker's first batch (small, so that all workers get some) and in its largest."""
 
 MAX_BATCHES_PER_WORKER = 2
-"""Maximum number of batches that a worker has at a time: one in progress and one to go on with.
+"""Maximum number of batches that a worker has at a time: one in progress and one waiting.
 
 A batch of fewer than ``MIN_BATCH_SIZE`` items, which may take minutes each, waits for a free worker.
 """
 
 MAX_BATCHES_AHEAD = 3
-"""Maximum number of batches for each worker, including those with results that are not yet taken."""
+"""Maximum number of batches in memory for each worker, with batches whose results wait to be taken."""
 
 PAUSE_SECONDS = 0.01
 """Seconds between two attempts to remove a folder."""
@@ -262,7 +262,7 @@ class Workers:
                 worker.connection.send_bytes(content)
 
     def _receive(self) -> None:
-        """Wait for a result or for a worker's death, and send out waiting batches."""
+        """Wait for a result or for a worker's death, and send waiting batches to workers."""
         by_connection = {worker.connection: worker for worker in self._workers}
         for connection in wait(list(by_connection)):
             worker = by_connection[connection]  # type: ignore[index] # wait() returns connections that it was given
@@ -333,7 +333,7 @@ def _remove_folder(folder: TemporaryDirectory[str]) -> None:
 
 
 def split_batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
-    """Yield the items in batches, whose size grows up to a maximum."""
+    """Yield the items in batches, whose size grows from a first size up to a maximum."""
     source, count = iter(items), 0
     while batch := list(islice(source, size)):
         yield batch
@@ -344,7 +344,7 @@ def split_batches(items: Iterable[T], workers: int, size: int, largest: int) -> 
 
 @contextmanager
 def _hold_interrupts() -> Iterator[None]:
-    """Hold back interrupts until the block ends, and always in processes that the block starts."""
+    """Hold back interrupts until the block ends, and for ever in processes that the block starts."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -1,4 +1,4 @@
-"""Lets models act in Inspect: the tools of a task, lines of text, and the solvers that play an episode.
+"""Lets models act in Inspect: the tools of a task, commands as text, and solvers that play an episode.
 
 The state of an episode is in Inspect's store, as JSON, after every command. ``eai_enter`` puts the tools into
 the state of a sample, so that any solver finds them. ``eai/player`` is the default solver.
@@ -49,19 +49,19 @@ BEGUN = "begun"
 """Field of a sample's metadata: the number of times that its episode has begun."""
 
 _REPLIES_PER_TURN = 3
-"""Maximum number of replies of a model for each turn of a game."""
+"""Maximum number of replies of a model, as a multiple of the turns of its game."""
 
 _ENDED_BY_LIMIT = {"token": "tokens", "time": "time", "turn": "turns"}
 
 
 class _StoredEpisode(StoreModel):
-    """The episode so far, as Inspect's store holds it."""
+    """The episode up to the last command, as Inspect's store holds it."""
 
     episode: dict[str, Any] = Field(default_factory=dict)
 
 
 def episode_text(state: TaskState | EvalSample) -> str:
-    """Return the episode in a sample's store as an answer, or the sample's output without an episode."""
+    """Return the episode in a sample's store as text, or the sample's output if there is no episode."""
     episode = state.store_as(_StoredEpisode).episode
     return json.dumps(episode, ensure_ascii=False) if episode else state.output.completion
 
@@ -72,7 +72,7 @@ def _open_tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) ->
 
 
 def _begin_episode(state: TaskState) -> Session | None:
-    """Begin or resume the episode of a sample from the store; None if its task is not played."""
+    """Begin or resume the episode of a sample from the store; return None if its task cannot be played."""
     metadata = state.metadata
     errata = errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
     benchmark = find_benchmark(str(metadata["domain"]))
@@ -134,7 +134,7 @@ def _player(harness: str | None = None) -> Solver:
     """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
-        harness: react, text or module:object; None for the harness of the task.
+        harness: react, text or module:object; None for the harness that the task states.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -175,7 +175,7 @@ def _store_output(state: TaskState, stop_reason: StopReason, ended: str) -> None
 
 
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
-    """Let the model call tools until the episode is over or it calls none; or run the user's own agent."""
+    """Let the model call tools until the episode ends or a reply calls none; or run the user's agent."""
     if harness != REACT:
         result = await load_object(harness)(state.tools)(agent)
         agent.messages, agent.output = result.messages, result.output
@@ -207,7 +207,10 @@ def read_command(text: str) -> str:
 
 @solver(name="eai_act")
 def act(run: RunState) -> Solver:
-    """Return a solver that plays open episodes and reports them; unfinished episodes begin anew."""
+    """Return a solver that plays the episodes that the run lacks, and reports them.
+
+    Unfinished episodes begin anew.
+    """
     begin, perform = enter(), player()
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:

@@ -1,4 +1,4 @@
-"""Jobs: the questions to a model, and the options of its requests."""
+"""A job: the questions of a suite for one model, and the options of its requests."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import Prompt
 
 PROVIDER = "eai"
-"""Provider of built-in models, the part of their names before the slash."""
+"""Name of the provider of built-in models: the text before the slash of their names."""
 
 ERRATA = "errata"
 """Field of a question's metadata: whether errata correct the data set's answer to it."""
@@ -36,7 +36,7 @@ CAPTIONER = "captioner"
 """Built-in model that lists the objects in pictures."""
 
 EXPLORERS = ("explorer", "greedy", "novel", "blind")
-"""Built-in models that only play episodes and answer no other questions."""
+"""Built-in models that only play episodes and answer no questions of other abilities."""
 
 MODELS = (
     *("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER),
@@ -50,7 +50,7 @@ _ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
     CAPTIONER: (SCENE_GRAPH,),
     **dict.fromkeys(EXPLORERS, ()),
 }
-"""Abilities without turns that a built-in model answers, for models that do not answer all."""
+"""Abilities without turns that a built-in model answers, by model, for models that do not answer all."""
 
 
 def can_answer(name: str, ability: Ability) -> bool:
@@ -153,7 +153,7 @@ class Job:
 
     @property
     def sha256(self) -> str:
-        """Digest of all requests: jobs with equal digests get the same answers."""
+        """Digest of all requests: jobs with equal digests would get equal answers."""
         requests = [(name, self.request_sha256(name, prompt)) for name, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
@@ -167,7 +167,7 @@ class Job:
         return self.trials.start_conversation(task_id, epoch)
 
     def answer_schema(self, task_id: str) -> Schema | None:
-        """Return the schema to which answers are restricted, or None without a restriction.
+        """Return the JSON schema to which answers are restricted, or None without a restriction.
 
         If the question shows a perceived scene, answers may name any objects.
         """
@@ -180,7 +180,8 @@ class Job:
     def request_sha256(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Return the digest of everything that decides the answer to a prompt.
 
-        A repeated question is another request: otherwise a resumed run would take the first answer for all
+        The digest of a repeated question is another one: otherwise a resumed run would take the first answer
+            for all
         attempts.
         """
         endpoint, decoding, schema = self.endpoint, self.decoding, self.answer_schema(task_id)

@@ -1,4 +1,4 @@
-"""The journal of a run, with every answer as it arrived, and the state of the run with open questions.
+"""The journal of a run, a file with every answer as it arrived, and the state of the run with open questions.
 
 A run resumes from its journal. A line that a crash cut off is ignored. Inspect's own resume is not used,
 because it takes over whole samples by id and epoch, even if the question has changed. An experiment would ask
@@ -24,14 +24,14 @@ from eai.results.trials import Answer, AnswerKey, Conversation, describe_attempt
 from eai.run.job import Job
 
 JOURNAL = "answers.jsonl"
-"""Name of the journal in the folder of a run."""
+"""File name of the journal in the folder of a run."""
 
 BEGUN = "begun.jsonl"
-"""Name of the file beside the journal with a line for each beginning of an episode."""
+"""Name of the file beside the journal that has a line for each start of an episode."""
 
 
 class AnswerJournal:
-    """The answers of one run in a file that only grows; an incomplete last line is overwritten.
+    """The answers of one run in a file that only grows; a last line that a crash cut off is overwritten.
 
     Args:
         path: the file; it and its folder are created with the first answer.
@@ -54,7 +54,7 @@ class AnswerJournal:
                 ) from error
 
     def find(self, key: AnswerKey, request_sha256: str, attempt: int = 1) -> Answer | None:
-        """Return the answer to exactly this request, or None."""
+        """Return the recorded answer to exactly this request, or None if the request has no answer."""
         return self._answers.get((request_sha256, *key, attempt))
 
     def add(self, answer: Answer) -> None:
@@ -67,7 +67,7 @@ class AnswerJournal:
             if not self._size:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("r+b" if self._size else "wb") as file:
-                file.seek(self._size)  # overwrite the part of an answer that was written before a crash
+                file.seek(self._size)  # overwrite the incomplete answer that a crash left behind
                 file.write(json.dumps(dataclass_to_json(answer)).encode() + b"\n")
                 file.truncate()
                 self._size = file.tell()
@@ -95,8 +95,8 @@ class AnswerJournal:
 ProgressWatch: TypeAlias = Callable[[int, int, int], None]
 """Function that is called with the numbers of answered tasks, of failed tasks, and of all tasks.
 
-Every epoch counts. Answers from the journal count as answered. A task has failed if one of its requests
-failed for good.
+A task counts once in every epoch. Answers from the journal count as answered. A task has failed if one of its
+requests failed for good.
 """
 
 
@@ -111,9 +111,10 @@ class RunState:
     Attributes:
         job: the job.
         journal: the journal for new answers.
-        all_answers: answers by task and epoch, in order; an experiment has one for each attempt.
-        conversations: the questions on each task, by task and epoch.
-        failures: reason for each missing answer, by task and epoch.
+        all_answers: mapping from task and epoch to the answers in order; experiments have one for each
+            attempt.
+        conversations: mapping from task and epoch to the questions asked so far and the next one.
+        failures: mapping from task and epoch to the reason why the answer is missing.
         stopped: reason why the run sends no more questions; None while the run goes on.
     """
 
@@ -138,12 +139,12 @@ class RunState:
 
     @property
     def last_answers(self) -> dict[AnswerKey, Answer]:
-        """Last answer to each finished task, by task and epoch."""
+        """Mapping from task and epoch to the last answer, for each finished task."""
         return {key: given[-1] for key, given in self.all_answers.items() if self.conversations[key].is_over}
 
     @property
     def attempts(self) -> dict[AnswerKey, tuple[Attempt, ...]]:
-        """Attempts at each finished task whose answers are carried out, by task and epoch."""
+        """Mapping from task and epoch to the attempts at each finished task whose answers are carried out."""
         return {
             key: tuple(describe_attempts(attempts, given))
             for key, given in self.all_answers.items()
@@ -151,7 +152,7 @@ class RunState:
         }
 
     def request(self, key: AnswerKey) -> str:
-        """Return the digest of everything that decides the next answer."""
+        """Return the digest of everything that decides the next answer to a task in an epoch."""
         return self.job.request_sha256(
             key[0], self.conversations[key].question, len(self.all_answers[key]) + 1
         )
@@ -171,12 +172,12 @@ class RunState:
         self.report()
 
     def give_up(self, task_id: str, epoch: int, reason: str) -> None:
-        """Record that a request failed for good."""
+        """Record that a request failed for good, so that its task gets no answer."""
         self.failures[task_id, epoch] = reason
         self.report()
 
     def stop(self, reason: str) -> None:
-        """Record that no request can succeed, so that the run sends no more questions."""
+        """Record a reason why no request can succeed, so that the run sends no more questions."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 

@@ -1,7 +1,7 @@
 """The built-in models as an Inspect provider: ``eai/oracle``, ``eai/planner``, ``eai/lookup`` and others.
 
-They answer without network and key. They read the metadata that `eai.run.tasks` adds to a question's message;
-they cannot answer questions from elsewhere.
+They need no network and no key. They read the metadata that `eai.run.tasks` adds to a question's message, so
+they can only answer questions of this package.
 """
 
 from __future__ import annotations
@@ -56,10 +56,9 @@ from eai.world.action import Action
 DEFAULT_NOISE = 0.1
 
 PLANNER_LIMITS = Limits(200)
-"""Search limits of `eai/planner` for a plan from a later state, or in a perceived scene, which may be
-unsolvable.
+"""Search limits of `eai/planner` for plans that start in a later state or a perceived scene.
 
-Every plan of the household benchmarks needs less.
+Such a task may be unsolvable. Every plan of the household benchmarks needs less.
 """
 
 T = TypeVar("T")
@@ -70,10 +69,10 @@ _OPEN_BOOK = {
     "copy": open_copy_book,
     "empty": open_empty_book,
 }
-"""Functions that open the right answers of a model, for models that do not use the data set's answers."""
+"""Functions that compute a model's answers, by model, for models without the data set's answers."""
 
 _REQUIRED_METADATA = frozenset({"domain", "ability", "task_id"})
-"""Metadata that a built-in model needs with a question."""
+"""Names of the metadata that every built-in model needs with a question."""
 
 
 class _ModelArguments(Options):
@@ -99,10 +98,10 @@ class _ModelQuestion(NamedTuple):
         attempt: number of the attempt at the task, from 1 on.
         done: actions executed in the world that the question describes.
         text: text of all messages.
-        stated: the answer whose goals the question states instead of the task's; None for the task's.
-        scene: the scene graph that the question shows instead of the task's scene; None for the task's.
-        source: source of the task's own answers.
-        setting: setting of the game, if actions are asked for.
+        stated: the answer whose goals the question states; None if it states the task's goals.
+        scene: the scene graph that the question shows; None if it shows the task's scene.
+        source: settings with which the data set is opened, for the task's own answers.
+        setting: setting of the game, in the ability ``acting``.
     """
 
     benchmark: Benchmark
@@ -194,7 +193,7 @@ class _BuiltInModel(ModelAPI):
         return self._output(input, await _run_in_thread(partial(self._answer, question)))
 
     def _commands(self, question: _ModelQuestion) -> list[str]:
-        """Return the commands of an episode: recorded ones, or the model's plan for the task."""
+        """Return the commands of an episode: recorded commands, or the model's plan for the task."""
         task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
             arena = AgentTask(question.benchmark, question.setting)
@@ -206,7 +205,7 @@ class _BuiltInModel(ModelAPI):
     def _output(
         self, input: Sequence[ChatMessage], answer: str, tools: Sequence[ToolInfo] = ()
     ) -> ModelOutput:
-        """Return an answer as text, or a command as a tool call, with counts of words as counts of tokens."""
+        """Return the model's output: an answer as text or a command as a tool call, with token counts."""
         name = f"{PROVIDER}/{self.model_name}"
         if not tools:
             output = ModelOutput.from_content(name, answer)
@@ -257,7 +256,10 @@ class _BuiltInModel(ModelAPI):
         return self._corrupt_answer(book, question).text
 
     def _describe_scene(self, question: _ModelQuestion) -> str:
-        """Return the scene graph of a task with errors: on average as many facts are lost as misplaced."""
+        """Return the scene graph of a task with errors.
+
+        On average, equally many facts are lost and misplaced.
+        """
         from eai.studies.perception.belief import scene_words
         from eai.studies.perception.noise import Noise, perceive
 
@@ -267,7 +269,12 @@ class _BuiltInModel(ModelAPI):
         return perceive(task, scene_words(question.benchmark), noise, stream).text
 
     def _corrupt_answer(self, book: AnswerBook, question: _ModelQuestion) -> WrittenAnswer:
-        """Return a corrupted answer: new in each attempt, or unchanged but repaired if feedback is heeded."""
+        """Return a corrupted answer to a question.
+
+        Each attempt draws new errors, except with feedback: then the last answer is repeated, or repaired if
+            the
+        model heeds the feedback.
+        """
         seed = f"{self._given.seed} {question.epoch}"
         if self._given.heed is not None:
             text, attempt, rate = question.text, question.attempt, self._given.rate
@@ -287,7 +294,10 @@ class _BuiltInModel(ModelAPI):
 
 
 def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
-    """Return the benchmark in which the task has the state, the scene and the goals of a question."""
+    """Return the benchmark with the task changed as a question describes it.
+
+    The task gets the state after the executed actions, the perceived scene, and the stated goals.
+    """
     benchmark, task_id = question.benchmark, question.task_id
     if question.done:
         benchmark = execute_actions(benchmark, task_id, question.done)
@@ -308,7 +318,7 @@ def _text_of(answer: WrittenAnswer) -> str:
 
 
 async def _run_in_thread(work: Callable[[], T]) -> T:
-    """Run a function in a thread, and return its result. An interrupted run does not wait for the thread."""
+    """Run a function in a thread, and return its result. An interrupt ends the wait, not the thread."""
     future: Future[T] = Future()
     future.set_running_or_notify_cancel()
 

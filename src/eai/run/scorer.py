@@ -1,8 +1,8 @@
-"""Inspect's scorers: verdicts as scores, and the columns of the paper's tables as one metric.
+"""Inspect's scorers: they give verdicts as scores, and the columns of the paper's tables as one metric.
 
 A score tells whether the whole answer is right (``C`` or ``I``), for Inspect's own metrics and reducers. Its
-metadata is the record; the metric pools the contributions of all records. Its explanation is the record's in
-Markdown, which Inspect's viewer shows.
+metadata is the record of the answer; the metric adds up the contributions of all records. Its explanation is
+the record's in Markdown, which Inspect's viewer shows.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _MARK = {True: "✓", False: "✗"}
 
 
 def explain_record(record: Record) -> str:
-    """Return the outcome of an answer with reasons in Markdown, and its steps if the record explains them."""
+    """Return the outcome of an answer with reasons in Markdown, and its steps if the record has them."""
     explanation = record.explanation or Explanation()
     steps = enumerate(explanation.steps, 1)
     sections = (
@@ -106,11 +106,11 @@ def _describe_part(part: PartReport, number: int) -> str:
 
 @metric(name="paper", scores="unreduced")
 def paper_metrics(ability: str) -> Metric:
-    """Return the metric with the columns of the paper's tables, as fractions.
+    """Return Inspect's metric with the columns of the paper's tables, as fractions.
 
-    They are sums over sums of all tasks, as in ``summary.json``; columns without cases are left out. Of
+    They are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left out. For
     several answers to a task the mean counts, or the answer with the most frequent meaning, as in ``eai run
-    --epochs``. Some protocols read each answer by the form of all answers; then all answers are read again.
+    --epochs``. Some protocols decide from all answers how to read each one; then all answers are read again.
     """
 
     def pool_scores(scores: list[SampleScore]) -> Value:
@@ -152,10 +152,10 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
 
 
 EXPERIMENT = "experiment"
-"""Field of the metadata of a sample and of a record: the experiment."""
+"""Name of the field for the experiment, in the metadata of samples and in records."""
 
 SCORERS = {ability: _register(ability) for ability in find_abilities()}
-"""The scorers by ability; the score of a sample has the ability's name."""
+"""Mapping from abilities to their scorers; the score of a sample has the ability's name."""
 
 
 def _make_record(state: TaskState, suite: Suite) -> Record:
@@ -170,7 +170,7 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
 
 
 def _merge_rules(stated: Experiment, record: Record) -> Experiment:
-    """Return the experiment of a log with the harness and the rules of an episode, which decide its verdict.
+    """Return the experiment of a log with the harness and the game rules of an episode's verdict.
 
     The log may have further limits, such as a token limit, that an episode does not have.
     """
@@ -185,7 +185,7 @@ def _merge_rules(stated: Experiment, record: Record) -> Experiment:
 
 
 def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
-    """Return the record of an answer in a log with its experiment.
+    """Return the record of a logged answer with the effects of its experiment.
 
     Attempts are carried out again, and the stated goals and scenes are judged again.
 
@@ -210,7 +210,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
 
 
 LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
-"""Metadata, epoch and question of the sample that counts for each task."""
+"""Mapping from each task to the metadata, epoch and question of the sample that counts for it."""
 
 
 def make_logged_record(
@@ -220,8 +220,8 @@ def make_logged_record(
 
     Args:
         suite: the suite.
-        experiment: the experiment, as samples have it.
-        samples: the samples.
+        experiment: the experiment, as the metadata of samples has it.
+        samples: the sample of each task.
         record: the record, scored as an answer to a plain question.
     """
     metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
@@ -259,15 +259,16 @@ def _select_answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
 
 
 def _select_majority(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
-    """Return the score of the answer that counts for a task. Scores come one epoch after the other."""
+    """Return the score of the answer that counts for a task, from its scores in all epochs."""
     answered_scores = _select_answered(scores) or scores
     return answered_scores[majority_index([score.score.answer or "" for score in answered_scores], ability)]
 
 
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """Return the verdicts on the answers that count, each read by the form of all answers.
+    """Return the verdicts on the answers that count.
 
-    Verdicts of an experiment do not change: each answer was read before the next question was asked.
+    If the protocol decides from all answers how to read each one, they are scored again. Verdicts of an
+    experiment do not change, because each answer was read before the next question was asked.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}

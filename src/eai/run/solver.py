@@ -1,7 +1,7 @@
-"""Ask a model: one request for a task, and a second request if options of the first one spoilt the answer.
+"""Ask a model: one request for a task, and a second one if request options spoilt the answer.
 
-Prompts become messages. Replies are repaired: reasoning may stand in the text, a stop sequence may have cut
-off the end, and usage figures may be unreadable.
+Prompts become messages of Inspect. Replies are repaired: reasoning may stand in the text, a stop sequence may
+have cut off the end, and usage figures may be unreadable.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class _ReplyParts(NamedTuple):
 
 
 def split_reply(text: str) -> _ReplyParts:
-    """Separate the reasoning in a text from the answer (`eai.abilities.reasoning`)."""
+    """Separate the reasoning in a text from the answer; `eai.abilities.reasoning` has the rules."""
     answer, reasoning = split_reasoning(text)
     return _ReplyParts(answer, reasoning, ("reasoning",) if answer != text else ())
 
@@ -85,7 +85,7 @@ def drop_unreadable_usage(model: Model) -> Model:
 
 
 async def _drop_usage(response: Any) -> None:
-    """Remove usage from a response if the response is readable without it and unreadable with it."""
+    """Remove the usage figures from a response if only they make it unreadable."""
     if "json" not in response.headers.get("content-type", ""):
         return
     try:
@@ -122,27 +122,27 @@ def messages_of(prompt: Prompt, metadata: Mapping[str, Any]) -> list[ChatMessage
 
 
 def content_of(prompt: Prompt) -> str | list[Content]:
-    """Return the text of a prompt, after its pictures if it has any."""
+    """Return the content of a message: the text of a prompt, after its pictures if it has any."""
     if not prompt.images:
         return prompt.user
     return [*[ContentImage(image=image.url) for image in prompt.images], ContentText(text=prompt.user)]
 
 
 _REFUSED_PARAMETER_STATUSES = (400, 422)
-"""HTTP statuses with which servers refuse a parameter of a request."""
+"""HTTP statuses with which servers refuse a parameter of a request, such as a stop sequence."""
 
 FINAL_STATUSES = (401, 404)
-"""HTTP statuses that would not change if the request were repeated: wrong key, unknown model."""
+"""HTTP statuses of failures that repetition cannot cure, such as a wrong key or an unknown model."""
 
 FORM_LEFT_OUT = "form_left_out"
-"""Name of the repair of answers that the provider could not restrict to a schema."""
+"""Name of the repair for answers without a schema, because the provider could not restrict them to it."""
 
 ANSWERS = "answers"
 """Field of a sample's metadata: its answers in order, without reasoning."""
 
 
 class _Reply(NamedTuple):
-    """A model's reply, unchanged and in its parts, with its usage."""
+    """A model's reply as it came, its answer and reasoning, and its usage."""
 
     output: ModelOutput
     parts: _ReplyParts
@@ -151,7 +151,7 @@ class _Reply(NamedTuple):
 
 @contextmanager
 def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
-    """Report an error of the block to the run: give up the task, or stop the run if all requests fail."""
+    """Report an error of the block to the run: it gives up the task or, if all requests would fail, stops."""
     try:
         yield
     except Exception as error:
@@ -163,7 +163,7 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
 
 @solver(name="eai_ask")
 def ask(run: RunState) -> Solver:
-    """Return a solver that asks open questions; answers go to the run, and their text to the log."""
+    """Return a solver that asks a run's unanswered questions. The log gets the texts of the answers."""
     restrictions = cache(partial(_make_restrictions, run.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -222,7 +222,7 @@ def add_epoch(state: TaskState) -> dict[str, Any]:
 
 
 class _Transcript:
-    """Questions and answers in the state of a sample, whose metadata has the answers' text.
+    """The conversation in the state of a sample. The sample's metadata has the texts of the answers.
 
     Attributes:
         attempt: number of the attempt of the last question.
@@ -270,7 +270,7 @@ class _Transcript:
 
 
 def restore_answer(state: TaskState, answer: Answer) -> None:
-    """Restore the state after a reply from the journal."""
+    """Restore the state of a sample after a reply from the journal."""
     content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
     message = ChatMessageAssistant(
         content=[*content, ContentText(text=answer.text)], model=str(state.model), source="generate"
@@ -280,7 +280,7 @@ def restore_answer(state: TaskState, answer: Answer) -> None:
 
 
 def describe_error(error: BaseException) -> str:
-    """Return one line on why a request failed; for a repeated request, on why its last try failed."""
+    """Return one line on why a request failed; if it was repeated, on why the last repetition failed."""
     error = _find_last_error(error)
     lines = str(error).strip().splitlines()
     first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
@@ -290,14 +290,14 @@ def describe_error(error: BaseException) -> str:
 
 
 def _find_last_error(error: BaseException) -> BaseException:
-    """Return the provider's error; for a repeated request, the error of its last attempt."""
+    """Return the provider's error; if the request was repeated, the error of the last repetition."""
     if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
         return error.__cause__
     return error
 
 
 def http_status(error: BaseException) -> int | None:
-    """Return the HTTP status with which a request failed, or None if it is unknown."""
+    """Return the HTTP status with which a request failed, or None if the status is unknown."""
     status = getattr(_find_last_error(error), "status_code", None)
     return status if isinstance(status, int) else None
 
@@ -310,7 +310,7 @@ def make_answer(
     attempt: int = 1,
     parts: _ReplyParts | None = None,
 ) -> Answer:
-    """Return the answer in a state for the journal; ``parts`` has the reasoning and the repairs."""
+    """Return the answer in a sample's state, for the journal; ``parts`` has its reasoning and its repairs."""
     return Answer(
         task_id=str(state.sample_id),
         epoch=state.epoch,
@@ -326,7 +326,7 @@ def make_answer(
 
 
 def _make_restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
-    """Return the options that only some models support: stop sequences and a schema; None if unused."""
+    """Return the request options that only some models support, a schema and stop sequences, or None."""
     schema = job.answer_schema(task_id)
     stop = stop if job.decoding.stop else ()
     if not stop and schema is None:
@@ -340,10 +340,10 @@ def _make_restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> Generat
 
 
 async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
-    """Ask a model. Ask again without restrictions if they were refused or left no answer.
+    """Ask a model. Ask again without restrictions if the provider refused them or they left no answer.
 
-    A stop sequence may stand in the middle of reasoning, and some servers return nothing for a schema that
-    they do not support.
+    Restrictions are stop sequences and a schema. A stop sequence may stand in the middle of reasoning, and
+    some servers return nothing for a schema that they do not support.
     """
     if restrictions is None:
         return await _send_request(messages, GenerateConfig())
@@ -379,7 +379,7 @@ def _split_output(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
 
 
 def find_reasoning(output: ModelOutput) -> list[str]:
-    """Return the reasoning beside the text of a reply, block by block; its summary if it is secret."""
+    """Return the reasoning beside the text of a reply, block by block; its summary if it is encrypted."""
     content = output.message.content
     blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]
     return [block.summary or "" if block.redacted else block.reasoning for block in blocks]
@@ -388,8 +388,8 @@ def find_reasoning(output: ModelOutput) -> list[str]:
 def usage_of(output: ModelOutput) -> Usage:
     """Return the usage of a reply, with None for unknown numbers.
 
-    Inspect has zeros if a provider counts nothing; but every question has tokens. Negative numbers are
-    unknown.
+    Inspect states zeros if a provider counts nothing. Every question has tokens, so zeros count as unknown,
+    as do negative numbers.
     """
     usage = output.usage
     if usage is None:

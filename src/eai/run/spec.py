@@ -2,7 +2,7 @@
 
 It defines the flags of ``eai run``, the arguments of Inspect's tasks, the file beside a run, and the table of
 options in the documentation. Its sections are tables of a TOML file, which ``eai run FILE.toml`` reads and
-which is written beside results. A chosen study is a section, too.
+which is written beside results. A study that the run uses is a section, too.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def save(spec: RunSpec, folder: Path) -> Path:
-    """Write a specification to ``run.toml``, or to ``run-2.toml`` and so on if the file has another one.
+    """Write a specification to ``run.toml``; if this file has another one, to ``run-2.toml`` and so on.
 
     Raises:
         InputError: the folder cannot be written.
@@ -64,7 +64,7 @@ def _format_text(text: str) -> str:
 
 
 def _format_value(value: JsonValue) -> str:
-    """Return a value in TOML; members without a value are left out, because TOML has no null."""
+    """Return a value as TOML text; members without a value are left out, because TOML has no null."""
     if isinstance(value, str):
         return _format_text(value)
     if isinstance(value, Mapping):
@@ -103,7 +103,7 @@ class _ChosenModels(Options):
 
     @property
     def endpoints(self) -> list[Endpoint]:
-        """Models with their names, addresses and arguments."""
+        """The models of the run, each with its name, address and arguments."""
         return [Endpoint(name, self.args, self.base_url) for name in self.name]
 
 
@@ -187,7 +187,7 @@ class RunSpec(Options):
 
     @property
     def variation(self) -> Variation:
-        """Combined options of the chosen studies.
+        """Options of the chosen studies, combined.
 
         Raises:
             InputError: two studies contradict each other.
@@ -196,7 +196,7 @@ class RunSpec(Options):
 
     @property
     def experiment(self) -> Experiment:
-        """Experiment for records: the choices of studies, without those that an earlier stage adds later."""
+        """Choices of studies for records, without choices that depend on the answers of an earlier stage."""
         variations_by_study = {
             variation.name: self.studies.get(variation.key, Variation()) for variation in list_run_studies()
         }
@@ -221,12 +221,12 @@ _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items
 
 
 def sections() -> Mapping[str, type[Options]]:
-    """Return the sections of a specification by name, those of studies last."""
+    """Return a mapping from names to sections of a specification, with those of studies last."""
     return {**_CORE, **{study.key: study.options for study in list_run_studies()}}
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
-    """Return the specification with these options, given by section.
+    """Return the specification with some options, given as a mapping by section and name.
 
     Raises:
         InputError: a section, an option or a value is unknown, or options contradict each other.

@@ -63,12 +63,12 @@ from eai.tasks.source import ErrataChoice, Source
 
 
 class _RefusalError(InputError, click.ClickException):
-    """An argument of a task or a model that cannot be used."""
+    """Error for an argument of a task or a model that cannot be used."""
 
 
 @contextmanager
 def raise_refusals() -> Iterator[None]:
-    """Raise an InputError of the block as a `_RefusalError`, which click shows as one line."""
+    """Turn an InputError of the block into a `_RefusalError`, which click shows as one line."""
     try:
         yield
     except InputError as error:
@@ -224,7 +224,7 @@ def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
 
 
 def _sort_into_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the options of agents and studies by section of a specification.
+    """Return the options of agents and studies, as a mapping by section of a specification.
 
     Raises:
         InputError: an option is unknown, or needs a second model that Inspect does not ask.
@@ -249,7 +249,7 @@ def _ask_nobody(*_: object, **__: object) -> SuiteResult:
 def _run_stage(
     stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], BeliefSet]:
-    """Return questions that contain the results of an earlier stage, and the beliefs that they state.
+    """Return questions that state results of an earlier stage, such as goals, and these beliefs.
 
     Raises:
         InputError: a task has no result to state; a log would leave it out of all rates.
@@ -283,7 +283,7 @@ def _select_prompts(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[s
 
 
 SUFFIX = ".eval"
-"""Suffix of the name of a log."""
+"""Suffix of the file name of a log."""
 
 JOB = "job_sha256"
 """Field of a log's metadata: digest of its job."""
@@ -308,7 +308,7 @@ def find_log(job: Job, folder: Path) -> Path | None:
 
 
 def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source) -> None:
-    """Write verdicts into a log, in place of its scores.
+    """Write verdicts as scores into a log; they replace its scores.
 
     Args:
         path: the log.
@@ -333,10 +333,10 @@ def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source
 
 
 def read_answers(path: Path, suite: Suite) -> ResponseFile:
-    """Return the answers in a log; of several to a task the one with the most frequent meaning.
+    """Return the answers in a log.
 
-    If tasks count by the mean over epochs, each epoch is a file of its own. Samples of failed requests have
-    no answer.
+    For several answers to a task, the answer with the most frequent meaning counts. If tasks count by the
+    mean over epochs, each epoch becomes a response file. Samples of failed requests have no answer.
 
     Raises:
         InputError: the log cannot be read, or is of another suite.
@@ -398,7 +398,7 @@ def _read_log(path: Path, *, header_only: bool = False) -> EvalLog:
     require_file(path)
     try:
         return read_eval_log(str(path), header_only=header_only)
-    except Exception as error:  # readers of damaged logs raise many kinds of errors
+    except Exception as error:  # readers of logs raise many kinds of errors if a log is damaged
         raise InputError(f"{path}: expected an Inspect log ({error})") from error
 
 
@@ -459,7 +459,7 @@ def _build_job_task(job: Job, run: RunState) -> inspect_ai.Task:
 
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
-    """Run Inspect without scoring: some protocols read each answer by the form of all answers.
+    """Run Inspect without scoring, because some protocols decide from all answers how to read each one.
 
     The scores are written into the log afterwards (`eai.run.tasks.write_scores`). Return None if the run was
     interrupted before it began.
@@ -480,7 +480,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
         **sampling,
         max_connections=1
         if is_built_in
-        else pace.max_connections,  # lets interrupts take effect between requests
+        else pace.max_connections,  # an interrupt waits for the running request
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,
@@ -489,7 +489,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
 
 
 def find_model(endpoint: Endpoint) -> Model:
-    """Return the model of an endpoint.
+    """Return Inspect's model for an endpoint: a model's name, address and arguments.
 
     Raises:
         EaiError: the model is unknown, or a key or library is missing.
