@@ -1,1 +1,1 @@
-"""The paper's four abilities, one folder each, and their common verdicts, notations and explanations."""
+"""The paper's four abilities, one folder each, and their shared verdicts, notations and explanations."""

@@ -1,6 +1,6 @@
-"""JSON schemas for answers, limited to the features that all providers with enforced schemas have in common.
+"""JSON schemas for answers. They use only features that all providers with enforced schemas support.
 
-Objects are closed and need all of their members. A text may be limited to a list of words.
+An object has exactly its declared members. A text may be limited to a list of words.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ Schema: TypeAlias = Mapping[str, Json]
 """A JSON schema."""
 
 MAX_WORDS = 1000
-"""Maximum number of words in all choices of a schema (OpenAI's limit, the smallest one that is published)."""
+"""Maximum number of words in all choices of a schema. This is OpenAI's limit, the smallest published one."""
 
 LONG_CHOICE_WORDS = 250
-"""A choice with more words than this number is long."""
+"""Maximum number of words of a short choice."""
 MAX_LONG_CHOICE_CHARACTERS = 15_000
 """Maximum number of characters of all words of a long choice."""
 
 
 def text_schema(words: Iterable[str] | None = None) -> Schema:
-    """Return the schema of a text: one of some words, or any text if the words are None."""
+    """Return the schema of a text that is one of some words, or of any text if the words are None."""
     return {"type": "string"} if words is None else {"type": "string", "enum": list(words)}
 
 
 def list_schema(items: Schema) -> Schema:
-    """Return the schema of a list."""
+    """Return the schema of a list whose items have a schema."""
     return {"type": "array", "items": items}
 
 
 def object_schema(members: Mapping[str, Schema]) -> Schema:
-    """Return the schema of an object that has exactly these members."""
+    """Return the schema of an object with exactly the given members."""
     return {
         "type": "object",
         "properties": members,
@@ -43,12 +43,12 @@ def object_schema(members: Mapping[str, Schema]) -> Schema:
 
 
 def union_schema(schemas: Sequence[Schema]) -> Schema:
-    """Return the schema of a value that has one of several forms."""
+    """Return the schema of a value that has one of several schemas."""
     return schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
 
 
 def is_accepted(schema: Schema) -> bool:
-    """Whether a schema is within the limits of all providers on words and characters."""
+    """Whether a schema has no more words and characters than all providers allow."""
     choices = [list(map(str, choice)) for choice in _choices(schema)]
     return sum(map(len, choices)) <= MAX_WORDS and all(
         len(choice) <= LONG_CHOICE_WORDS or sum(map(len, choice)) <= MAX_LONG_CHOICE_CHARACTERS

@@ -2,18 +2,21 @@
 
 Each character is read, repaired by a named repair, or classified as prose.
 
-`read_json` serves all abilities and benchmarks. An `AnswerForm` describes the expected value and signs of its
-parts. Text outside the value with such a sign makes the answer unreadable, since the value is then
-incomplete. An unclosed bracket makes it unreadable, too: the answer was cut off. The repairs are:
+`read_json` serves all abilities and benchmarks. An `AnswerForm` describes the expected value and signs of
+its parts. If text outside the value looks like a part, the value is incomplete and the answer is
+unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. The repairs
+are:
 
 * ``reasoning``, ``special_tokens``: reasoning (`eai.abilities.reasoning`) or control tokens are removed;
 * ``code_fence``, ``prose``: the value stands in a code fence, or between other words;
 * ``line_breaks``: strings contain line breaks or tabs that JSON requires to be escaped;
-* ``curly_quotes``, ``single_quotes``, ``comments``, ``trailing_comma``: the value is JSON without them;
-* ``stray_bracket``: a closing bracket outside the value has no partner;
+* ``curly_quotes``, ``single_quotes``, ``comments``, ``trailing_comma``: the value is JSON after their removal
+  or replacement;
+* ``stray_bracket``: a closing bracket outside the value has no opening bracket;
 * ``json_in_string``, ``wrapper_key``: the value is JSON in a string, or a member of an object whose other
   members are plain;
-* ``json_lines``, ``numbered``: parts of the value follow each other without a list around them, with numbers.
+* ``json_lines``, ``numbered``: the parts of the value follow each other without a list around them; with
+  ``numbered`` they have numbers.
 """
 
 from __future__ import annotations
@@ -31,10 +34,10 @@ from eai.abilities.reasoning import blank_out, thoughts_in
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 MAX_LENGTH = 1_000_000
-"""Maximum length of an answer that is read, in characters; no model writes as much."""
+"""Maximum length of an answer that is read, in characters. Models write less."""
 
 MAX_DEPTH = 100
-"""Maximum nesting of a value that is read."""
+"""Maximum depth of nested lists and objects in a value that is read."""
 
 _MAX_QUOTED = 60
 """Maximum number of characters of an answer that a message quotes."""
@@ -65,7 +68,7 @@ _STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
 """Pattern of Python literals whose single quotes can be replaced by double quotes to get equal JSON."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
-"""Pattern of text between parts of the value that only separates or numbers them."""
+"""Pattern of text that only separates or numbers the parts of a value."""
 _SEPARATORS = re.compile(r"[\s,;]*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
@@ -125,17 +128,21 @@ class AnswerForm(Generic[T]):
 
     Attributes:
         description: the value in words, for messages that begin with "there is no".
-        read: returns the meaning of a JSON value, or None if the value has another form. Objects are given as
-            `JsonObject`, arrays as lists.
+        read: returns what a JSON value means, or None if the value has another form. It gets objects as
+            `JsonObject` and arrays as lists.
         is_part: whether a bracketed text looks like a part of the answer, even if it cannot be read.
         is_line_of_answer: whether a line outside brackets looks like a part of the answer.
-        flaw: returns in words why a JSON value that looks like a part has another form, or None.
-        join: joins parts that follow each other without a list; None if parts never do.
-        is_piece: whether a meaning is a single part, such as one step.
+        flaw: takes a JSON value that looks like a part of the answer. It returns in words why the value has
+            another form, or None.
+        join: makes one meaning of parts that follow each other without a list around them; None if such parts
+            are not joined.
+        is_piece: whether a meaning is only a single part of an answer, such as one step.
         repairs_of: returns the names of the repairs that reading a value needed.
-        is_certain: whether a meaning names something of the task. Other meanings are examples if one does.
+        is_certain: whether a meaning names something of the task. If some meaning does, all other meanings
+            count as examples.
         is_single: whether two different values side by side make the answer unreadable.
-        wrappers: keys of objects around the value that the question asks for; removing them is no repair.
+        wrappers: keys of an object around the value, if the question asks for such an object. Removing this
+            object is no repair.
     """
 
     description: str
@@ -155,7 +162,7 @@ _QUOTED = re.compile(r"""["'“‘]""")
 
 
 def holds_strings(text: str) -> bool:
-    """Whether a bracketed text contains a string, as the JSON of answers does."""
+    """Whether a bracketed text contains a string, as JSON answers do."""
     return _QUOTED.search(text) is not None
 
 
@@ -164,12 +171,12 @@ def _object_or_list(value: object) -> JsonObject | list[object] | None:
 
 
 ANY_VALUE = AnswerForm("JSON object or list", _object_or_list, is_part=holds_strings, is_single=False)
-"""Form of an answer that may be any object or list. The last object or list in the answer counts."""
+"""Form of an answer that is any JSON object or list. The last object or list in the answer counts."""
 
 
 @dataclass(frozen=True, slots=True)
 class ParsedAnswer(Generic[T]):
-    """The value in an answer, the names of the repairs, and the treatment of each part of the text."""
+    """The value in an answer, the names of its repairs, and the treatment of each part of the text."""
 
     value: T
     repairs: tuple[str, ...] = ()
@@ -189,7 +196,7 @@ class _JsonProblem(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """A bracketed stretch of a text: its positions, and the problem with its brackets if there is one."""
+    """Start and end of a bracketed part of a text, and the problem with its brackets, if any."""
 
     start: int
     end: int
@@ -208,7 +215,7 @@ class _TextRange(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _ReadValue(Generic[T]):
-    """A stretch of a text that was read as a value."""
+    """A part of a text that was read as a value."""
 
     start: int
     end: int
@@ -219,7 +226,7 @@ class _ReadValue(Generic[T]):
 def read_json(text: str, form: AnswerForm[T]) -> ParsedAnswer[T] | Unreadable:
     """Read the value of a form in an answer, or return why the whole answer cannot be read.
 
-    If several values stand apart from each other, the last one counts.
+    If an answer has several values with other text between them, the last value counts.
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
@@ -227,7 +234,7 @@ def read_json(text: str, form: AnswerForm[T]) -> ParsedAnswer[T] | Unreadable:
 
 
 class _AnswerText(Generic[T]):
-    """An answer, and the form of the value that is read from it."""
+    """An answer, and the form of the value that the answer must contain."""
 
     def __init__(self, text: str, form: AnswerForm[T]) -> None:
         self.form = form
@@ -260,11 +267,10 @@ class _AnswerText(Generic[T]):
         return Unreadable(f"there is no {self.form.description}", spans=self._make_spans([]))
 
     def _read_values(self) -> list[_ReadValue[T]] | Unreadable:
-        """Read all bracketed values of the form.
+        """Read all bracketed values that have the form.
 
-        An unreadable part makes the answer unreadable, unless it is a draft.
-
-        A draft is closed and stands before a value that is the whole answer.
+        A part that cannot be read makes the answer unreadable, unless it is a draft. A draft is a closed part
+        before a value that is a whole answer.
         """
         values: list[_ReadValue[T]] = []
         error: Unreadable | None = None
@@ -298,7 +304,7 @@ class _AnswerText(Generic[T]):
         return Unreadable(reason, spans=self._make_spans([], unread=stretch))
 
     def _choose(self, values: list[_ReadValue[T]]) -> ParsedAnswer[T] | Unreadable:
-        """Choose the value that is the answer, or join the pieces of the answer."""
+        """Choose the value that counts as the answer, or join the pieces of the answer, such as steps."""
         chosen = self._select_relevant(values)
         line = self._find_stray_line(values)
         if line is not None:
@@ -323,9 +329,9 @@ class _AnswerText(Generic[T]):
         return self._make_result(chosen[-1:], chosen[-1].meaning, ())
 
     def _select_relevant(self, values: list[_ReadValue[T]]) -> list[_ReadValue[T]]:
-        """Return the values that name something of the task, and their neighbours.
+        """Return the values that name something of the task, and the values next to them.
 
-        If no value does, return all.
+        If no value names something of the task, return all values.
         """
         groups: list[list[_ReadValue[T]]] = []
         for value in values:
@@ -392,7 +398,7 @@ class _AnswerText(Generic[T]):
 
 
 def _find_gaps(taken: Iterable[_TextRange], length: int) -> Iterator[tuple[int, int]]:
-    """Yield the ranges of a text that lie outside given ranges.
+    """Yield start and end of each range of a text that lies outside the given ranges.
 
     Args:
         taken: the given ranges.
@@ -451,7 +457,11 @@ def _stretch_at(text: str, start: int) -> _Stretch:
 
 
 def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:
-    """Return the meaning and the repairs of a value, of JSON in a string, or of a member of an object."""
+    """Return the meaning of a value, and the names of the repairs that it needs.
+
+    If the value itself has no meaning in the form, JSON inside a string or a member of an object may have
+    one.
+    """
     meaning = form.read(value)
     if meaning is not None or depth == 0:
         return None if meaning is None else (meaning, form.repairs_of(meaning))
@@ -505,7 +515,7 @@ def _decode(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson 
 
 
 def _try_repairs(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the text, then the text with one more repair each time, with the names of its repairs."""
+    """Yield the text, then the text after one, two and more repairs, each with the names of its repairs."""
     names: tuple[str, ...] = ()
     yield text, names
     for repair, name in (
@@ -551,7 +561,7 @@ def _describe_json_error(error: json.JSONDecodeError) -> str:
 
 
 def _is_shallow(value: object) -> bool:
-    """Whether a value is nested no deeper than `MAX_DEPTH`, so that it can be walked recursively."""
+    """Whether a value is nested at most `MAX_DEPTH` deep, the limit for recursive functions."""
     level = [value]
     for _ in range(MAX_DEPTH):
         level = [part for whole in level for part in _list_parts(whole)]
@@ -576,7 +586,7 @@ def _parse_literal(text: str) -> _DecodedJson | None:
             return decoded
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the compiler would warn about escapes in the answer
+            warnings.simplefilter("ignore")  # Python's compiler would warn about escapes in the answer
             tree = ast.parse(text, mode="eval").body
         return _DecodedJson(_read_literal(tree, MAX_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
@@ -584,7 +594,9 @@ def _parse_literal(text: str) -> _DecodedJson | None:
 
 
 def _read_literal(node: ast.expr, depth: int) -> object:
-    """Return the value of a literal. Keys of dictionaries keep their order and their duplicates.
+    """Return the value of a Python literal.
+
+    A dictionary becomes a `JsonObject`, which keeps the order and the duplicates of keys.
 
     Raises:
         ValueError: the expression is not a literal, or is nested too deep.

@@ -15,8 +15,8 @@ class Usage:
 
     Attributes:
         input_tokens: tokens of the question, including those read from a provider's cache.
-        output_tokens: tokens of reasoning and answer.
-        reasoning_tokens: tokens of reasoning alone.
+        output_tokens: tokens of the model's output, reasoning included.
+        reasoning_tokens: tokens of the reasoning in the output.
         cost: cost in dollars, if prices are known.
         seconds: seconds of waiting for the replies of an episode; None for other answers.
     """
@@ -49,11 +49,13 @@ class Attempt:
 
     Attributes:
         response: the answer as it was scored.
-        verdict: the verdict on the answer. If the world continues, its goals count all attempts so far.
-        slipped_at: number of the first step that slipped, from 0; None if no step did.
+        verdict: the verdict on the answer. If each attempt begins where the last one ended, its
+            goals are tested on all attempts so far together.
+        slipped_at: number of the first step that slipped (was possible, but had no effect), from 0; None if
+            no step slipped.
         goal_held_at: number of steps after which all goals held for the first time, 0 for the start of the
-            attempt; None if they never did. A plan may reach the goal and leave it again.
-        prompt_sha256: digest of the question, if known.
+            attempt; None if they never held together. A plan may reach the goal and undo it again.
+        prompt_sha256: SHA-256 digest of the question, if known.
         usage: tokens and time of the answer, if known.
         answer_repairs: names of the changes that were made to the model's text before scoring.
         explanation: the verdict in words, if the user asked for it.

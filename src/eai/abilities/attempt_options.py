@@ -12,20 +12,20 @@ from eai.base.files import to_file_name
 from eai.world.fault import Notice
 
 STUDY = "replanning"
-"""Name in records of the study whose runs have several attempts, or actions that may slip."""
+"""Name, in records, of the study of runs with several attempts or with actions that may slip."""
 
 _LABEL_POSITION = 30
 
 AttemptStart: TypeAlias = Literal["restart", "continue"]
-"""State in which a further attempt begins: the initial one (``restart``) or the last one (``continue``)."""
+"""Initial state of a further attempt: that of the task (``restart``) or the present one (``continue``)."""
 
 
 FeedbackLevel: TypeAlias = Literal["none", "kind", "explained", "state"]
 """The feedback that a model gets on its earlier attempts.
 
-``none``: no feedback; the model gets the first question again (resampling). ``kind``: its answer, the kind of
-its error with an explanation of the kind, and the missed goals. ``explained``: the failed check in words as
-well. ``state``: no word on the failure; the question describes the present state of the world.
+``none``: no feedback; the model gets the first question again (resampling). ``kind``: the model's answer, an
+explanation of the kind of its error, and the missed goals. ``explained``: as ``kind``, and the failed check
+in words. ``state``: nothing about the failure; the question describes the present state of the world.
 """
 
 FeedbackForm: TypeAlias = Literal["prompt", "chat"]
@@ -45,10 +45,10 @@ class AttemptOptions:
         feedback: the feedback on earlier attempts.
         form: the position of the feedback.
         slip: probability that a possible action has no effect.
-        slip_seed: seed of the slips; None if nothing slips.
-        notice: whether the agent notices a slip.
+        slip_seed: random seed that decides which actions slip; None if no action slips.
+        notice: whether the agent notices that an action slipped.
         until: when an attempt ends.
-        preset: name of the published script whose way of executing plans is followed; None for ours.
+        preset: name of a published script, if plans are executed as this script does; None for our way.
 
     Raises:
         InputError: a number is out of its range, or the preset's name cannot be the name of a file.
@@ -78,7 +78,7 @@ class AttemptOptions:
 
     @classmethod
     def from_experiment(cls, experiment: Experiment | None) -> AttemptOptions | None:
-        """Return the options of an experiment, or None if it does not execute answers in attempts."""
+        """Return the attempt options of an experiment, or None if the experiment has no such options."""
         choice = None if experiment is None else experiment.study.get(STUDY)
         if choice is None:
             return None
@@ -97,7 +97,7 @@ class AttemptOptions:
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment that has these options and no other choices."""
+        """The experiment with only these options."""
         return Experiment({STUDY: StudyChoice(self.label, asdict(self), _LABEL_POSITION)})
 
     @property

@@ -1,10 +1,11 @@
-"""Declarations of abilities: their questions, their scorers, and the metrics and columns of their verdicts.
+"""Declarations of abilities: their questions, scorers, metrics and columns of tables.
 
-Each ability is one value, an `AbilityDeclaration`. A distribution registers it by an entry point of the group
-``eai.abilities`` that has the ability's name. The four abilities of the paper are registered in this way,
+Each ability is one value, an `AbilityDeclaration`. A distribution registers it by an entry point with the
+ability's name in the group ``eai.abilities``. The four abilities of the paper are registered in this way,
 too.
 
-Plans and subgoals share their metrics (the paper's tables "trajectory evaluation" and "goal satisfaction").
+Answers that are plans and answers that are subgoals have the same metrics (the paper's tables "trajectory
+evaluation" and "goal satisfaction").
 """
 
 from __future__ import annotations
@@ -85,16 +86,16 @@ class MetricColumn:
 
 @dataclass(frozen=True, slots=True)
 class AbilityWorld:
-    """A benchmark's world as abilities use it: its declared domain, and the notation of its answers.
+    """A benchmark's world as abilities use it: the declared domain, and the notation of answers.
 
     Attributes:
         domain: the declared domain.
         notation: how answers are written and things are named.
         subgoals: returns the notation of subgoals.
-        make_planner: makes the planner that tests operators. It returns None if no planner is to be used.
+        make_planner: makes the planner that tests operators; it returns None if operators are not tested.
         wording: returns the names of things in the prompts of an ability.
         observation_wording: returns the names of things in observations.
-        benchmark: the benchmark, for abilities that know its class.
+        benchmark: the benchmark, for abilities that need its own methods.
     """
 
     domain: Domain
@@ -107,19 +108,19 @@ class AbilityWorld:
 
 
 QuestionAndAnswer: TypeAlias = tuple[str | Mapping[str, str], str]
-"""A question about a task and a right answer, which built-in models give.
+"""A question about a task, and a right answer for built-in models to give.
 
 The question is a text, or the values for the placeholders of the ability's template.
 """
 
 
 QuestionMaker: TypeAlias = Callable[[AbilityWorld, Any], QuestionAndAnswer]
-"""Function that makes the question about a task in a world, with a right answer."""
+"""Function that makes the question about a task in a world, together with a right answer."""
 
 SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 """Function that makes the JSON schema of an answer.
 
-Its argument has the words for objects; None if any text may name an object.
+Its argument has the words that may name objects; None if any text may name an object.
 """
 
 
@@ -127,8 +128,9 @@ Its argument has the words for objects; None if any text may name an object.
 class Interaction:
     """The exchange with a model: one question and one answer for each task. All members are pure functions.
 
-    If a model answers several times, the answer that most answers agree with may count. Prose around JSON,
-    white space and the order of keys are then ignored, unless the last attributes say otherwise.
+    If a model answers a task several times, its most frequent answer may count. To compare answers, prose
+    around JSON, white space and the order of keys are ignored, unless the last three attributes say
+    otherwise.
 
     Attributes:
         scorers: takes a world and returns a function that makes the scorer of a task.
@@ -142,9 +144,11 @@ class Interaction:
         features: returns the features of one of the ability's own tasks.
         task_command: command that writes the ability's own tasks; empty if the ability uses a benchmark's
             tasks.
-        uses_operator_tasks: whether the tasks are those of published operators instead of the benchmark's.
+        uses_operator_tasks: whether the ability uses the published tasks about operators instead of the
+            benchmark's tasks.
         keys_in_order: whether the order of keys in objects has a meaning, as in steps of plans.
-        lists_are_sets: whether the order of lists has no meaning. Lists of texts keep their order.
+        lists_are_sets: whether the order of items in a list has no meaning. Texts in a list always have an
+            order.
         plain_text_prefix: beginning of an answer that is not JSON; empty for any text, None if an answer must
             be JSON.
     """
@@ -182,10 +186,10 @@ class AbilityDeclaration(Generic[V]):
         ability: name of the ability.
         interaction: the exchange with a model; a `MultiTurnInteraction` if answers are episodes.
         title: name for readers.
-        short_title: name in narrow places.
+        short_title: name for narrow columns.
         verdict: class of the verdicts. Its `credit` is what `eai.Reward` pays for.
-        contributions: returns what an answer adds to each metric. All verdicts have the same metrics in one
-            order.
+        contributions: takes a verdict and returns what the answer adds to each metric. All verdicts have the
+            same metrics in the same order.
         outcome: returns the outcome of an answer that is not excluded.
         columns: columns of the tables, from left to right.
         terminal_metrics: metrics that a terminal shows.
@@ -195,9 +199,10 @@ class AbilityDeclaration(Generic[V]):
             by the paper's metric.
         yes_no_metrics: metrics to which each answer contributes yes or no.
         combine_epochs: combines the verdicts on several answers to a task into a verdict with their mean
-            metrics. None if the answer that most answers agree with counts for all.
-        missing_metrics: takes any verdict of a run and returns the metrics that no answer of the run has.
-        is_same_task: whether two verdicts on tasks of one id are on one task; by default always.
+            metrics. None if the most frequent answer counts for all answers.
+        missing_metrics: takes any verdict of a run and returns the metrics for which no answer of the run has
+            a value.
+        is_same_task: whether two verdicts with the same task id are on the same task; by default always True.
     """
 
     ability: Ability
@@ -223,7 +228,7 @@ class AbilityDeclaration(Generic[V]):
         return isinstance(self.interaction, MultiTurnInteraction)
 
     def read_experiment(self, answer: str) -> Experiment | None:
-        """Return the harness and the rules of an episode; an empty experiment for any other kind of answer.
+        """Return the harness and the rules of an episode; an empty experiment if answers are no episodes.
 
         Returns None if the episode is empty or unreadable, so that it fails under any rules.
         """
@@ -235,7 +240,7 @@ class AbilityDeclaration(Generic[V]):
 
     @property
     def has_plans(self) -> bool:
-        """Whether answers are executed."""
+        """Whether answers are executed as plans."""
         return issubclass(self.verdict, PlanVerdict)
 
 
@@ -261,7 +266,7 @@ def load_paper_abilities() -> Mapping[Ability, AbilityDeclaration[Any]]:
 
 
 def error_outcome(verdict: Verdict) -> AnswerOutcome | None:
-    """Return the outcome for the error that ended an answer, or None if there was no error."""
+    """Return the outcome of an answer that an error ended, or None if there was no error."""
     return None if verdict.error is None else AnswerOutcome(verdict.error.kind.value)
 
 
@@ -269,8 +274,8 @@ def counts_outcome(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
     """Return the outcome of an answer whose parts are right or wrong.
 
     Args:
-        counts: right, wrong and missed parts.
-        enough: whether the answer succeeds if all parts are right.
+        counts: numbers of right, wrong and missed parts.
+        enough: whether an answer succeeds if all its parts are right.
     """
     if enough and not counts.false_positives and counts.false_negatives <= 0:
         return AnswerOutcome.SUCCESS
@@ -283,7 +288,7 @@ def label_of(name: str) -> str:
 
 
 def score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
-    """Return the columns for precision, recall and F1 of each part."""
+    """Return the table columns for precision, recall and F1 of each part of an answer."""
     measures = (("precision", "P"), ("recall", "R"), ("f1", "F1"))
     return tuple(
         MetricColumn(f"{part}.{measure}", label_of(part), label)
@@ -297,18 +302,18 @@ PLANNER = "Planner"
 """Heading of the columns about the success of a planner."""
 
 OVERALL = "overall"
-"""Prefix of the rates over all categories of predicates."""
+"""Prefix of the names of rates over all categories of predicates."""
 
 KINDS = tuple(kind.value for kind in GoalKind)
 GOAL_METRICS = (*(f"{kind}_goal" for kind in KINDS), "total_goal")
 PARTIAL = "partial_success"
-"""Name of the metric of conditions met (`eai.tasks.goal_test`): the mean share over all answers."""
+"""Name of the metric: mean share of the goals' conditions that are met (`eai.tasks.goal_test`)."""
 
 GOAL_COLUMNS = (
     *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
     MetricColumn(PARTIAL, SATISFIED, "Partial success"),
 )
-"""Columns for the goals that plans reach."""
+"""Columns of tables for the rates of goals that plans reach."""
 
 COLUMNS = (
     MetricColumn("task_success", SUCCESS, "Task"),
@@ -336,7 +341,7 @@ ENDING_FAULTS = {
         FaultKind.UNCATEGORISED,
     )
 }
-"""Kinds of error that make an action impossible, by name."""
+"""Kinds of error that make an action impossible and so end a plan, by the name of their metric."""
 
 P = TypeVar("P", bound=PlanVerdict)
 
@@ -368,21 +373,24 @@ def declare_plan_ability(
 
 
 def count_fault(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return the number of errors of a kind that counts, for a kind that ends a plan."""
+    """Return how many errors of a kind an answer counts in summaries. Errors of this kind end a plan."""
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 
 def count_additional_steps(verdict: PlanVerdict) -> int:
-    """Return how often additional steps count: once for each answer, unless the verdict says otherwise."""
+    """Return how often the additional steps of an answer count in summaries.
+
+    Several such steps count once, unless the verdict's `SummaryCounts` say otherwise.
+    """
     if verdict.counted is not None:
         return count_fault(verdict, FaultKind.ADDITIONAL_STEP)
     return int(bool(verdict.additional_steps))
 
 
 def goal_shares(verdict: PlanVerdict) -> Shares:
-    """Return the contributions of one answer to the rates of goals; empty shares if its goals are unknown."""
+    """Return what one answer adds to the rates of reached goals; empty shares if its goals are unknown."""
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))

@@ -1,4 +1,4 @@
-"""Read and write answers without a plan: they call the task impossible, or ask for the meant object."""
+"""Read and write answers that decline a task: they call it impossible, or ask for the meant object."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 IMPOSSIBLE, QUESTION = "impossible", "ask"
-"""Key of an answer that calls the task impossible; `QUESTION` is the key of an answer that asks.
-"""
+"""Key of an answer that calls the task impossible; `QUESTION` is the key of an answer that asks."""
 
 ASK, REFUSE = "ASK", "IMPOSSIBLE"
 """Command for a question about the meant object; `REFUSE` is the command that calls the task impossible."""
@@ -24,9 +23,9 @@ class _Declining(NamedTuple):
     """An answer that declines a task.
 
     Attributes:
-        reason: the reason why the task is impossible, or the question.
+        reason: the reason for which the answer calls the task impossible, or its question.
         is_right: whether declining is right.
-        notes: the answer in words, and the evidence for or against it.
+        notes: two sentences: the answer in words, and the evidence for or against it.
     """
 
     reason: str
@@ -37,7 +36,7 @@ class _Declining(NamedTuple):
 def read_declining(task: Task, text: str, notation: PlanNotation) -> _Declining | None:
     """Read an answer that declines a task.
 
-    Return None for another answer, or if the task allows no declining.
+    Return None if the answer does not decline, or if the task allows no declining.
     """
     match task.special:
         case Impossible(missing):
@@ -63,7 +62,7 @@ def write_right_declining(task: Task, notation: PlanNotation) -> str | None:
 
 
 def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
-    """Return the command that refuses an impossible task with its missing facts; None if it has a plan."""
+    """Return the command that refuses an impossible task by its missing facts, or None for other tasks."""
     match task.special:
         case Impossible(missing) if missing:
             return notation.encode_names(f"{REFUSE}({', '.join(missing)})")
@@ -71,7 +70,7 @@ def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
 
 
 def list_declining_commands(task: Task) -> list[str]:
-    """Return the command that declines a task, as a list; an empty list if the task allows no declining."""
+    """Return a list with the command that declines a task; an empty list if the task allows no declining."""
     words = {Impossible: REFUSE, Ambiguous: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
@@ -103,7 +102,7 @@ def read_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
 
 
 def is_question(command: str) -> bool:
-    """Whether a command is a question, such as ``ASK(which one?)``."""
+    """Whether an agent's command is a question, such as ``ASK(which one?)``."""
     return _begins_with(ASK, command)
 
 

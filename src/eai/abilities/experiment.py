@@ -1,4 +1,4 @@
-"""Experiments: the choices that distinguish a run from plain questions, and the label of the run."""
+"""Experiments: the settings that distinguish a run from plain questions, and the label of the run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 
 SEPARATOR = "+"
-"""Separator of the parts of a name or a label."""
+"""Separator of the parts of a run's name or label."""
 
 RULES_SEPARATOR = "_"
 """Separator of the rules in `Experiment.rules`."""
@@ -30,15 +30,15 @@ _DEFAULT_POSITION = 50
 
 @dataclass(frozen=True, slots=True)
 class StudyChoice:
-    """The options of a run in one study. All records of the run hold it.
+    """The options of a run that belong to one study. They are in all records of the run.
 
     Attributes:
         label: a short text that is unique among the choices of the study. It is part of the name of the run's
             folder.
         options: the options of the study by name, as JSON.
-        summary: what the study reports on one answer, by name; empty in the choice of a run.
-        label_position: position of the study in a label of several studies; smaller numbers come first. Files
-            do not hold it: they list the studies in order.
+        summary: values that the study reports on one answer, by name; empty if the choice describes a run.
+        label_position: rank of the study in labels that name several studies; smaller numbers come first.
+            Files list the studies in this order instead of holding the number.
 
     Raises:
         InputError: the label cannot be the name of a folder.
@@ -58,7 +58,7 @@ class StudyChoice:
         return hash(self.label)
 
     def combine(self, study: str, other: StudyChoice) -> StudyChoice:
-        """Return a choice with the options and labels of both.
+        """Return a choice with the options of both choices, and with both labels.
 
         Raises:
             InputError: the two choices have different values of one option.
@@ -82,7 +82,7 @@ def make_name_choice(
 
 
 def name_label(kind: str, name: str) -> str:
-    """Return the part ``kind-name`` of a label.
+    """Return ``kind-name``, the part of a label that names an option's value.
 
     Raises:
         InputError: the name cannot be part of a file's name.
@@ -92,7 +92,7 @@ def name_label(kind: str, name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """The choices that distinguish a run from plain questions in a world where every action works.
+    """The settings that distinguish a run from plain questions in a world where every action works.
 
     All records of a run have the same experiment; the experiment of a plain run is None.
 
@@ -122,14 +122,14 @@ class Experiment:
 
     @property
     def is_plain(self) -> bool:
-        """Whether harness and effort are the only choices, so that the run is ranked with plain runs."""
+        """Whether only harness and effort are set, so that the run is ranked with plain runs."""
         return not self.study and self.rules is None
 
     def combine(self, other: Experiment) -> Experiment:
-        """Return an experiment with the choices of both.
+        """Return an experiment with the settings of both experiments.
 
         Raises:
-            InputError: the two experiments have different values of one option.
+            InputError: the two experiments have different values of one setting.
         """
         for name, value in self.agent_settings.items():
             if other.agent_settings.get(name, value) != value:
@@ -143,7 +143,7 @@ class Experiment:
         return self.replace_choices(replace(other, study=study))
 
     def replace_choices(self, other: Experiment) -> Experiment:
-        """Return this experiment with the choices of another experiment. The other's values win."""
+        """Return this experiment with its choices replaced by those of another experiment."""
         study = {**self.study}
         for name, choice in other.study.items():
             study[name] = (

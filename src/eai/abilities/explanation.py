@@ -1,7 +1,7 @@
 """Explanations: the outcome of an answer step by step, in words, for people and for reports.
 
-A `Statement` holds an atom, an action or a step as a value beside its text. `find_near_misses` lists the
-facts that an answer made true instead of a missed goal. `eai.abilities.reports` makes explanations.
+A `Statement` is an atom, an action or a step as a value, in addition to its text. `find_near_misses` lists
+the facts that an answer made true instead of a missed goal. `eai.abilities.reports` makes explanations.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Statement(NamedTuple):
 
 
 def read_statement(text: str) -> Statement:
-    """Read an atom from its text. A text of another form becomes a name without arguments."""
+    """Read an atom from its text. A text without the form of an atom becomes a name without arguments."""
     positive = not text.startswith(_NOT)
     name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
     if not opened or not rest.endswith(")"):
@@ -45,10 +45,10 @@ def read_statement(text: str) -> Statement:
 
 
 SLIP = FaultKind.SLIP.value
-"""Outcome of a step that was possible, but had no effect."""
+"""Outcome of a step that was possible, but had no effect because it slipped."""
 
 SLIPPED = "it was possible, but it did not work"
-"""Reason of a step that slipped."""
+"""Text of the reason why a step that slipped had no effect."""
 
 
 EXECUTED = "executed"
@@ -62,14 +62,14 @@ class StepReport:
     Attributes:
         action: the ground action as text.
         outcome: `EXECUTED`, the kind of the fault, or ``slip``.
-        reason: the failed check in words, or that the step slipped; otherwise empty. If an executed action
-            tries several things, the things that it leaves undone.
-        earlier: for a wrong order, the earlier step after which the missing condition held.
+        reason: the failed check in words, or that the step slipped; otherwise empty. An action may try
+            several effects; if it was executed, this text names the effects that it did not reach.
+        earlier: if the steps are in the wrong order, the earlier step after which the missing condition held.
         added: facts that became true.
         removed: facts that became false.
         hidden_changes: number of other visible facts that changed, about objects that do not matter to the
             task.
-        call: the action as a value.
+        call: the action as a `Statement`.
     """
 
     action: str
@@ -91,7 +91,7 @@ class GoalReport:
         goal: the goal as text.
         satisfied: whether the goal was reached.
         why: for a missed goal over time, the violated part and the moment of the violation.
-        predicates: predicates in the goal, each once; the actions of a goal of actions.
+        predicates: predicates in the goal, each once; or the actions, if the goal is about actions.
     """
 
     kind: str
@@ -109,8 +109,8 @@ class PartReport:
         part: the part as text.
         met_after: number of the step after which the part was first met, counted in the list of all steps; 0
             for the start, None if the part was not met.
-        missing: formulas of the first unmet part that never held; the complete part if its pieces held only
-            at different times.
+        missing: formulas in the first unmet part that never held; the complete part if each formula held,
+            but never all together.
         met_at: number of the action that met a part about an action, counted in the list of all steps.
     """
 
@@ -148,12 +148,12 @@ class Explanation:
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def statement(self, text: str) -> Statement:
-        """Return a stated or wanted goal as a value. An unknown text becomes a name without arguments."""
+        """Return the value of a goal's text. If the text is unknown, it becomes a name without arguments."""
         return (self.atoms or {}).get(text, Statement(text, None))
 
 
 def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
-    """Return a note on each repair that reading the answer needed."""
+    """Return a sentence on each repair of the text that was needed to read the answer."""
     return tuple(f"read with repair: {repair}" for repair in repairs)
 
 
@@ -161,7 +161,7 @@ _NAME = re.compile(r"([^\s(),]+)\(")
 
 
 def find_names(goal: str) -> tuple[str, ...]:
-    """Return the names of the predicates in a goal's text, each once; for a goal of actions, the actions."""
+    """Return the names of the predicates or the actions in a goal's text, each once."""
     return tuple(dict.fromkeys(_NAME.findall(goal))) or tuple(goal.split(" or "))
 
 
@@ -172,7 +172,7 @@ MAX_NEAR_MISSES = 2
 
 
 def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
-    """Return by missed goal its near misses: facts that the answer made true instead of the goal, as texts.
+    """Map each missed goal to its near misses: facts that the answer made true instead of the goal, as texts.
 
     A near miss became true and stayed true. It is one of the following: another relation of the same objects
     in the same order; a state of the same object that ended the wanted state; or the wanted relation of the
@@ -197,7 +197,7 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
 def _find_changes(
     steps: Iterable[StepReport],
 ) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
-    """Return the facts that became true and stayed true, and for each of them the facts that ended with it.
+    """Return the facts that became true and stayed true, and a mapping from each to the facts that it ended.
 
     A fact that holds in both directions at the end is left out of the first result.
     """
@@ -222,7 +222,7 @@ def _is_near(wanted: _FactWords, fact: _FactWords, ended: Mapping[_FactWords, fr
 
 
 def _parts(text: str) -> tuple[str, ...] | None:
-    """Split ``INSIDE(soap.1002, cup.1003)`` into its words; return None for a text of another form."""
+    """Split ``INSIDE(soap.1002, cup.1003)`` into predicate and objects; return None if the form differs."""
     name, bracket, rest = text.partition("(")
     if not bracket or not rest.endswith(")") or not name.isidentifier() or "(" in rest:
         return None

@@ -1,4 +1,4 @@
-"""Feedback on failed attempts: the next question to a model, written with templates.
+"""Feedback on failed attempts: the next question to a model, written from templates.
 
 `eai.abilities.attempt_options.FeedbackLevel` lists the levels of feedback. The folder ``templates/feedback``
 has a template for each kind of error.
@@ -25,7 +25,7 @@ from eai.tasks.wording import Wording
 from eai.world.fault import NOT_EXECUTED, FaultKind
 
 REASONS = "What went wrong in attempt"
-"""Text before the reasons why an attempt failed. The built-in model that follows feedback looks for it."""
+"""Beginning of a list of reasons for a failure. A built-in model recognizes feedback by this text."""
 
 _FOLDER = "feedback"
 
@@ -33,9 +33,9 @@ Restate: TypeAlias = Callable[[Belief], Prompt]
 """Function that makes the question about a task from a belief about its present state."""
 
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[Belief, Mapping[str, str]]]
-"""Function that perceives the scene of a task before an attempt, given the attempt's number.
+"""Function that perceives the scene of a task before the attempt with a given number.
 
-It returns a belief and the metadata of the question.
+It returns the belief about the scene, and metadata for the record of the question.
 """
 
 
@@ -45,11 +45,11 @@ class QuestionWriter:
 
     Attributes:
         prompt_of: returns the question of the first attempt, by task id.
-        wording: the names of facts.
-        restate: makes the question about a task that has changed. None if questions cannot be rendered again;
+        wording: the names of predicates and objects in questions.
+        restate: makes the question about a task in its present state. None if questions cannot be made again;
             the present state is then added to the first question.
         templates: the templates of feedback.
-        perceive: perceives a scene that has changed; None if the true scene is described.
+        perceive: perceives the present scene; None if questions describe the true scene.
     """
 
     prompt_of: Callable[[str], Prompt]
@@ -59,7 +59,7 @@ class QuestionWriter:
     perceive: ScenePerception | None = None
 
     def describe_scene(self, trial: Trial) -> Mapping[str, str]:
-        """Return metadata about the scene in the next question; nothing if the scene has not changed."""
+        """Return metadata about the scene in the next question, or an empty mapping if it is unchanged."""
         return (
             self._perceive_scene(trial)[1]
             if self.perceive is not None and _tells_present_world(trial)
@@ -67,7 +67,7 @@ class QuestionWriter:
         )
 
     def write_question(self, trial: Trial) -> Prompt:
-        """Return the next question."""
+        """Return the question of the next attempt."""
         prompt, chosen = self.prompt_of(trial.task.id), trial.options
         if not trial.attempts or chosen.feedback == "none":
             return prompt
@@ -81,7 +81,7 @@ class QuestionWriter:
         return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [feedback])]))
 
     def _write_conversation(self, prompt: Prompt, trial: Trial) -> Prompt:
-        """Return the first question with all answers and replies.
+        """Return the first question, followed by all answers and the replies to them.
 
         Only the last reply describes the present state.
         """
@@ -125,7 +125,7 @@ class QuestionWriter:
     def _list_reasons(
         self, attempt: Attempt, goals: Sequence[GoalReport], chosen: AttemptOptions
     ) -> Iterator[str]:
-        """Yield reasons why an attempt failed: the steps that were not executed, and the missed goals."""
+        """Yield the reasons why an attempt failed: the steps that were not executed, and the missed goals."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
         explains = chosen.feedback == "explained"
         for number, step in enumerate(explanation.steps):
@@ -160,7 +160,7 @@ class QuestionWriter:
         return self._fill("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
 
     def _describe_world(self, trial: Trial) -> str:
-        """Return the state of the world, and the actions that a plan must still take."""
+        """Describe the present state of the world, and the actions that a plan must still contain."""
         belief = self._perceive_scene(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.goals_of(GoalKind.ACTION)]
         state = initial_text(self.wording, belief)
@@ -169,7 +169,7 @@ class QuestionWriter:
         return self._fill("now_actions", state=state, actions="\n".join(actions))
 
     def _perceive_scene(self, trial: Trial) -> tuple[Belief, Mapping[str, str]]:
-        """Return the belief about the rest of a task, and the metadata of a question that states it."""
+        """Return the belief about the scene and the remaining goals, and metadata of the next question."""
         if self.perceive is None:
             return Belief(trial.remaining), {}
         return self.perceive(trial.remaining, len(trial.attempts) + 1)

@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 
 
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:
-    """Return the contributions of one plan to each rate, by its verdict or its `SummaryCounts`."""
+    """Return what one plan adds to each rate.
+
+    If the verdict has `SummaryCounts`, they are used.
+    """
     counted = verdict.counted
     return {
         "task_success": share_of_one(verdict.success if counted is None else counted.success),
@@ -48,7 +51,10 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
 
 
 def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
-    """Return the words for objects in answers, and the maker of the answer's schema; None if unknown."""
+    """Return the words for objects in answers, and the function that makes the answer's JSON schema.
+
+    Without a task no words are returned. A task that may be declined has no schema.
+    """
     if task is not None and task.may_be_declined:
         return world.notation.plans.words(task), lambda words: None
     words = () if task is None else world.notation.plans.words(task)

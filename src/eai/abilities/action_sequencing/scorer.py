@@ -31,15 +31,15 @@ _MAX_CACHED_STEPS = 1000
 """Maximum number of different steps of a task whose actions are cached."""
 
 _MAX_CACHED_OUTCOMES = 200
-"""Maximum number of steps whose outcomes are cached for a task: a state takes up to 2 kB."""
+"""Maximum number of steps whose outcomes are cached for a task. The state after a step takes up to 2 kB."""
 
 
 class ActionSequencing(PlanScorer):
     """The scorer of the plans for one task.
 
-    The whole plan is tested before any step is executed: whether it can be read, then all names, then all
-    numbers of objects. A plan succeeds if it runs to its end and reaches all goals. A plan that never runs
-    reaches no goal.
+    The whole plan is tested before any step is executed: first whether it can be read, then whether all names
+    are known, then whether each action has the right number of objects. A plan succeeds if it runs to its end
+    and reaches all goals. A plan that never runs reaches no goal.
 
     Args:
         task: the task.
@@ -69,7 +69,7 @@ class ActionSequencing(PlanScorer):
 
     @property
     def _is_plain(self) -> bool:
-        """Whether plans run and goals are tested by the standard rules, as the search for repairs assumes."""
+        """Whether the standard rules execute plans and test goals, as the search for repairs assumes."""
         if self.domain.begin is not begin_as_declared:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
@@ -108,11 +108,13 @@ class ActionSequencing(PlanScorer):
         return PlanRepairer(self.task, self.domain, self.notation)
 
     def assess_execution(self, text: str, execute: PlanExecutor) -> Assessment:
-        """Return the verdict on a plan. The explanation executes plans for excluded tasks as well.
+        """Return the verdict on a plan.
+
+        The explanation executes the plan even if the task is excluded from scoring.
 
         Args:
             text: the answer.
-            execute: executes the plan. It is called at most once for the verdict.
+            execute: executes the plan. The verdict calls it at most once.
         """
         if self.excluded is None:
             return self._assess(text, execute)
@@ -120,7 +122,7 @@ class ActionSequencing(PlanScorer):
         return Assessment(left_out, lambda: self._assess(text, execute).explain())
 
     def _assess(self, text: str, execute: PlanExecutor) -> Assessment:
-        """Return the assessment of an answer, even if the task is excluded."""
+        """Return the assessment of an answer, even if the task is excluded from scoring."""
         declined = read_declining(self.task, text, self.notation)
         if declined is not None:
             return self._assess_declining(*declined)
@@ -150,11 +152,11 @@ class ActionSequencing(PlanScorer):
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """Return the plan as ground actions, or its first grammar error.
 
-        Unknown names come before wrong arities.
+        Unknown names are reported before wrong numbers of arguments.
         """
         if len(self._known) > _MAX_CACHED_STEPS:
             self._known = {}
-        known = self._known  # another thread may replace the attribute
+        known = self._known  # a local variable, since another thread may replace the attribute
         try:
             new = tuple([step for step in plan.steps if step not in known])
         except TypeError:  # a step with a list of objects is not hashable
@@ -234,7 +236,7 @@ class ActionSequencing(PlanScorer):
         refused: str | None = None,
         partial: Share | None = None,
     ) -> PlanVerdict:
-        """Return the verdict from the goals that the answer reaches. Without `partial` the plan never ran."""
+        """Return the verdict for the given reached goals. Without `partial` the plan was not executed."""
         return PlanVerdict(
             executable=error is None and refused is None,
             success=success,

@@ -256,7 +256,7 @@ class _UniformCostSearch:
                     yield Node(way.state, met, depth, node, way.plan())
 
     def _find_approach(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
-        """Return the shortest movement after which an action is possible; None if no short one helps."""
+        """Return the shortest movement that makes an action possible; None if no short movement does."""
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
