@@ -269,8 +269,8 @@ class _AnswerText(Generic[T]):
     def _read_values(self) -> list[_ReadValue[T]] | Unreadable:
         """Read all bracketed values that have the form.
 
-        A part that cannot be read makes the answer unreadable, unless it is a draft. A draft is a closed part
-        before a value that is a whole answer.
+        A part that cannot be read makes the answer unreadable, unless it is a draft. A draft is closed, and a
+        complete answer follows it.
         """
         values: list[_ReadValue[T]] = []
         error: Unreadable | None = None

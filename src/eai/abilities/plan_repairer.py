@@ -21,10 +21,10 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
 _KIND_RANKS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
-"""Rank of each kind of edit. Of equally good edits, the edit whose kind has the lowest rank is reported."""
+"""Rank of each kind of edit. If several edits are equally good, the kind with the lowest rank is reported."""
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
-"""Maximum number of steps that the search for a plan's closeness may try, per plan step and in all."""
+"""Maximum number of steps that the search for a plan's closeness may try, per step of the plan and in all."""
 
 _MAX_CACHED_PLANS = 10_000
 """Maximum number of plans for a task whose closeness is cached."""
@@ -37,7 +37,7 @@ class PlanRepairer:
 
     Args:
         task: the task.
-        domain: the world.
+        domain: the domain in which plans are executed.
         notation: the notation of plans.
     """
 
@@ -49,7 +49,7 @@ class PlanRepairer:
         self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_closeness)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
-        """Return the steps of a plan as actions; None for a step that names no action on known objects."""
+        """Return the steps of a plan as actions, with None for steps with unknown names."""
         return tuple(map(self._step, plan.steps))
 
     def _step(self, step: WrittenStep) -> Action | None:
@@ -95,14 +95,14 @@ class PlanRepairer:
         return None
 
     def closeness(self, steps: PlanSteps) -> float | None:
-        """Return the closeness of steps to success: 1 - d / n for d edits, 0 for more than n edits.
+        """Return the closeness of steps to success: 1 - d / n if d edits are needed, 0 for more than n edits.
 
-        Every plan of the task has at least n steps, so an empty plan has closeness 0. The upper bound of d
-        counts, so that a search that runs out of effort never pays. The effort grows with the number of the
-        steps plus n. Inserted steps are about the task's objects.
+        Every plan of the task has at least n steps, so an empty plan has closeness 0. If the
+        search knows only bounds of d, the upper bound counts, so that stopping early never raises closeness.
+        The effort grows with the number of steps plus n. Inserted steps use only objects of the task.
 
         Args:
-            steps: the steps; None for a step that means nothing.
+            steps: the steps; None for a step without a meaning.
 
         Returns:
             The closeness, from 0 to 1, or None if it is unknown.
@@ -112,7 +112,7 @@ class PlanRepairer:
         number = len(steps) + self._min_steps
         effort = min(
             _MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length()
-        )  # few different limits, since each starts a search
+        )  # powers of two, since each different limit starts another search
         return self._cached_closeness(tuple(steps), effort)
 
     def _compute_closeness(self, steps: PlanSteps, limit: int) -> float:
@@ -125,11 +125,11 @@ class PlanRepairer:
 
     @cached_property
     def _min_steps(self) -> int:
-        """The proved lower bound of the number of steps of all plans for the task."""
+        """A proved lower bound: every plan for the task has at least this number of steps."""
         return self._make_repairer(()).find_min_steps(Effort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
-        """Return a repairer whose steps may use the objects of some steps, and the objects of the task."""
+        """Return a repairer. Its edits may use the task's objects and the objects in the given steps."""
         named = [index for step in steps if step is not None for index in step.arguments]
         return _get_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
@@ -154,7 +154,7 @@ class PlanRepairer:
                 if edit.removed is not None and steps[edit.removed] is None and action
                 else _KIND_RANKS[kind]
             )
-            if edit.removed in needless and edit.action is not None:  # deleting the step is enough
+            if edit.removed in needless and edit.action is not None:  # deletion alone is enough
                 cost = len(EDIT_KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (
@@ -227,7 +227,7 @@ def _get_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
 
 
 def _distance_class(step: int, shown: int | None, end: int) -> int:
-    """Return the position of an edit: 0 at the failure, 1 before it, 2 after it."""
+    """Return where an edit is: 0 at the failed step, 1 before that step, 2 after that step."""
     if shown is None or step == shown:
         return 0
     return 1 if step < shown or shown == end else 2

@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 
 _NAMES: dict[tuple[type[_RegisteredName], str], _RegisteredName] = {}
-"""Cache of the name objects, so that each name has one value."""
+"""Cache of name objects, so that there is only one object for each name."""
 
 
 class _RegisteredName(str):
-    """The name of something that a distribution registers, as records, files and options write it.
+    """The name of a registered ability or protocol, as records, files and options write it.
 
-    There is one value for each name, so that names can be compared by identity.
+    There is only one object for each name, so that names can be compared by identity.
     """
 
     __slots__ = ()
 
     def __new__(cls, name: str) -> Self:
-        """Return the only value for a name. The name need not be registered."""
+        """Return the only object for a name. The name need not be registered."""
         value = _NAMES.setdefault((cls, name), super().__new__(cls, name))
         return cast(Self, value)
 
@@ -42,15 +42,15 @@ class _RegisteredName(str):
 
     @classmethod
     def list_names(cls) -> Collection[Self]:
-        """Return the known names of this class."""
+        """Return the registered names of this class."""
         raise NotImplementedError
 
     @classmethod
     def from_name(cls, name: str) -> Self:
-        """Return the known ability or protocol with a name.
+        """Return the registered ability or protocol with a name.
 
         Raises:
-            InputError: the name is not known.
+            InputError: the name is not registered.
         """
         if name not in cls.list_names():
             raise unknown_name_error(name, cls.__name__.lower(), cls.list_names())
@@ -58,7 +58,7 @@ class _RegisteredName(str):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: object, handler: object) -> CoreSchema:
-        """Return the schema by which pydantic reads a known name."""
+        """Return the schema by which pydantic reads a registered name."""
         from pydantic_core import PydanticCustomError, core_schema
 
         @cache
@@ -74,9 +74,9 @@ class _RegisteredName(str):
 class Protocol(_RegisteredName):
     """The name of a versioned set of rules for scoring.
 
-    `STRICT` follows the paper and corrects the defects of its reference package. Others are found by entry
-    points of the group ``eai.protocols`` (`eai.benchmarks.protocols`). ``eai-1.0.5`` reproduces the verdicts
-    of that package, release 1.0.5, with its defects.
+    `STRICT` follows the paper and corrects the defects of its reference package. Other protocols are
+    registered by entry points of the group ``eai.protocols`` (`eai.benchmarks.protocols`). ``eai-1.0.5``
+    reproduces the verdicts of the paper's reference package, release 1.0.5, with its defects.
     """
 
     __slots__ = ()
@@ -95,7 +95,7 @@ class Protocol(_RegisteredName):
 Protocol.STRICT = Protocol("strict")
 
 DEFAULT_PROTOCOL = Protocol.STRICT
-"""Default rules for scoring."""
+"""Default protocol."""
 
 PROTOCOL_GROUP = "eai.protocols"
 """Group of the entry points that register protocols other than ``strict``."""
@@ -145,9 +145,9 @@ _ALL_PAPER_ABILITIES = (
 PAPER_ABILITIES = tuple(
     [ability for ability in _ALL_PAPER_ABILITIES if has_module(f"eai.abilities.{ability}.declaration")]
 )
-"""The four abilities of the paper in its order, without those whose folders are missing.
+"""The installed abilities among the paper's four, in the paper's order.
 
-Default of commands.
+Commands use these abilities by default.
 """
 
 SCENE_GRAPH = Ability("scene_graph")

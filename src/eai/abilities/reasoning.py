@@ -4,7 +4,7 @@ Models mark reasoning in different ways: tags such as ``<think>``, special token
 definition for scoring, runs and rewards:
 
 * text between an opening and a closing mark is reasoning;
-* text before a closing mark without an opening one is reasoning, since chat templates may write the opening
+* text before a closing mark without an opening mark is reasoning, since chat templates may write the opening
   mark into the prompt;
 * text after an opening mark that is never closed is reasoning, so that it holds no answer.
 """
@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # a tokenizer may have removed the special tokens of the analysis channel
+        r"\Aanalysis(?=[A-Z])",  # the analysis channel, if a tokenizer removed its special tokens
     ]
 )
 _CLOSING = "|".join(
@@ -41,17 +41,17 @@ _CLOSING = "|".join(
     ]
 )
 _GLUED = "assistantfinal"
-"""Closing mark of the channel that begins with a glued `analysis`."""
+"""Closing mark of a channel whose opening mark is the word `analysis` without a space after it."""
 _MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>{_GLUED})")
 _HINT = re.compile(r"<[/|]?\|?[A-Za-z]|\[/?THINK|◁|\Aanalysis[A-Z]")
 
 
 class _Thought(NamedTuple):
-    """A stretch of reasoning, as positions in the text.
+    """A continuous text of reasoning, and its positions in the output.
 
     Attributes:
-        start: position of its first character, marks included.
-        end: position after its last character, marks included.
+        start: position of its first character, which belongs to the opening mark if there is a mark.
+        end: position after its last character, closing mark included.
         text: the reasoning without its marks.
         is_finished: whether it has a closing mark.
     """
@@ -63,7 +63,7 @@ class _Thought(NamedTuple):
 
 
 def thoughts_in(text: str) -> tuple[_Thought, ...]:
-    """Return the stretches of reasoning in a text, in order and without overlap."""
+    """Return each continuous text of reasoning in an output, in order and without overlap."""
     if not _HINT.search(text):
         return ()
     thoughts: list[_Thought] = []
@@ -102,7 +102,7 @@ def blank_out(thoughts: Iterable[_Thought], text: str) -> str:
 
 
 def split_reasoning(text: str) -> tuple[str, str]:
-    """Return the answer in a model's output, and the reasoning without its marks; either may be empty."""
+    """Return the answer and the reasoning in a model's output, without marks. Either text may be empty."""
     thoughts = thoughts_in(text)
     if not thoughts:
         return text, ""

@@ -1,8 +1,8 @@
 """Repairs: the fewest edits that make an answer succeed, and their description in words.
 
 The distance of an answer from success is the minimum number of steps that must be inserted, deleted or
-replaced. Often several repairs have the fewest edits. The reported one is "a smallest edit", not the model's
-mistake. A single step is blamed only if every single edit is about it.
+replaced. Often several repairs have the fewest edits. The reported repair is one of them, and not necessarily
+the model's mistake. A step is blamed only if one edit is enough and each such edit concerns this step.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from typing import Literal, TypeAlias
 EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "step"]
 """Kind of an edit.
 
-A replacement has the kind of the change: an object, the hand, the action, or the complete step.
+A replacement is named after the changed text: an object, the hand, the action, or the complete step.
 
-``action`` keeps the last object. ``step`` is also the kind of a replaced part in an answer without steps.
+``action`` keeps the last object of the step. ``step`` is also the kind of an edit that replaces a part of an
+answer without steps.
 """
 
 EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")
-"""All kinds of edits. Of equally small edits the kind that comes first is reported."""
+"""All kinds of edits. If several edits are equally small, the kind that comes first is reported."""
 
 
 DEFAULT_EFFORT = 20_000
@@ -61,17 +62,17 @@ class Repair:
     Attributes:
         at_least: lower bound of the number of edits.
         at_most: number of edits of a known repair; None if no repair is known.
-        why_null: why nothing is known: ``unreadable``, ``unsolvable`` (no plan succeeds), ``over_time`` (the
-            task has a goal over time), ``order`` (in the domain a fault of a step depends on more than the
-            state).
+        why_null: why the distance is unknown: ``unreadable``, ``unsolvable`` (no plan succeeds),
+            ``over_time`` (the task has a goal over time), or ``order`` (in this domain the fault of a step
+            depends on more than the present state).
         edits: the edits of a smallest repair, in order; their number is ``at_most``.
-        ties: number of single edits that make the answer succeed, if the distance is one.
-        kinds: kinds of the single edits.
-        blame: common property of the single edits: ``step`` (all delete, replace or insert before one step),
-            ``interval`` (all insert one action, at different places), or ``several``; None at another
-            distance.
-        blamed: number of the step that all single edits concern, from 0, or of the first step of the
-            interval.
+        ties: if the distance is one, the number of different edits that are enough.
+        kinds: kinds of the edits in ``ties``.
+        blame: common property of the edits in ``ties``: ``step`` (all delete or replace the same step, or
+            insert before it), ``interval`` (all insert the same action, at different positions), or
+            ``several`` (no common property); None if the distance is not one.
+        blamed: number of the step that the edits in ``ties`` concern, from 0; for ``interval``, of the first
+            step before which the action can be inserted.
         effort: approximate number of steps that the search tried.
     """
 
@@ -87,7 +88,7 @@ class Repair:
 
     @property
     def distance(self) -> int | None:
-        """The number of edits if it is known exactly, else None."""
+        """The minimum number of edits; None if only bounds of this number are known."""
         return self.at_least if self.why_null is None and self.at_least == self.at_most else None
 
 
@@ -109,7 +110,7 @@ def repair_lines(repair: Repair) -> Iterator[str]:
 
 
 def _blame(repair: Repair) -> Iterator[str]:
-    """Yield the sentence that blames a step, if all single edits are about it."""
+    """Yield the sentence that blames a step, if all single edits concern this step."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
         where = f"step {repair.blamed + 1}"
@@ -119,7 +120,7 @@ def _blame(repair: Repair) -> Iterator[str]:
 
 
 def find_blame(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return the common property of sufficient single edits (`Repair.blame`), and the step in question."""
+    """Return the common property of sufficient single edits (`Repair.blame`), and their step."""
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:
         return "step", steps[0]

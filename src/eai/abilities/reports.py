@@ -1,4 +1,4 @@
-"""Make explanations: reports on the steps of a trajectory, on goals, and on parts of a temporal goal."""
+"""Make explanations: reports on the steps of a trajectory, on goals, and on the parts of a temporal goal."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from eai.world.state import Fact, Scene, State, compare_states
 
 
 def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
-    """Return a report on each step of a trajectory that was tried."""
+    """Return a report on each tried step of a trajectory."""
     focus = _Focus.from_task(task)
     reports = []
     carried_out: list[int] = []
@@ -48,13 +48,14 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
 
 @dataclass(frozen=True, slots=True)
 class _Focus:
-    """Selects the changes that a report shows. It hides relations of the agent to itself.
+    """Selects the changed facts that a report shows. It hides relations of the agent to itself.
 
     Attributes:
         scene: the scene of the task.
         predicates: the visible predicates.
         objects: the agent and the objects that matter to the task.
-        goals: the objects in its goals; all objects that matter to the task if goals quantify over a class.
+        goals: the objects in the task's goals; if goals quantify over a class, all objects that matter to the
+            task.
     """
 
     scene: Scene
@@ -83,10 +84,10 @@ class _Focus:
     def visible_texts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
         """Return the facts that the report on an action shows, as texts.
 
-        They are about relevant objects only.
+        These facts are about objects that matter to the task.
 
-        If a relation between two objects holds in both directions, both must be in goals or handled by the
-        action. An object that moves away was next to many objects.
+        If a relation holds in both directions, the fact is shown only if goals or the action name both
+        objects. Otherwise an object that moves would be reported with each of its many neighbours.
         """
         meant = frozenset({*self.goals, *handled})
         together = frozenset(facts)
@@ -121,7 +122,7 @@ def _report_executed(
 
 
 def _describe_undone(domain: Domain, action: Action, before: State, after: State) -> str:
-    """Describe what an action that tries several things leaves undone; empty for other actions."""
+    """Describe the effects that an action tried and did not reach; empty for an action with fixed effects."""
     operator = domain.compiled[action.operator]
     if not operator.tries:
         return ""
@@ -137,7 +138,7 @@ def _describe_undone(domain: Domain, action: Action, before: State, after: State
 
 
 def _fault_text(check: Check, domain: Domain, action: Action, state: State) -> str:
-    """Describe the fault of an action in a state, with the names of objects that the reason leaves out."""
+    """Describe the fault of an action in a state. Objects that the reason does not name are added."""
     reason = check.reason.format_map(argument_names(action, domain, state.scene))
     witnesses = witnesses_of(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
@@ -146,7 +147,7 @@ def _fault_text(check: Check, domain: Domain, action: Action, state: State) -> s
 def _describe_earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene) -> str:
     """Describe the moment at which the missing condition of an action held before.
 
-    ``carried_out`` has the numbers of the executed steps.
+    ``carried_out`` has the numbers of the executed steps, from 0.
     """
     if fault.kind is not FaultKind.WRONG_ORDER or fault.earlier is None:
         return ""
@@ -160,7 +161,7 @@ def _describe_earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequenc
 
 
 def to_statement(action: Action, scene: Scene) -> Statement:
-    """Return a ground action as a value."""
+    """Return a ground action as a `Statement`."""
     return Statement(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 
 
@@ -175,7 +176,7 @@ def fact_text(fact: Fact, scene: Scene) -> str:
 
 
 HIDDEN_HAZARD = "untold hazard"
-"""Kind of a goal that forbids a hazard and that prompts hide."""
+"""Kind of a goal that forbids a hazard and is not mentioned in prompts."""
 
 
 def report_goals(
@@ -183,7 +184,7 @@ def report_goals(
 ) -> tuple[GoalReport, ...]:
     """Return a report on each goal of a task.
 
-    Goals over time are judged by the trajectory, if there is one.
+    If there is a trajectory, the report on a goal over time describes the violation.
     """
     kinds = [goal.kind.value for goal in task.asked_goals]
     is_untold = isinstance(task.special, Hazards) and task.special.untold
@@ -224,7 +225,7 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
 
 
 def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
-    """Return a report on each part of a task's temporal goal, if any, with the names of the domain."""
+    """Return reports on the parts of a task's temporal goal, with the domain's names."""
     if goal is None:
         return ()
     evidence = explain(goal, to_trace(trajectory))

@@ -1,6 +1,6 @@
-"""Scorers of the answers to one task: an answer is read once for its verdict and its explanation.
+"""Scorers of the answers to one task. An answer is read only once for its verdict and its explanation.
 
-`error_report` translates the fault that ended an answer into an error of its verdict, for all abilities.
+`error_report` turns the fault that ended an answer into the error in its verdict, for all abilities.
 `assess_or_fail` fails an answer whose scorer raises an exception, so that all other answers are still scored.
 """
 
@@ -37,7 +37,7 @@ class Assessment(NamedTuple):
 
     Attributes:
         verdict: the verdict.
-        explain: returns the explanation in words. It is computed only on request.
+        explain: returns the explanation in words, which is computed only on request.
         analyze_failure: takes a maximum number of states and returns the verdict with the results of a
             search, such as a repair; None if there is no such analysis.
     """
@@ -52,7 +52,7 @@ class Scorer(ABC):
 
     @abstractmethod
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an answer with its explanation, at little more than the verdict's cost."""
+        """Return the verdict on an answer with its explanation. It takes little longer than the verdict."""
 
     def score(self, text: str) -> Verdict:
         """Return the verdict on an answer."""
@@ -61,7 +61,7 @@ class Scorer(ABC):
     def score_missing_answer(self) -> Verdict:
         """Return the verdict for a missing answer: all goals are missed, and no error is counted.
 
-        A task that is excluded for every answer is excluded here, too.
+        If a task is excluded for every answer, it is excluded here, too.
         """
         return self.score("").as_missing_answer()
 
@@ -75,7 +75,7 @@ class Scorer(ABC):
 
 
 class PlanScorer(Scorer):
-    """A scorer of plans. It can execute them in another world than the initial state of the task.
+    """A scorer of plans. It can also execute plans in a world that is not in the task's initial state.
 
     Attributes:
         task: the task.
@@ -91,11 +91,11 @@ class PlanScorer(Scorer):
 
     @abstractmethod
     def assess_execution(self, text: str, execute: PlanExecutor) -> Assessment:
-        """Return the verdict on a plan. The explanation executes plans for excluded tasks as well.
+        """Return the verdict on a plan. The explanation executes the plan even if the task is excluded.
 
         Args:
             text: the answer.
-            execute: executes the plan. It is called at most once for the verdict.
+            execute: executes the plan. The verdict calls it at most once.
         """
 
     @abstractmethod
@@ -106,7 +106,7 @@ class PlanScorer(Scorer):
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """Return the plan as ground actions, or its first grammar error.
 
-        Unknown names come before wrong arities.
+        Unknown names are reported before wrong numbers of arguments.
         """
 
     @abstractmethod
@@ -127,13 +127,13 @@ R = TypeVar("R")
 
 
 def assess_or_fail(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessment]) -> Assessment:
-    """Return an assessment. If the scorer raises an exception, the answer fails and reaches no goal.
+    """Return the assessment of an answer, which fails and reaches no goal if the scorer raises an exception.
 
-    Exceptions about other things than the answer are raised: missing data, missing packages and interrupts.
+    Exceptions that do not concern the answer are raised again: missing data, missing packages and interrupts.
 
     Args:
         scorer: the scorer.
-        empty: an empty verdict of the ability's class, for a scorer that always raises.
+        empty: an empty verdict of the ability's class, used if the scorer raises even for a missing answer.
         assess: assesses the answer.
     """
     try:
@@ -147,7 +147,7 @@ def assess_or_fail(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessme
 
 
 def exception_text(error: Exception) -> str:
-    """Return the type, the place and the message of an exception."""
+    """Return the type, the file and line, and the message of an exception, as text."""
     *_, frame = extract_tb(error.__traceback__)
     place = f"{PurePath(frame.filename).name}:{frame.lineno}"
     message = " ".join(str(error).split())[:_MAX_MESSAGE]
@@ -161,7 +161,7 @@ def _is_unrelated_to_answer(error: Exception) -> bool:
 def _fail(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
     try:
         verdict = scorer.score_missing_answer()
-    except Exception:  # the scorer raises for any answer
+    except Exception:  # the scorer raises even for a missing answer
         verdict = empty.as_missing_answer()
     reason = f"the scorer raised {exception_text(error)}"
     if verdict.excluded is None:
@@ -170,9 +170,9 @@ def _fail(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
 
 
 def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) -> R:
-    """Return the result of a function.
+    """Return the result of a function, or a default if it raises an exception.
 
-    If the function raises an exception, log a warning and return a default, so that the verdict stands.
+    An exception is logged as a warning. So a failed explanation does not change the verdict.
     """
     try:
         return compute(*arguments)
@@ -184,7 +184,7 @@ def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) 
 
 
 def error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
-    """Return the error of a verdict for the fault of an action.
+    """Return the error that a verdict reports for the fault of an action.
 
     Args:
         fault: the fault.

@@ -11,16 +11,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TaskFeatures:
-    """The features of a task that do not depend on the answer. Analyses compare success by them.
+    """The features of a task, which do not depend on the answer. Analyses compare success between features.
 
     Attributes:
-        name: the name of the task. Tasks with the same name are near copies of each other.
+        name: the name of the task. Tasks with the same name are almost equal.
         annotated_steps: number of steps of the data set's own plan; None if there is no plan.
         goals: number of goals.
-        hazards: names of the hazards that the last goals forbid (`eai.tasks.special.Hazards`).
+        hazards: names of the hazards that the task's last goals forbid (`eai.tasks.special.Hazards`).
         missing: the missing facts that make the goals unreachable; None if the task does not accept a
-            refusal.
-        fits: the objects that the instruction may mean; None if the task does not accept a question.
+            refusal as answer.
+        fits: the objects that the instruction may mean; None if the task does not accept a question as
+            answer.
     """
 
     name: str

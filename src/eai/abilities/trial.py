@@ -21,7 +21,7 @@ from eai.world.episode import Episode, Slip, SlipSampler
 
 
 class Trial:
-    """A task that is tried until an answer succeeds or no attempts are left.
+    """A task with several attempts: it ends when an answer succeeds or no attempts are left.
 
     All attempts share one sequence of random slips, so outcomes depend on the answers and the arguments only.
     The scorer holds the true task. An agent may see another task.
@@ -29,8 +29,8 @@ class Trial:
     Args:
         scorer: the scorer of the task.
         options: the number of attempts, the world and the feedback.
-        epoch: number of this repetition of the trial, from 1.
-        stated: the task with the goals that questions state instead of its own; None for its own goals.
+        epoch: number of this trial among the repetitions for the same task, from 1.
+        stated: the task with other goals, which questions state; None if they state the task's own goals.
 
     Attributes:
         attempts: the attempts so far.
@@ -63,7 +63,7 @@ class Trial:
 
     @property
     def is_over(self) -> bool:
-        """Whether no further attempt is made. An excluded task gets one attempt."""
+        """Whether the trial ended. A task that is excluded from scoring gets one attempt."""
         if not self.attempts:
             return False
         verdict = self.attempts[-1].verdict
@@ -72,12 +72,12 @@ class Trial:
 
     @property
     def executed_actions(self) -> tuple[Action, ...]:
-        """The actions that were executed in the world of the next attempt."""
+        """The actions executed so far in the world in which the next attempt begins."""
         return self.episode.trajectory.executed if self.options.world == "continue" else ()
 
     @property
     def remaining(self) -> Task:
-        """The task of the next attempt: the present state, and the stated goals that are still to reach."""
+        """The task of the next attempt: the present state, and the stated goals that are not reached yet."""
         stated = self._question_goals
         task = self.task if stated is None else self.task.replace_goals(stated.goals)
         if self.options.world == "restart":
@@ -119,11 +119,11 @@ class Trial:
         return attempt
 
     def start_episode(self) -> Episode:
-        """Return a new world in the initial state."""
+        """Return a new world in the task's initial state."""
         return Episode(self.scorer.domain, self.task.initial, self.slip_sampler)
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
-        """Execute a plan in the present world."""
+        """Execute a plan in the world of the present attempt."""
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
         until = self.is_goal_reached if self.options.until == "goal" else None
         ended = self.episode.run(actions, until)
@@ -163,8 +163,8 @@ class _QuestionGoals:
 
     Attributes:
         goals: the goals, in order.
-        known_task: the task with those goals that name only known things.
-        test: the test of the goals of that task.
+        known_task: the task with only the goals whose names are all known.
+        test: the test of the goals of `known_task`.
     """
 
     goals: tuple[Goal, ...]
@@ -178,7 +178,7 @@ class _QuestionGoals:
         return cls(stated.goals, true_world, GoalTest(true_world))
 
     def report(self, episode: Episode) -> list[GoalReport]:
-        """Return a report on each goal. A goal that names something unknown is never met."""
+        """Return a report on each goal. A goal with an unknown name is never met."""
         trajectory = episode.trajectory
         reached = self.test.find_reached(episode.state, _operator_names(trajectory.executed), trajectory)
         met = dict(zip(self.known_task.goals, reached, strict=True))

@@ -2,8 +2,8 @@
 
 Each ability has a class of verdicts in its own package. This module has what several abilities share, and
 `Unreadable`, the reason why an answer cannot be read. A `Share` is the contribution of an answer to a rate: a
-numerator and a denominator, which `eai.results` divides. A `Credit` holds what an answer may be paid for,
-from 0 to 1; `eai.results.reward` chooses among it.
+numerator and a denominator, which `eai.results` divides. A `Credit` holds the results for which a reward may
+pay; `eai.results.reward` chooses among them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
 ALL = "all"
-"""Key of the total in counts by kind. The total counts a goal or clause once, whatever kinds it has."""
+"""Key of the total in counts by kind. A goal or clause of several kinds counts once in the total."""
 
 
 class Confusion(NamedTuple):
@@ -45,7 +45,7 @@ class ErrorReport:
     Attributes:
         kind: kind of the error.
         step: number of the step or subgoal, from 0; None if the error concerns the whole answer.
-        detail: the reason in words.
+        detail: the reason for the error, in words.
         check: id of the failed check of the domain (`Check.id`) or of the failed test of names
             (``unknown_action`` or a value of `MisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
             unreadable answer.
@@ -60,13 +60,13 @@ class ErrorReport:
 
 
 UNREPLAYABLE = "unreplayable"
-"""Check that an episode fails if its observations differ from those of its replay."""
+"""Id of the check that an episode fails if its observations differ from those of its replay."""
 
 UNKNOWN_ACTION = "unknown_action"
-"""Test of names that an answer fails if it names an action that does not exist."""
+"""Id of the test that an answer fails if it names an action that does not exist."""
 
 RAISED = "raised"
-"""Check that an answer fails if its scorer raises an exception."""
+"""Id of the check that an answer fails if its scorer raises an exception."""
 
 
 class SpanKind(str, Enum):
@@ -103,16 +103,17 @@ class Credit:
     """The results of an answer that rewards may pay for.
 
     Attributes:
-        gain: share of the possible gain. For plans and subgoals it counts goals; for goal interpretations and
-            operators it is F1. From 0 to 1.
+        gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals; for
+            goal interpretations and operators it is F1.
         success: whether the whole answer is right. The gain is then 1.
         ended: whether an error ended the answer: its last action could not be executed, or it could not be
             read.
         faults: number of faults by kind; kinds without a fault are left out.
         added_actions: number of actions that a search added to execute subgoals. Rewards are divided by this
-            number plus one, so that the goal copied as a subgoal is not paid for the work of the search.
-        conditions: gain in partial success, from 0 to 1; None if it was not measured, or for answers that are
-            not executed.
+            number plus one, so that an answer that copies the goal as a subgoal is not paid for the work of
+            the search.
+        conditions: share of the possible gain in met conditions of goals, from 0 to 1; None if it was not
+            measured, or for answers that are not executed.
     """
 
     gain: float
@@ -141,14 +142,14 @@ def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | N
 def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> float:
     """Return the gain in conditions met, as a share of the possible gain.
 
-    All conditions of one option can be met although a goal is missed, for example if more than exactly two
-    cups are on the table. In this case, and if all conditions hold at the start, the gain in goals is
-    returned.
+    All conditions of an option can be met although a goal is missed: for example, if the goal is exactly two
+    cups on the table and there are three. In this case, and if all conditions hold at the start, the gain in
+    goals is returned.
 
     Args:
-        partial: number of conditions met at the end in the best option, and of all its conditions; 0 met if
-            nothing was executed.
-        at_start: the two numbers in the initial state.
+        partial: number of conditions met at the end in the option that is met best, and number of all its
+            conditions; none is met if nothing was executed.
+        at_start: these two numbers in the initial state.
         of_goals: gain in goals.
     """
     met, total = partial
@@ -186,7 +187,7 @@ def credit_parts(
         counts: numbers of right, wrong and missed parts.
         error: the error that ended the answer, if there is one.
         faults: number of other faults by kind.
-        meaningless: number of parts that mean nothing; they count as wrong.
+        meaningless: number of parts without a meaning, which count as wrong.
     """
     hit, extra, missed = counts
     if not hit + missed:
@@ -208,7 +209,7 @@ class Verdict:
     Attributes:
         excluded: why the task is left out of all statistics; None if it is scored.
         error: the error that ended the answer.
-        repairs: names of the repairs that reading made.
+        repairs: names of the repairs that were needed to read the answer.
         spans: parts of the answer's text and how each was treated, in order; empty if the protocol does not
             record them.
         repair: the fewest edits that make the answer right; None if they were not searched for.
@@ -221,7 +222,7 @@ class Verdict:
     repair: Repair | None = None
 
     def as_missing_answer(self) -> Self:
-        """Return this verdict on an empty answer as one on a missing answer, which fails without an error."""
+        """Turn this verdict on an empty answer into one on a missing answer, which fails without an error."""
         return replace(self, error=None)
 
     @property
@@ -242,17 +243,17 @@ class Verdict:
         raise NotImplementedError(f"{type(self).__name__} has no credit, so its answers cannot be paid")
 
     def is_action(self, step: int) -> bool:
-        """Whether an action was tried at a step of the explanation, by its number from 0."""
+        """Whether a step of the explanation, numbered from 0, is a tried action."""
         return True
 
     @property
     def planner_used(self) -> str | None:
-        """Name of the planner that judged the answer; None if there was none, and in older records."""
+        """Name of the planner that judged the answer; None without a planner and in older records."""
         return None
 
     @property
     def second_planner_outcome(self) -> str | None:
-        """Outcome of the second planner if the first one did not decide; None if the first one decided."""
+        """Outcome of the second planner; None if the first planner decided."""
         return None
 
 
@@ -262,8 +263,8 @@ class SummaryCounts:
 
     Attributes:
         success: whether the answer counts as a success.
-        goals: tallies of satisfied goals that count.
-        errors: number of errors that count, by kind; missing kinds count 0 times.
+        goals: satisfied and all goals that count, by kind.
+        errors: number of errors that count, by kind; a kind that is not listed counts 0 times.
     """
 
     success: bool
@@ -281,9 +282,9 @@ class PlanVerdict(Verdict):
         additional_steps: number of steps that were skipped because they were not needed.
         goals: satisfied goals by kind.
         goals_satisfied: for each goal of the task, in order, whether it is reached.
-        partial: number of conditions met, and of all conditions, in the option that is met best
+        partial: number of met conditions, and of all conditions, in the option of the goals that is met best
             (`eai.tasks.goal_test`); None in older records.
-        summary_counts: what the answer counts as in a summary; None if it counts as its verdict says.
+        summary_counts: the counts of the answer in a summary; None if they follow from the verdict.
         refused: the reason of an answer that calls the task impossible, or the question of an answer that
             asks.
     """
@@ -304,7 +305,7 @@ class PlanVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """The values by column: whether the plan ran, its additional steps, and its goals by kind."""
+        """Values of table columns: whether the plan ran to its end, additional steps, and goals by kind."""
         goals = {} if self.goals is None else self.goals._asdict()
         met = {f"{kind}_met": float(share.numerator) for kind, share in goals.items()}
         total = {f"{kind}_total": float(share.denominator) for kind, share in goals.items()}
@@ -371,14 +372,14 @@ class Unreadable:
 
 
 Shares: TypeAlias = Mapping[str, Share]
-"""Contributions of one answer, by metric."""
+"""Contributions of one answer to rates, by the name of the metric."""
 
 EMPTY_SHARE = Share(0, 0)
-"""Contribution of an answer to a rate that does not concern it."""
+"""Contribution of an answer to a rate that does not concern the answer: 0 of 0."""
 
 
 ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
-"""Contributions of a full success, and of a failure (`ZERO_SHARE`), to a share of all answers."""
+"""Contribution of a failure to a share of all answers; `FULL_SHARE` is that of a full success."""
 
 
 def share_of_one(counted: bool | float | None) -> Share:
@@ -389,7 +390,7 @@ def share_of_one(counted: bool | float | None) -> Share:
 
 
 def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
-    """Return the contributions of counts to precision, recall and F1. Each is a ratio of sums over answers.
+    """Return what one answer's counts add to precision, recall and F1, which are ratios of sums.
 
     F1 is ``2 TP / (2 TP + FP + FN)``, the harmonic mean of precision and recall.
     """
@@ -402,7 +403,7 @@ def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
 
 
 def add_confusions(confusions: Iterable[Confusion]) -> Confusion:
-    """Return the sum of confusion counts."""
+    """Return the sum of several counts of true positives, false positives and false negatives."""
     hits, extras, missed = 0, 0, 0
     for confusion in confusions:
         hits += confusion.true_positives

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 OVERALL = "overall"
-"""Prefix of the rates over all goals."""
+"""Prefix of the names of rates over all goals."""
 
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
@@ -38,11 +38,11 @@ _SCORES = score_columns(_PARTS)
 
 
 def contributions(verdict: GoalVerdict) -> dict[str, Share]:
-    """Return the contributions of one answer to each rate.
+    """Return what one answer adds to each rate.
 
     Three rates are not in the paper's tables. ``parsing`` is the share of unreadable answers. ``ill_formed``
-    and ``hallucination`` are the shares of predicted goals that lack a part, or name something that does not
-    exist. Precision and F1 leave these goals out.
+    and ``hallucination`` are the shares of predicted goals that are incomplete, or name something that does
+    not exist. Precision and F1 leave these goals out.
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}

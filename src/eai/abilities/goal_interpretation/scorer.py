@@ -3,9 +3,9 @@
 Ill-formed goals and goals with unknown names are left out first. They are counted separately, and are neither
 right nor wrong (paper, appendix "Goal Interpretation: State Goal, Relation Goal and Action Goal"). The other
 goals are compared with the goals of the task. A task's goal can have several options; the answer is compared
-with the option that it meets best. If several objects share one name, goals are matched up to renaming: a
-repeated goal matches two goals of the same form. Statements beyond the number of objects that they can mean
-are repetitions and do not count. An unreadable answer misses all goals of its task.
+with the option that has most stated conditions. If several objects have one name, a goal that occurs
+twice matches two goals about different objects with this name. More occurrences than there are such objects
+do not count. An unreadable answer misses all goals of its task.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class _SortedGoals(NamedTuple):
     """The goals of an answer, sorted by whether they can be compared.
 
     Attributes:
-        known: well-formed goals without an unknown name, each with the number of its statements.
-        unknown: other well-formed goals, each with its first unknown name.
+        known: well-formed goals without an unknown name, each with its number of occurrences.
+        unknown: well-formed goals with an unknown name, each with its first unknown name.
         ill_formed: ill-formed goals, each once.
     """
 
@@ -49,14 +49,16 @@ class _SortedGoals(NamedTuple):
 
 
 class _GoldGoals:
-    """The goals of a task. Conditions are numbered; sets of conditions are masks (bit i = condition i).
+    """The goals of a task, with numbered conditions.
+
+    A bit mask stands for a set of conditions: bit i for condition i.
 
     Attributes:
         goals: the goals, in order.
-        best: for each goal, a function that returns the option that an answer meets best.
+        best: for each goal, a function from the mask of stated conditions to the option with most of them.
         stated: for each condition, its statement in an answer, in canonical form.
-        mask_of: by statement, the conditions that it can mean.
-        of_kind: the conditions of each kind, by the name of the kind.
+        mask_of: mapping from a statement to the mask of the conditions that it can mean.
+        of_kind: mapping from the name of a kind to the mask of the conditions of this kind.
     """
 
     def __init__(self, alternatives: tuple[Alternatives, ...], lexicon: GoalLexicon) -> None:
@@ -70,16 +72,16 @@ class _GoldGoals:
         self.best = [best_overlap(goal.options, self._number_of) for goal in alternatives]
 
     def choose_options(self, stated: int) -> list[int]:
-        """Return for each goal the option with most stated conditions, as a mask; 0 if it has no option."""
+        """Return for each goal the mask of its option with most stated conditions; 0 if it has no option."""
         options = [best(stated) for best in self.best]
         return [0 if option is None else option.conditions for option in options]
 
     def conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
-        """Return the statements of a set of conditions."""
+        """Return the statements of the conditions in a mask."""
         return tuple([self.stated[number] for number in bits(mask)])
 
     def as_texts(self, mask: int) -> tuple[str, ...]:
-        """Return the conditions of a set as texts."""
+        """Return the conditions in a mask as texts."""
         return tuple([self._texts[number] for number in bits(mask)])
 
     def _number_of(self, literal: Literal) -> int:
@@ -96,7 +98,7 @@ class _GoldGoals:
 
 
 class GoalInterpretation(Scorer):
-    """The scorer of one task. Goals over time are left out, since answers cannot state them."""
+    """The scorer of answers to one task. Goals over time are left out, since answers cannot state them."""
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         self.task = task = task.without_goals_over_time
@@ -123,7 +125,7 @@ class GoalInterpretation(Scorer):
         return replace(self.judge(WrittenGoals(())), error=error, spans=goals.spans)
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
-        """Return the verdict on the goals of an answer."""
+        """Return the verdict on the goals that an answer states."""
         said, unknown, lacking = self._sort_goals(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
         wanted, matched = reduce(or_, self._choose_options(said), 0), 0
@@ -169,9 +171,9 @@ class GoalInterpretation(Scorer):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
-        """Return for each goal of the task whether the answer states it.
+        """Return a report on each goal of the task: whether the answer states the goal.
 
-        A statement counts for one condition only.
+        Each statement counts for only one condition.
         """
         left = self._sort_goals(goals).known
         options = self._choose_options(left)
@@ -210,7 +212,7 @@ class GoalInterpretation(Scorer):
         )
 
     def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """Return the goals of an answer that are right or wrong."""
+        """Return the goals of an answer that count as right or wrong."""
         return self._sort_goals(goals).known
 
     def _describe_partial_goals(self, goals: WrittenGoals) -> Iterator[str]:
@@ -246,13 +248,13 @@ class GoalInterpretation(Scorer):
 
 
 def ill_formed_texts(entries: Iterable[IllFormed]) -> Iterator[str]:
-    """Yield a line on each ill-formed entry, once. Long entries are cut off."""
+    """Yield a line of text on each ill-formed entry, once. Long entries are cut off."""
     for _, text in dict.fromkeys(entries):
         yield f"left out as ill-formed: {shorten(text, _MAX_ENTRY_CHARACTERS, placeholder=' ...')}"
 
 
 def wrong_goal_notes(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
-    """Return a note on each wrong goal of an answer, once, with the number of its statements.
+    """Return a sentence on each wrong goal of an answer, once, with its number of occurrences.
 
     Args:
         verdict: the verdict on the answer.

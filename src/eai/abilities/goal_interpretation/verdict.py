@@ -17,16 +17,17 @@ class GoalVerdict(Verdict):
 
     Attributes:
         counts: numbers of goals found, wrong and missed, by kind, and in total under ``all``. Ill-formed
-            goals and goals with unknown names are not counted as wrong (the reference counts some of them).
+            goals and goals with unknown names are not counted as wrong (the paper's reference package counts
+            some of them).
         predicted: number of goals that the answer states, including goals that are not counted.
-        ill_formed: number of ill-formed goals among them.
-        hallucinated: for each goal with an unknown name, the first such name.
+        ill_formed: number of ill-formed goals in the answer.
+        hallucinated: the first unknown name of each goal that has one.
         unknown_predicates: predicates that do not exist.
         matched: right goals as texts, each as often as it counts.
-        wrong: wrong goals as texts, each as often as it counts; entries that lack a part come first, as
+        wrong: wrong goals as texts, each as often as it counts. Incomplete entries come first, as they were
             written.
         missing: conditions of the task that the answer does not state, as texts.
-        aborts: whether the reference would end its whole run at this answer.
+        aborts: whether the paper's reference package would end its run with an exception at this answer.
     """
 
     counts: Mapping[str, Confusion] | None = None
@@ -41,12 +42,12 @@ class GoalVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """The values by column: the number of stated goals, and the numbers of goals that cannot count."""
+        """Values of table columns: the numbers of stated, of ill-formed and of hallucinated goals."""
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """Return the credit by F1.
+        """Return the credit, which is the F1 of the stated goals.
 
         Ill-formed goals and goals with unknown names count as wrong and as faults.
         """

@@ -1,1 +1,1 @@
-"""Notations of answers, which a benchmark chooses: abilities read them, built-in models write them."""
+"""Notations of answers. Each benchmark has one: abilities read it, built-in models write it."""

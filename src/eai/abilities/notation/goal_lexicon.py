@@ -1,8 +1,8 @@
-"""The vocabulary of answers to a task, the task's goals in it, and the meaning of stated goals.
+"""The vocabulary of answers to a task, the task's goals in this vocabulary, and the meaning of stated goals.
 
-The goals of an answer to goal interpretation can be used as the task's goals (`read_stated_goals`). They are
-read as goal interpretation reads them, and connectives and quantifiers are understood, too, if the notation
-has them. A well-formed goal is kept even if it is wrong, and an unknown name stays in it as written.
+`read_stated_goals` returns the goals of an answer to goal interpretation for use as the task's goals. It
+reads answers as goal interpretation does, and also connectives and quantifiers if the notation has them. A
+well-formed goal is kept even if it is wrong, and its unknown names stay as written.
 Ill-formed goals are left out. An unreadable answer states no goals.
 """
 
@@ -30,7 +30,7 @@ class GoalLexicon:
 
     Attributes:
         words: the predicates as answers spell them.
-        actions: the actions.
+        actions: names of the actions.
         objects: names of objects, and the number of objects with each name.
     """
 
@@ -48,7 +48,7 @@ class GoalLexicon:
         self._arity = dict(self.words)
 
     def classify(self, goal: WrittenGoal) -> GoalKind:
-        """Return the kind of a goal, by the arity of a known predicate or else by the number of objects."""
+        """Return the kind of a goal by its predicate's arity, or else by its number of objects."""
         if goal.is_action:
             return GoalKind.ACTION
         arity = len(goal.names)
@@ -57,17 +57,17 @@ class GoalLexicon:
         return GoalKind.STATE if arity < 2 else GoalKind.RELATION
 
     def is_well_formed(self, goal: WrittenGoal) -> bool:
-        """Whether a goal has as many objects as its predicate; one or two if the predicate is unknown."""
+        """Whether a goal has as many objects as its predicate takes; one or two for an unknown predicate."""
         if goal.is_action or (goal.predicate, len(goal.names)) in self.words:
             return True
         return goal.predicate not in self._arity and 0 < len(goal.names) < 3
 
     def has_predicate(self, goal: WrittenGoal) -> bool:
-        """Whether the predicate of a goal exists, with any number of objects."""
+        """Whether the predicate of a goal exists. The number of objects does not matter."""
         return goal.is_action or goal.predicate in self._arity
 
     def find_unknown_name(self, goal: WrittenGoal) -> str | None:
-        """Return the first unknown name in a goal (objects come before the predicate), or None."""
+        """Return the first unknown name in a goal, or None. Objects are checked before the predicate."""
         for name in goal.names:
             if name not in self.objects:
                 return name
@@ -80,19 +80,19 @@ class GoalLexicon:
         return prod([self.objects[name] for name in goal.names])
 
     def canonicalize(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return a canonical goal: goals with equal meanings have one canonical form."""
+        """Return the canonical form of a goal, which is the same for all goals with the same meaning."""
         if goal.predicate in self._symmetric:
             return goal._replace(names=tuple(sorted(goal.names)))
         return goal
 
     def use_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return a goal with the names of objects in answers instead of their names in the scene."""
+        """Return a goal whose objects have their names in answers instead of their names in the scene."""
         if all(name in self.objects for name in goal.names):
             return goal
         return goal._replace(names=tuple(map(self._answer_name, goal.names)))
 
     def _answer_name(self, name: str) -> str:
-        """Return the name in answers of an object that is named as in the scene."""
+        """Return an object's name in answers, given its name in the scene."""
         in_scene = name if name in self._name_of else "_".join(name.rsplit(".", 1))
         return name if name in self.objects else self._name_of.get(in_scene, name)
 
@@ -119,7 +119,7 @@ def _object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
 
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
-    """Return the parts of a right answer: the first option of each goal about the final state."""
+    """Return a right answer as written goals: the first option of each goal about the final state."""
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
     options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
@@ -136,7 +136,7 @@ class _StatedGoals:
         meaningful: the goals without an unknown name, in order.
         unknown: the unknown names, each once: predicates, actions, objects.
         left_out: the ill-formed entries of the answer, as texts.
-        unreadable: why the answer cannot be read; None if it can.
+        unreadable: why the answer cannot be read; None if it was read.
     """
 
     goals: tuple[Goal, ...]
@@ -165,8 +165,9 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
 class _AnswerMeaning:
     """The meaning of the words of an answer in a task.
 
-    A name of several objects means the last of them, as in a plan without object numbers. If a goal is
-    repeated, each repetition means the object before, as in the counts of goal interpretation.
+    An ambiguous name means the last object with this name, as in plans without object numbers. If
+    an answer repeats a goal, each repetition means the object before, as in the counts of goal
+    interpretation.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -179,7 +180,7 @@ class _AnswerMeaning:
         self._times: Counter[WrittenGoal] = Counter()
 
     def formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
-        """Return the meaning of a goal inside quantifiers that bind some names; None if it is ill-formed."""
+        """Return a goal as a formula, in which quantifiers bind some names; None if it is ill-formed."""
         if not self._lexicon.is_well_formed(said):
             return None
         terms = tuple([to_term(name, variables) for name in self._objects(said, variables)])
@@ -199,10 +200,10 @@ class _AnswerMeaning:
         yield from (name for name in object_names(formula) if name not in self._known)
 
     def _objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
-        """Return the objects that a goal means. An unknown name is kept."""
+        """Return the names of the objects that a goal means. An unknown name is kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])
-        if len(first) > 2:  # for three or more objects, only the first reading is tried
+        if len(first) > 2:  # goals about three or more objects always mean the first object of each name
             return first
         meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
         self._times[said] += 1

@@ -1,10 +1,10 @@
 """Notations of goals: how answers to goal interpretation state goals, in a benchmark or by default.
 
-The names in a written goal need not mean anything.
+The names in a goal as written may be unknown.
 
 Prompts ask for literals. Some answers nest conditions as JSON lists with the words of BDDL: ``["forall",
-["jar", "-", "jar"], ["not", ["open", "jar"]]]``. The parts of a connective may stand in a list of their own,
-and a variable may be only its category.
+["jar", "-", "jar"], ["not", ["open", "jar"]]]``. The operands of a connective may stand in a list of their
+own, and a variable may be given only by its category.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
 LiteralReader: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]
-"""Function that returns the meaning of an entry without connectives, inside quantifiers that bind some names.
+"""Function that returns the formula for an entry without connectives. Its other argument has the bound names.
 
 It returns None if the entry is not a literal.
 """
@@ -38,7 +38,7 @@ It returns None if the entry is not a literal.
 def read_nested(
     entry: object, literal: LiteralReader, variables: frozenset[str] = frozenset()
 ) -> f.Formula | None:
-    """Return the meaning of a nested entry, or None if a part of it is not a condition."""
+    """Return the formula for a nested entry, or None if a part of the entry is not a condition."""
 
     def read(part: object, *bound: f.Variable) -> f.Formula | None:
         return read_nested(part, literal, variables | {variable.name for variable in bound})
@@ -70,7 +70,7 @@ def read_nested(
 
 
 def unwrap_parts(parts: Sequence[object]) -> Sequence[object]:
-    """Return the parts of a connective, which may stand in a list of their own."""
+    """Return the operands of a connective, which may stand in a list of their own."""
     match parts:
         case [[[*_], *_] as inner]:
             return inner
@@ -123,7 +123,7 @@ SECTIONS = {
     GoalKind.RELATION: "edge goals",
     GoalKind.ACTION: "action goals",
 }
-"""Keys under which an answer lists its goals, by kind."""
+"""Keys under which an answer lists its goals, by kind of goal."""
 
 
 _SECTION_OF = {section: section for section in SECTIONS.values()}
@@ -131,10 +131,10 @@ _NO_WORD = re.compile(r"[\W_]+")
 
 
 class Sections(NamedTuple):
-    """The sections of goals in an object.
+    """The sections of an answer's JSON object that list goals.
 
     Attributes:
-        members: key and entries of each section, in order; a key of `SECTIONS` is spelled as there.
+        members: key and entries of each section, in order. Keys are respelled as in `SECTIONS`, if known.
         repairs: ``section_name`` if a key was spelled differently.
     """
 
@@ -145,11 +145,11 @@ class Sections(NamedTuple):
 def sections_form(
     read: Callable[[Sections], Sections | None], flaw: Callable[[object], str | None]
 ) -> AnswerForm[Sections]:
-    """Return the form of an object that states goals in sections.
+    """Return the form of an answer that is an object with goals in sections.
 
     Args:
-        read: returns the sections if they state goals, else None.
-        flaw: returns why a value is not such an object, or None.
+        read: takes sections and returns them if they state goals, else None.
+        flaw: takes a value and returns why it is not such an object, or None.
     """
 
     def sections(value: object) -> Sections | None:
@@ -175,7 +175,7 @@ _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""",
 
 
 def _section_name(key: str) -> str:
-    """Return the name of a section in the spelling of prompts. Unknown keys are returned unchanged."""
+    """Return the key of a section in the spelling of prompts. Unknown keys are returned unchanged."""
     return _SECTION_OF.get(_NO_WORD.sub(" ", key).strip().lower(), key)
 
 
@@ -201,13 +201,13 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The goal as a statement without its kind. An action without objects has no arguments."""
+        """The goal as a `Statement`. An action without objects becomes a name without arguments."""
         predicate, names, positive, is_action = self
         return Statement(predicate, None if is_action and not names else names, positive)
 
 
 IllFormed: TypeAlias = tuple[GoalKind | None, str]
-"""An entry that is not a goal: the kind of its section, or None if the section has no kind, and its text."""
+"""An entry that is not a goal: the kind of goals in its section, None if unknown, and the entry's text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,10 +239,10 @@ class WrittenGoals:
 
 
 SpelledPredicate: TypeAlias = tuple[str, int]
-"""A predicate as answers spell it, and its number of objects."""
+"""A predicate in the spelling of answers, and its number of objects."""
 
 GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
-"""Function that returns the meaning of a goal inside quantifiers that bind some names; None if ill-formed."""
+"""Function that returns a goal as a formula, or None for an ill-formed one. It also gets bound names."""
 
 
 StatedConditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
@@ -255,8 +255,9 @@ class Alternatives:
 
     Attributes:
         kind: kind of the goal, for explanations.
-        text: the goal, for explanations; None if explanations show the option that an answer meets best.
-        options: conditions on the objects of the scene, by their names in the scene.
+        text: the goal as text, for explanations; None if they show the option that an answer meets best.
+        options: alternative sets of conditions. Each set meets the goal. Objects have their names in the
+            scene.
     """
 
     kind: str
@@ -291,14 +292,14 @@ class GoalNotation(ABC):
 
     @abstractmethod
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Return each goal as a part of an answer."""
+        """Return the text of each goal, as `join` needs it."""
 
     @abstractmethod
     def join(self, parts: Iterable[str]) -> str:
-        """Return the parts as one answer."""
+        """Return the texts of goals as one answer."""
 
     def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """Return the predicates of goals: their names in the vocabulary, by their spelling in answers.
+        """Return a mapping from the spelling of a predicate in answers to its name in the vocabulary.
 
         If a predicate has two spellings, the goals of tasks use the first one.
         """
@@ -318,12 +319,12 @@ class GoalNotation(ABC):
 
         Args:
             domain: the domain of predicates and actions.
-            words: words for objects; None if any text is allowed.
+            words: words that may name objects; None if any text is allowed.
         """
         return None
 
     def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
-        """Return the goals of the task, with which answers are compared.
+        """Return the goals of the task for the comparison with answers.
 
         Raises:
             InputError: a goal has infinitely many options (see `choice.ground`).
@@ -341,11 +342,11 @@ class GoalNotation(ABC):
 class JsonGoals(GoalNotation):
     """A notation of goals as JSON: ``["open", "jar"]``, ``["not", ["open", "jar"]]``, or names of actions.
 
-    The object of lists is found anywhere in the text, also inside another object. Entries in the section of
+    The object of lists is found anywhere in the text, also inside another object. Entries in the section for
     actions are actions; all other entries are literals.
 
     Args:
-        sections: the kinds of goals that have a section.
+        sections: the kinds of goals that have their own section.
     """
 
     def __init__(self, sections: Iterable[GoalKind] = GoalKind) -> None:
@@ -362,7 +363,7 @@ class JsonGoals(GoalNotation):
         return WrittenGoals.from_entries(goals, reading)
 
     def entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
-        """Return all entries of an answer with their kinds, states first, or why it cannot be read."""
+        """Return all entries of an answer with their kinds, states first; or why it cannot be read."""
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
@@ -413,7 +414,7 @@ class JsonGoals(GoalNotation):
         return text
 
     def _respell(self, value: object) -> object:
-        """Return a value with the normal spelling of its words. A variable may have a question mark."""
+        """Return a JSON value with its words in normal spelling. Variables may begin with a question mark."""
         if isinstance(value, list):
             return [self._respell(part) for part in value]
         return self.word(value).lstrip("?") if isinstance(value, str) else value
@@ -437,7 +438,7 @@ class JsonGoals(GoalNotation):
         return WrittenGoal(words[0], tuple(words[1:]), positive, is_action) if words else None
 
     def _read_words(self, entry: object) -> list[str]:
-        """Return the words of a list of words; an empty list for another entry."""
+        """Return the words of an entry that is a list of words; an empty list for other entries."""
         if not isinstance(entry, list):
             return []
         words = [self.word(part) for part in entry if isinstance(part, str)]
@@ -445,7 +446,7 @@ class JsonGoals(GoalNotation):
 
 
 def _check_lists(sections: Sections) -> Sections | None:
-    """Return the sections if they are lists, else None.
+    """Return the sections if all of them are lists, else None.
 
     An object with a section of `SECTIONS` may have other members that are plain remarks.
     """

@@ -18,16 +18,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Notation:
-    """The form of answers and the names of things; by default the names of the domain.
+    """The form of answers, and the names of objects and predicates; by default the names of the domain.
 
     Attributes:
         plans: notation of plans; by default a JSON list of actions with their objects.
         goals: notation of goals; by default JSON lists of conditions.
         subgoals: notation of subgoals; None for formulas with the names of the domain.
-        formats: description of the answer for prompts, by ability; by default that of the default notation.
-        wordings: returns the names in prompts of an ability; None for the names of the domain.
+        formats: description of the answer for prompts, by ability. An ability that is not listed describes
+            the default notation.
+        wordings: takes an ability and returns the names in its prompts; None for the names of the domain.
         also_observed: predicates that observations list after the predicates in prompts of action sequencing.
-        english: words for instructions, and the role of the agent.
+        english: the words with which instructions are written, and the role of the agent.
     """
 
     plans: PlanNotation = field(default_factory=JsonPlans)

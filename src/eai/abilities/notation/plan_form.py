@@ -1,4 +1,4 @@
-"""Steps of plans in JSON: the forms that answers use, and signs of a step outside the plan.
+"""Steps of plans in JSON: the forms that answers use, and how a step outside the plan is recognized.
 
 Prompts ask for ``{"action": "OPEN", "object": "jar_0"}`` or ``{"OPEN": ["jar_0"]}``. A step in the form that
 the benchmark does not ask for is read with the repair ``step_form``.
@@ -16,7 +16,7 @@ from eai.abilities.answer_text import AnswerForm, JsonObject, read_json
 from eai.abilities.verdict import Span, Unreadable
 
 ACTION, OBJECT = "action", "object"
-"""Key of the action in a step; `OBJECT` is the key of its objects."""
+"""Key of a step's action; `OBJECT` is the key of the action's objects."""
 
 _OBJECT_KEYS = (OBJECT, "objects", "args", "arguments", "parameters")
 _REMARK_KEYS = frozenset(
@@ -33,16 +33,16 @@ _REMARK_KEYS = frozenset(
         "id",
     )
 )
-"""Keys of remarks beside the parts of a step."""
+"""Keys of remarks in the JSON object of a step."""
 
 STEP_FORM = "step_form"
-"""Repair of a step in a form that the benchmark does not ask for."""
+"""Name of the repair of a step in a form that the benchmark does not ask for."""
 
 _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.):]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
 _ORDINARY = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
 _MAX_WORDS = 3
-"""Maximum number of words after the name of an action in a line that is taken for a step."""
+"""Maximum number of words after the name of an action in a line that counts as a step."""
 
 
 class WrittenStep(NamedTuple):
@@ -50,7 +50,7 @@ class WrittenStep(NamedTuple):
 
     Attributes:
         action: the action as written.
-        objects: the expression for each of its objects. Messages quote it.
+        objects: the expression for each of its objects, as written. Messages quote these expressions.
     """
 
     action: str
@@ -78,7 +78,7 @@ class StepList(NamedTuple):
     Attributes:
         steps: the steps, in order.
         repairs: names of the repairs that reading them needed.
-        is_piece: whether the value is one step, without a list around it.
+        is_piece: whether the value is a single step, without a list around it.
     """
 
     steps: tuple[WrittenStep, ...]
@@ -101,8 +101,8 @@ def plan_form(
     Args:
         description: the plan in words, for messages that begin with "there is no".
         read: returns the steps of a value, or None; it is called for each item of a list.
-        actions: names of actions in answers; empty if they are not known.
-        wrapper: key of an object around the plan that the question may ask for.
+        actions: names of actions in answers; empty if these names are unknown.
+        wrapper: key of an object around the plan, if the question may ask for such an object.
     """
     part, line = _compile_signs(frozenset(actions))
     return AnswerForm(
@@ -144,7 +144,7 @@ def _compile_signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern
 
 
 def _is_step_line(line: re.Pattern[str], text: str) -> bool:
-    """Whether a line is the name of an action followed by its likely objects."""
+    """Whether a line is the name of an action, followed by text that is probably the action's objects."""
     if re.search(_KEY, text):
         return True
     match = line.match(text)
@@ -164,7 +164,7 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
     members = value.members
     repairs: tuple[str, ...] = ()
     if len(members) == 2 and members[0][0] == ACTION and members[1][0] == OBJECT:
-        action, objects = members[0][1], members[1][1]  # prompts ask for this form
+        action, objects = members[0][1], members[1][1]  # the form that prompts ask for
     else:
         by_key = dict(members)
         keys = [key for key in _OBJECT_KEYS if key in by_key]
@@ -189,7 +189,7 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
 
 
 def unknown_keys(step: JsonObject) -> list[str]:
-    """Return the keys of an object that are neither parts of a step nor remarks on it."""
+    """Return the keys of an object that belong neither to a step nor to remarks on the step."""
     return [
         key
         for key, _ in step.members
@@ -200,7 +200,7 @@ def unknown_keys(step: JsonObject) -> list[str]:
 def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | None:
     """Return the steps of an object whose keys are actions, or None if a member is not a step.
 
-    A member is a list of objects or, with the repair ``step_form``, the text of its objects.
+    The value of each key is a list of objects or, with the repair ``step_form``, a text that names them.
 
     Args:
         value: the object.
@@ -220,7 +220,7 @@ def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | 
 
 
 def strip_names(words: Iterable[str]) -> tuple[str, ...]:
-    """Return words as names of objects, without the space around them."""
+    """Return names without the space around each."""
     return tuple(map(str.strip, words))
 
 

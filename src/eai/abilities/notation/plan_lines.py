@@ -28,12 +28,12 @@ class _PlanLine(NamedTuple):
     """A line that is not blank and not only a comment.
 
     Attributes:
-        start: position of its first character in the answer.
-        end: position after its last character.
-        text: its text without comments, its label and the space around it.
-        block: number of code-fence marks before it; odd inside a fence.
+        start: position of the line's first character in the answer.
+        end: position after the line's last character.
+        text: the line without comments, number or list sign, and outer space.
+        block: number of code-fence marks before the line; odd inside a code fence.
         has_label: whether it begins with a number or a list sign.
-        step: the step that it states, or None.
+        step: the step that the line states, or None.
     """
 
     start: int
@@ -52,13 +52,13 @@ def read_lines(
 ) -> WrittenPlan | Unreadable | None:
     """Read a plan with one step a line. Return None if no line is a step and some line is not a comment.
 
-    A text of comments alone is a plan without steps. If several code fences hold plans, the last one counts.
+    A text with only comments is a plan without steps. If several code fences hold plans, the last one counts.
 
     Args:
         text: the answer.
         step_of: returns the step of a line, or None.
         actions: names of actions.
-        looks_like_step: whether an unreadable line looks like a step.
+        looks_like_step: takes a line without a readable step and returns whether a step was probably meant.
     """
     thoughts = thoughts_in(text)
     spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]

@@ -1,6 +1,6 @@
 """Notations of plans: the form of plans in a benchmark's answers, and the meaning of their names.
 
-The names in a written plan need not mean anything. `resolve` translates it into ground actions. An
+The names in a written plan may be unknown. `resolve` translates it into ground actions. An
 `Execution` is the outcome of a plan in a world that may have a history, and in which actions may slip.
 """
 
@@ -49,14 +49,14 @@ def resolve(
 ) -> tuple[Action, ...] | ErrorReport:
     """Return a written plan as ground actions, or its first grammar error.
 
-    Unknown names come before wrong arities.
+    Unknown names are reported before wrong numbers of arguments.
 
     Args:
         plan: the plan.
         domain: the domain of the operators.
         notation: the notation with the names of operators.
-        object_of: returns the object of a name.
-        unknown_prefix: words of the message before a name that means no object.
+        object_of: returns the index of the object that a name means, or None.
+        unknown_prefix: words of the error message before a name that means no object.
     """
     arities, operator_of = domain.arities, notation.operator
     actions = []
@@ -100,7 +100,7 @@ class Execution(NamedTuple):
 
 
 PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]
-"""Function that executes a plan. An empty plan begins and ends in the present state."""
+"""Function that executes a plan from a world's present state. An empty plan leaves the state unchanged."""
 
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
@@ -108,7 +108,7 @@ _STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()][^()]*)\)\s*(?:\[[\d.]*\])?"
 
 
 class PlanNotation(ABC):
-    """Reads and writes plans, and knows the names of operators and objects in answers."""
+    """Reads and writes plans, and translates the names of operators and objects in answers."""
 
     @abstractmethod
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
@@ -116,32 +116,32 @@ class PlanNotation(ABC):
 
         Args:
             text: the answer.
-            actions: names of actions in answers, which reveal steps outside the plan; empty if they are not
-                known.
+            actions: names of actions in answers, by which steps outside the plan are recognized; empty if the
+                names are unknown.
         """
 
     def operator(self, word: str) -> str:
-        """Return the name of the operator that a word means. An unknown word is returned as it is."""
+        """Return the name of the operator that a word means. An unknown word is returned unchanged."""
         return word
 
     @abstractmethod
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return a function from the expression for an object in a step to its index, or to None."""
+        """Return the function from the expression for an object in a step to the object's index, or None."""
 
     @abstractmethod
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Return a plan as the parts of an answer, one for each step."""
+        """Return the text of each step of a plan, as `join` needs it."""
 
     @abstractmethod
     def join(self, parts: Iterable[str]) -> str:
-        """Return the parts as one answer."""
+        """Return the texts of steps as one answer."""
 
     def encode_names(self, text: str) -> str:
-        """Replace declared names in a text by the words of answers."""
+        """Replace the domain's names in a text by the words of answers."""
         return text
 
     def decode_names(self, text: str) -> str:
-        """Replace the words of answers in a text by declared names."""
+        """Replace the words of answers in a text by the domain's names."""
         return text
 
     def command(self, operator: str, names: Sequence[str]) -> str:
@@ -149,7 +149,7 @@ class PlanNotation(ABC):
         return f"{operator}({', '.join(names)})"
 
     def words(self, task: Task) -> tuple[str, ...]:
-        """Return the words for objects in questions about a task, each once; nothing if they are unknown."""
+        """Return the words for objects in questions about a task, each once; empty if they are unknown."""
         return ()
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
@@ -157,7 +157,7 @@ class PlanNotation(ABC):
 
         Args:
             domain: the domain of the actions.
-            words: words for objects; None if any text is allowed.
+            words: words that may name objects; None if any text is allowed.
         """
         return None
 
@@ -175,7 +175,7 @@ class JsonPlans(PlanNotation):
         return read_plan(text, _plan_form(frozenset(actions)))
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return the lookup of objects by their names in the scene.
+        """Return the function that finds objects by their names in the scene.
 
         ``jar.0`` means ``jar_0``, as in subgoals.
         """
@@ -201,7 +201,7 @@ class JsonPlans(PlanNotation):
         return tuple([task.scene.objects[index].name for index in task.relevant])
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
-        """Return the schema of an object that holds the list, since providers cannot enforce a list alone."""
+        """Return the schema of an object that holds the list of steps, since providers require an object."""
         names = group_pairs((operator.arity, operator.name) for operator in domain.operators)
         steps = [
             object_schema({"action": text_schema(names[n]), "object": _objects_schema(n, words)})
@@ -213,7 +213,7 @@ class JsonPlans(PlanNotation):
 class PddlPlans(JsonPlans):
     """A notation that reads JSON plans, and plans with one step a line as planners write them.
 
-    Names have any case.
+    Upper and lower case do not matter in names.
 
     A line is ``(pick ball1 rooma left) ; cost 1``. Comments, the time before a step, its duration in brackets
     and numbers before a step are ignored. A line between steps that is not a step makes the answer
@@ -228,11 +228,11 @@ class PddlPlans(JsonPlans):
         return super().read(text, actions) if plan is None else plan
 
     def looks_like_step(self, line: str) -> bool:
-        """Return True for an unreadable line that may be a step, although no action has its first word."""
+        """Whether an unreadable line may be a step, although its first word is not the name of an action."""
         return False
 
     def step(self, line: str) -> WrittenStep | None:
-        """Return the step of a line without remarks and outer blanks, or None if the line is not a step."""
+        """Return the step in a line without comments and outer blanks, or None if the line is not a step."""
         step = _STEP.fullmatch(line)
         words = [] if step is None else step[1].split()
         return WrittenStep(words[0], tuple(words[1:])) if words else None
@@ -242,7 +242,7 @@ class PddlPlans(JsonPlans):
         return word.lower()
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return the lookup of objects by their names in the scene, in any case."""
+        """Return the function that finds objects by their names in the scene, whatever their case."""
         index = {name.lower(): i for name, i in task.scene.index.items()}
         return lambda name: index.get(str(name).lower())
 

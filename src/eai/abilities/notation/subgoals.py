@@ -1,4 +1,4 @@
-"""Notations of subgoals: reading, writing and meaning. A benchmark may replace the default."""
+"""Notations of subgoals: how answers write and mean them. A benchmark may replace the default notation."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _FORMULA_LINE = re.compile(
 )
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
-"""Characters that occur next to an object or a variable, but never next to a formula."""
+"""Characters that may stand next to an object or a variable, but never next to a formula."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class WrittenSubgoals:
 
 
 class SubgoalNotation:
-    """Reads and writes subgoals, and knows the names in them.
+    """Reads and writes subgoals, and has the vocabulary of their names.
 
     This default serves any declared domain. An answer is an object with the key ``output``, a list of
     formulas. They use the names that the domain declares (`spelt`), and the names of objects in the scene or
@@ -85,8 +85,8 @@ class SubgoalNotation:
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return the subgoals of a plan: for each action the facts about its objects that it makes true.
 
-        If subgoals cannot state these facts, the facts that the action makes false are used, or else the
-        action's name. An action about the agent alone is written by its name. Actions without a name in
+        If subgoals cannot state these facts, the subgoal is the facts that the action makes false, or else
+        the action's name. An action about the agent alone is written by its name. Actions without a name in
         subgoals and impossible actions are left out.
         """
         lexicon = self.lexicon(task.scene)
@@ -111,7 +111,7 @@ class SubgoalNotation:
         if about or not named:
             changes = compare_states(before, after)
             for facts, truth in ((changes.added, True), (changes.removed, False)):
-                # a fact in both directions is written once
+                # a fact that holds in both directions is written once
                 distinct: dict[tuple[str, frozenset[int]], Fact] = {}
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
@@ -127,7 +127,7 @@ class SubgoalNotation:
     def _write_change(
         self, fact: Fact, truth: bool, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
-        """Return a changed fact as a subgoal: by its predicate, or by a predicate that changes with it."""
+        """Return the subgoal for a changed fact: by its predicate, or by a predicate that changes with it."""
         stored = self.domain.vocabulary.find_stored(fact.predicate)
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
@@ -155,13 +155,13 @@ def read_output(
 ) -> WrittenSubgoals | Unreadable:
     """Read the formulas in the list ``output`` of an answer's object, or return why they cannot be read.
 
-    Empty texts in the list are ignored. Names without objects need no brackets; adding them is the repair
-    ``brackets``.
+    Empty texts in the list are ignored. Names without objects need no brackets; if brackets are added, the
+    repair is named ``brackets``.
 
     Args:
         text: the answer.
         without_arguments: names that take no objects.
-        others: other keys of the object that may hold lists.
+        others: other keys of the object whose values may be lists.
     """
     reading = read_json(text, _output_form(frozenset(others)))
     if isinstance(reading, Unreadable):
@@ -199,12 +199,12 @@ def _output_form(others: frozenset[str]) -> AnswerForm[list[str]]:
 
 
 def _is_formula(line: str) -> bool:
-    """Whether a line outside the object is only a formula or a key."""
+    """Whether a line outside the answer's object consists of a formula or of the object's key."""
     return _FORMULA_LINE.fullmatch(line) is not None
 
 
 def _add_brackets(text: str, without_arguments: Collection[str]) -> str:
-    """Add brackets to names that take no objects. A text that contains no formula is returned as it is."""
+    """Add brackets to names that take no objects. A text without a formula is returned unchanged."""
     tokens = [match[0] for match in _TOKEN.finditer(text)]
     if "(" not in tokens and any(t not in _WORDS and t not in without_arguments for t in tokens):
         return text
