@@ -1,11 +1,10 @@
-"""The choices for making a formula true: its ground and-or tree.
+"""Choice trees: the ways to make a formula true, as a ground and-or tree.
 
-The tree is polynomial in the number of objects, while the number of ways to choose is exponential. Options
-are listed, counted and rated on the tree. An option is a list of ground conditions that makes the formula
-true. For "every candle in a basket of its own" it assigns a basket to each candle. Options are generated one
-by one, and counted without being generated. The option that shares most conditions with an answer is found
-without listing the others. For this, conditions are numbered, and sets of conditions are bit masks (bit i =
-condition i).
+An option is a list of ground conditions that makes the formula true. For "every candle in a basket of its
+own" an option assigns a basket to each candle. The tree is polynomial in the number of objects, while the
+number of options is exponential. So options are generated one by one, and counted without being generated.
+The option that shares most conditions with an answer is found without listing the other options. For this
+search, conditions are numbered, and sets of conditions are bit masks (bit i = condition i).
 """
 
 from __future__ import annotations
@@ -25,41 +24,44 @@ from eai.base.errors import InputError
 from eai.logic.matching import heaviest_matching
 
 Literal: TypeAlias = f.Atom | f.Occurs | f.Not
-"""A ground atom, an action with its objects, or the negation of one of them."""
+"""Ground atom, an action with its objects, or the negation of either."""
 
 
 ObjectsByCategory: TypeAlias = Callable[[str | None], Sequence[str]]
-"""Function that returns the objects of a category, each once, in a fixed order; for None, all objects."""
+"""Function that returns the objects of a category, each once, in a fixed order.
+
+For None it returns all objects.
+"""
 
 
 T = TypeVar("T")
-"""Type of the parts of a choice: a choice again, or a condition."""
+"""Type of the parts of a choice tree: a choice tree again, or for example a subgoal."""
 
 
 @dataclass(frozen=True, slots=True)
 class LiteralChoice:
-    """A condition that must hold, without any choice."""
+    """A tree that consists of one ground condition, without any choice."""
 
     literal: Literal
 
 
 @dataclass(frozen=True, slots=True)
 class AllOf(Generic[T]):
-    """A choice all of whose parts must be made true."""
+    """A choice tree: all parts must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf(Generic[T]):
-    """A choice one of whose parts must be made true."""
+    """A choice tree: one of the parts must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Choose(Generic[T]):
-    """A choice of which ``count`` different parts must be made true."""
+    """A choice tree: exactly ``count`` of the parts must be made true."""
 
     count: int
     parts: tuple[T, ...]
@@ -67,7 +69,7 @@ class Choose(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Pairing(Generic[T]):
-    """A table of parts. ``count`` cells must be made true, no two in one row or column.
+    """A choice tree with a table of parts: ``count`` cells must be made true, no two in one row or column.
 
     None marks a cell that cannot be chosen.
     """
@@ -80,15 +82,15 @@ Choice: TypeAlias = "LiteralChoice | AllOf[Choice] | AnyOf[Choice] | Choose[Choi
 
 
 def ground(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
-    """Return the choices for making a closed formula true. Negation is pushed inwards to the conditions.
+    """Return the choice tree of a closed formula. Negation is pushed inwards to the conditions.
 
-    ``then`` is read as a conjunction in a given order. For ``forn`` exactly that many instances are chosen,
-    and the others are free. A pairing has as many pairs as the smaller category has objects. Both follow bddl
-    (``condition_evaluation.py``). No object is paired with itself.
+    ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n) an option makes n
+    instances true and leaves all other instances open. A pairing has as many pairs as the smaller category
+    has objects. Both rules follow bddl (``condition_evaluation.py``). No object is paired with itself.
 
     Raises:
-        InputError: a variable is not bound; or a part has no finite choice of conditions: a temporal operator
-            other than ``then``, a negated ``then`` or a negated counting quantifier.
+        InputError: a variable is not bound; or a part has no finite tree: a temporal operator other than
+            ``then``, a negated ``then`` or a negated counting quantifier.
     """
     return _Grounding(objects).ground(formula, {}, True)
 
@@ -166,7 +168,7 @@ def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
 Option: TypeAlias = tuple[Literal, ...]
 """Ground conditions that make a formula true, in the order of the formula.
 
-They may repeat and even contradict each other.
+A condition may occur more than once, and conditions may contradict each other.
 """
 
 
@@ -176,7 +178,7 @@ def options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
     Two options may have the same conditions, if a condition stands in two disjuncts.
 
     Raises:
-        InputError: the formula has no finite options (see `ground`).
+        InputError: the formula has no finite choice tree (see `ground`).
     """
     return choice_options(ground(formula, objects))
 
@@ -184,18 +186,18 @@ def options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
 def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
     """Count the options of a closed formula without generating them.
 
-    Takes time polynomial in the number of objects, except for two kinds of pairings: those in which an object
-    may stand on both sides, and those whose pairs differ in their numbers of options. They take time
-    exponential in the smaller side.
+    This takes time polynomial in the number of objects, except for two kinds of pairings. In the first kind,
+    an object may be paired as first and as second object. In the second kind, pairs differ in their numbers
+    of options. These pairings take time exponential in the size of the smaller category.
 
     Raises:
-        InputError: the formula has no finite options (see `ground`).
+        InputError: the formula has no finite choice tree (see `ground`).
     """
     return count_choice_options(ground(formula, objects))
 
 
 def choice_options(choice: Choice) -> Iterator[Option]:
-    """Yield the options of a choice, each as its list of conditions; later choices vary fastest."""
+    """Yield the options of a choice tree, each as a tuple of conditions; later choices vary fastest."""
     match choice:
         case LiteralChoice(literal):
             yield (literal,)
@@ -214,7 +216,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
 
 
 def count_choice_options(choice: Choice) -> int:
-    """Count the options of a choice without generating them."""
+    """Count the options of a choice tree without generating them."""
     match choice:
         case LiteralChoice():
             return 1
@@ -241,7 +243,10 @@ def _product(parts: Sequence[Choice]) -> Iterator[Option]:
 
 
 def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
-    """Yield all sets of ``count`` cells without a common row or column, in the order of the shorter side."""
+    """Yield all sets of ``count`` cells of a table without a common row or column.
+
+    They are ordered by rows or columns, whichever are fewer.
+    """
     lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
     across = len(lines[0]) if lines else 0
     if count > min(len(lines), across):  # `combinations` and `permutations` allocate `count` items at once
@@ -254,7 +259,7 @@ def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[
 
 
 def _sum_of_products(count: int, numbers: Sequence[int]) -> int:
-    """Return the sum, over all subsets of ``count`` numbers, of the product of the subset."""
+    """Return the sum, over all subsets of ``count`` numbers, of the product of the numbers in the subset."""
     if count > len(numbers):
         return 0
     sums: list[int] = [1] + [0] * count
@@ -265,7 +270,7 @@ def _sum_of_products(count: int, numbers: Sequence[int]) -> int:
 
 
 def _count_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
-    """Return the sum over all matchings of ``count`` cells of the products of their weights."""
+    """Return the sum, over all matchings of ``count`` cells, of the product of the cells' weights."""
     rows, columns = len(weights), len(weights[0]) if weights else 0
     if count > min(rows, columns):
         return 0
@@ -278,7 +283,7 @@ def _count_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
 
 
 def _count_matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
-    """Count the matchings row by row, by the set of columns that earlier rows use."""
+    """Compute the sum of `_count_matchings` row by row, for each set of columns used so far."""
     sums = {0: 1}
     for line in lines:
         for taken, number in list(sums.items()):
@@ -290,30 +295,37 @@ def _count_matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> i
 
 
 SHARED_WEIGHT = 1 << 20
-"""Weight of a shared condition; each condition that is not shared costs 1."""
+"""Score of each condition that an option shares with an answer; each condition of the option costs 1."""
 
 
 @dataclass(slots=True, eq=False)
 class _Overlap:
-    """An option with its score. More shared conditions, and fewer conditions not shared, score higher."""
+    """An option, as a bit mask of conditions, with its score.
+
+    The score grows with the number of conditions shared with an answer, and falls with the size of the
+    option.
+    """
 
     score: int
     conditions: int
 
 
 BestOverlap: TypeAlias = Callable[[int], "_Overlap | None"]
-"""Function that returns the best option for a mask of stated conditions; None if there are no options."""
+"""Function that takes the conditions of an answer, as a bit mask, and returns the best option.
+
+It returns None if there are no options.
+"""
 
 
 def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverlap:
-    """Return a function that finds the option that shares most conditions with the stated ones.
+    """Return a function that finds the option that shares most conditions with an answer.
 
-    Ties are broken by length, then by order. Parts that are chosen together are rated separately: a condition
-    that stands in two of them counts twice.
+    If several options share equally many, the shortest is chosen, then the first. Parts that are made true
+    together are rated separately: a condition that stands in two of them counts twice.
 
     Args:
-        choice: the goal's options.
-        number: the number of each condition; equal conditions have equal numbers.
+        choice: the choice tree of the goal.
+        number: function that returns the number of a condition; equal conditions have equal numbers.
     """
     match choice:
         case LiteralChoice(literal):
@@ -372,7 +384,7 @@ def _best_pairing(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> 
 
 
 def _merge_overlaps(parts: Iterable[_Overlap | None]) -> _Overlap | None:
-    """Merge one option of each part into one option; None if a part has no option."""
+    """Merge one option of each part into one option; None if any part has no option."""
     score = conditions = 0
     for part in parts:
         if part is None:

@@ -17,7 +17,7 @@ from typing import TypeAlias
 class Variable:
     """A variable. In a quantifier, ``category`` restricts its values; None allows every object.
 
-    Only the variable of a quantifier has a category; its occurrences in the body have none.
+    Only the variable in the quantifier itself has a category; its occurrences in the body have None.
     """
 
     name: str
@@ -26,7 +26,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """An object, by its name in the concrete syntax, such as ``sofa.352``, ``rag_51`` or ``char``."""
+    """An object, given by its name in the concrete syntax, such as ``sofa.352``, ``rag_51`` or ``char``."""
 
     name: str
 
@@ -35,7 +35,7 @@ Term: TypeAlias = Variable | Constant
 
 
 class _Connectives:
-    """Infix notation for the three Boolean connectives."""
+    """Base class that gives formulas the infix operators ``&``, ``|`` and ``~``."""
 
     __slots__ = ()
 
@@ -59,7 +59,7 @@ class Atom(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Occurs(_Connectives):
-    """A proposition about actions: this action with these objects is taken at the current position."""
+    """A proposition about actions: this action, with these objects, is taken at the current position."""
 
     action: str
     arguments: tuple[Term, ...] = ()
@@ -82,14 +82,14 @@ class Not(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class And(_Connectives):
-    """Conjunction of any number of formulas; the empty one is true."""
+    """Conjunction of any number of formulas; without any formula it is true."""
 
     operands: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Or(_Connectives):
-    """Disjunction of any number of formulas; the empty one is false."""
+    """Disjunction of any number of formulas; without any formula it is false."""
 
     operands: tuple[Formula, ...]
 
@@ -122,7 +122,7 @@ class Exists(_Connectives):
 class Exactly(_Connectives):
     """A formula that holds if its body holds for exactly ``count`` values of the variable.
 
-    It is ``forn`` in the paper and in BDDL.
+    The paper and BDDL write it ``forn``.
     """
 
     count: int
@@ -132,10 +132,10 @@ class Exactly(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class ForPairs(_Connectives):
-    """A formula that holds if its body holds for each pair of a matching between two categories.
+    """A formula that holds if objects of two categories can be matched in pairs for which the body holds.
 
-    It is BDDL's ``forpairs``. If ``count`` is None, the matching covers all objects of the smaller category.
-    A number asks for that many pairs (BDDL's ``fornpairs``).
+    BDDL writes it ``forpairs``. If ``count`` is None, the matching must cover all objects of the smaller
+    category. Otherwise it must have ``count`` pairs (BDDL's ``fornpairs``).
     """
 
     first: Variable
@@ -174,20 +174,20 @@ class Always(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Until(_Connectives):
-    """A formula: ``right`` holds at this or some later position, and ``left`` at every position before."""
+    """A formula that holds if ``right`` holds now or later, and ``left`` at every position before that."""
 
     left: Formula
     right: Formula
 
 
 Leaf: TypeAlias = Atom | Occurs | Equals
-"""A formula without parts."""
+"""Formula without subformulas."""
 
 Quantified: TypeAlias = ForAll | Exists | Exactly | ForPairs
-"""A formula that binds variables."""
+"""Formula that binds variables."""
 
 Temporal: TypeAlias = Then | Next | Eventually | Always | Until
-"""A formula about several positions of a trace."""
+"""Formula about several positions of a trace."""
 
 Formula: TypeAlias = Leaf | Not | And | Or | Implies | Quantified | Temporal
 
@@ -196,5 +196,5 @@ FALSE = Or(())
 
 
 def operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
-    """Return the operands of a formula with this connective; for another formula, the formula alone."""
+    """Return the operands of an And (or Or); for a formula of another type, a tuple of the formula itself."""
     return formula.operands if isinstance(formula, connective) else (formula,)

@@ -1,9 +1,9 @@
 """Reader of formulas in the syntax of the paper's goals and subgoals.
 
-Precedence, loosest first: then, implies, or, and, until, and the prefixes not, next, eventually, always.
-Blanks may stand between any two words, and are never needed: ``p(x)thenq(y)`` is a formula. No word is
-reserved: ``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is not a formula. ``not(true)`` is
-a negation, because ``true`` is a formula.
+Operators from the loosest to the tightest: then, implies, or, and, until; then the prefixes not, next,
+eventually and always. Blanks may stand between any two words, and are never needed: ``p(x)thenq(y)`` is a
+formula. No word is reserved: ``not(x)`` and ``forall(x)`` are atoms or actions, because ``x`` alone is not a
+formula. ``not(true)`` is a negation, because ``true`` is a formula.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from eai.logic.signature import (
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 MAX_PARSED_PRIMITIVES = 1_000
-"""Maximum number of parsed primitives that a signature caches."""
+"""Maximum number of parsed atoms and actions that a signature caches."""
 
 
 Dialect: TypeAlias = Literal["release", "ltlf"]
-"""The accepted formulas.
+"""Name of a set of accepted formulas.
 
 ``release``: the paper's formulas, exactly as the parser of eai-eval 1.0.5 accepts them
 (``tl_formula/simple_tl_parser.py``). In this dialect, a name that begins with ``not`` is a negation
@@ -44,7 +44,7 @@ traces, with categories of variables, equations, implication, pairings and const
 
 
 def parse(text: str, dialect: Dialect = "ltlf") -> f.Formula:
-    """Parse a formula without a signature: every name is allowed, and all primitives are atoms.
+    """Parse a formula without a signature: every name is allowed, and every predicate becomes an atom.
 
     Raises:
         ParseError: the text is not a formula of the dialect, as in `read_formula`.
@@ -55,11 +55,11 @@ def parse(text: str, dialect: Dialect = "ltlf") -> f.Formula:
 def read_formula(
     text: str, signature: Signature, dialect: Dialect = "ltlf"
 ) -> tuple[f.Formula, tuple[Misuse, ...]]:
-    """Parse a formula, and return it with the misuses of names, in the order of the text.
+    """Parse a formula. Return it with the misuses of names (see `Misuse`), in the order of the text.
 
-    The whole text is parsed before names are looked up. So a syntax error anywhere comes before an unknown
-    name. An argument is a variable if a quantifier around it binds its name, otherwise an object. Names of
-    actions become `Occurs`; all other names, also unknown ones, become `Atom`.
+    The whole text is parsed before names are looked up. So a syntax error anywhere is reported before any
+    unknown name. An argument is a variable if a quantifier around it binds its name, otherwise an object.
+    Names of actions become `Occurs`; all other names, even unknown ones, become `Atom`.
 
     Args:
         text: one formula.
@@ -68,7 +68,7 @@ def read_formula(
 
     Raises:
         ParseError: the text is not a formula of the dialect, is nested too deep (`traversal.MAX_DEPTH`), or
-            counts with too large a number (`traversal.MAX_COUNT_DIGITS`).
+            has a count with too many digits (`traversal.MAX_COUNT_DIGITS`).
     """
     return _LtlReader(text, signature, dialect).read()
 
@@ -78,9 +78,9 @@ _NUMBERED_NAME = re.compile(r"(.+)\.([0-9]+)")
 
 
 def spell_names(names: Iterable[str]) -> dict[str, str]:
-    """Return the names of objects by their spelling in formulas, in order.
+    """Return a mapping from the spelling of each object's name in formulas to the name, in order.
 
-    A character that formulas do not allow in names becomes an underscore. If two names become equal, the
+    A character that formulas do not allow in names becomes an underscore. If two spellings become equal, the
     later one gets another underscore.
     """
     words: dict[str, str] = {}
@@ -102,7 +102,7 @@ _CATEGORY = r"[a-zA-Z_\-][\w\-]*(?:\.\w+)*"
 _PRIMITIVE = rf"{_NAME}{_BLANK}\({_BLANK}(?:{_OBJECT}{_BLANK}(?:,{_BLANK}{_OBJECT}{_BLANK})*)?\)"
 
 _PREFIXED_CONSTANT = rf"(?:not|next|eventually|always){_BLANK}\({_BLANK}(?:true|false){_BLANK}\)"
-"""A prefix before a constant in brackets, which looks like a primitive: ``not(true)``."""
+"""Pattern of a prefix before a constant in brackets, which looks like an atom: ``not(true)``."""
 
 _OPERANDS: Final[Mapping[Dialect, re.Pattern[str]]] = {
     "release": re.compile(
@@ -121,7 +121,7 @@ _OPERATORS: Final[Mapping[Dialect, re.Pattern[str]]] = {
 }
 _OBJECTS: Final = re.compile(_OBJECT)
 STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
-"""How tightly each infix word binds. A prefix binds with `PREFIX`."""
+"""Binding strength of each infix word; a larger number binds more tightly. Prefixes have `PREFIX`."""
 PREFIX: Final = 6
 
 _Make: TypeAlias = Callable[..., f.Formula]
@@ -143,14 +143,14 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 @dataclass(slots=True)
 class _Pending:
-    """A construct whose last part is not yet read: a series, an infix, a prefix, a quantifier or a bracket.
+    """A construct that is not yet read to its end: a series, an infix, a prefix, a quantifier or a bracket.
 
     Attributes:
-        strength: how tightly the construct binds; 0 for a bracket.
-        make: function that builds the formula from its parts.
-        parts: the parts read so far.
-        levels: the depth of these parts.
-        scope: the names that are bound outside of the construct.
+        strength: binding strength, as in `STRENGTHS`; 0 for a bracket.
+        make: function that builds the formula from its operands.
+        parts: the operands read before the current one.
+        levels: maximum nesting depth of these operands.
+        scope: names of variables that quantifiers around the construct bind.
     """
 
     strength: int
@@ -161,7 +161,7 @@ class _Pending:
 
 
 class _LtlReader:
-    """Reads a text from left to right. Open constructs are on a stack, so that nothing recurses."""
+    """Reads a formula from left to right. Open constructs are on a stack, so that no method recurses."""
 
     def __init__(self, text: str, signature: Signature | None, dialect: Dialect) -> None:
         self._text = text
@@ -196,7 +196,7 @@ class _LtlReader:
                 formula, levels = self._read_operand(), 1
 
     def _read_operator(self) -> str:
-        """Read the token after an operand: a word, a closing bracket, or "" at the end of the text."""
+        """Read and return the token after an operand: a word, a closing bracket, or "" at the end."""
         match = self._joints.match(self._text, self._position)
         if match is None:
             words = ["'and'", "'or'", "'then'", *([] if self._is_release else ["'until'", "'implies'"])]
@@ -209,7 +209,7 @@ class _LtlReader:
 
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
         strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # infixes group to the right, so each is pushed
+        if operator in _INFIXES:  # infix operators associate to the right, so each one is pushed
             self._stack.append(_Pending(strength, _INFIXES[operator], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)
@@ -218,7 +218,10 @@ class _LtlReader:
             self._stack.append(_Pending(strength, _SERIES[operator], [formula], levels, self._scope))
 
     def _read_operand(self) -> f.Formula:
-        """Read the next formula without parts; prefixes, quantifiers and brackets before it are pushed."""
+        """Read the next atom, action, equation or constant.
+
+        Prefixes, quantifiers and opening brackets before it are pushed on the stack.
+        """
         while True:
             token = self._operands.match(self._text, self._position)
             if token is None:
@@ -262,13 +265,14 @@ class _LtlReader:
     def _check(
         self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
     ) -> None:
-        """Collect the misuses of names in one predicate or action.
+        """Record the names in one predicate or action that the signature does not allow.
 
         Args:
             name: name of the predicate or action.
             terms: its arguments.
             signature: the names that a formula may use.
-            position: returns the offset in the text of the name (for 0) and of the arguments (from 1 on).
+            position: function that returns the offset in the text of the name (for 0), or of an argument (for
+                its number, from 1).
         """
         arities = signature.arity_table(name)
         if name not in arities:
@@ -352,7 +356,7 @@ class _LtlReader:
         return self._error_expecting("')'", "','")
 
     def _take(self, pattern: str) -> str | None:
-        """Skip blanks and read text that matches a pattern; None if the next text does not match."""
+        """Skip blanks, and read text that matches a pattern; None if the next text does not match."""
         match = re.compile(f"{_BLANK}({pattern})").match(self._text, self._position)
         if match is None:
             return None

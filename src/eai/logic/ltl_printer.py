@@ -1,4 +1,4 @@
-"""Printer of formulas in the syntax that `eai.logic.ltl` reads."""
+"""Print formulas in the syntax that `eai.logic.ltl` reads."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ _PREFIXES = {kind: word for word, kind in PREFIXES.items()}
 
 
 def print_ltl(formula: f.Formula) -> str:
-    """Print a formula with as few brackets as the grammar allows.
+    """Return the text of a formula, with as few brackets as the grammar allows.
 
-    Reading the text gives an equal formula under four conditions. Its names must be names of the grammar and
-    no words of it. No object may be named like a variable around it. Actions must be in the reader's
-    signature. And, Or and Then must have at least two parts (or none: ``true`` and ``false``).
+    Parsing this text gives an equal formula under four conditions. First, the formula's names are names of
+    the grammar, and not words such as ``and``. Second, no object has the name of a variable that is bound
+    around it. Third, actions are in the parser's signature. Fourth, And, Or and Then have two or more parts;
+    or no parts, which is printed as ``true`` or ``false``.
     """
     return _print(formula, STRENGTHS["then"])
 
 
 def _print(formula: f.Formula, needed_strength: int) -> str:
-    """Print a formula, in brackets if it binds less tightly than its context needs."""
+    """Return the text of a formula, in brackets if it binds less tightly than ``needed_strength``."""
     match formula:
         case f.Atom(name, arguments) | f.Occurs(name, arguments):
             return f"{name}({', '.join(term.name for term in arguments)})"
@@ -48,7 +49,10 @@ def _print(formula: f.Formula, needed_strength: int) -> str:
 
 
 def _print_series(parts: Sequence[f.Formula], word: str, needed_strength: int) -> str:
-    """Print an associative connective. A part with the same connective keeps its brackets."""
+    """Return the text of an And, Or or Then.
+
+    A part with the same operator keeps its brackets, so that parsing gives an equal formula.
+    """
     if len(parts) == 1:
         return _print(parts[0], needed_strength)
     text = f" {word} ".join([_print(part, STRENGTHS[word] + 1) for part in parts])

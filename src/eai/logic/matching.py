@@ -1,4 +1,4 @@
-"""Maximum matching in bipartite graphs. It decides quantified goals without listing their options."""
+"""Maximum matchings in bipartite graphs, which evaluate goals with pairings without listing their options."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 
 
 def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
-    """Match as many left vertices as possible, each with a right vertex of its own (Hopcroft and Karp 1973).
+    """Match as many left vertices as possible, each with a different right vertex (Hopcroft and Karp 1973).
 
     Args:
-        adjacency: the numbers of the right neighbours of each left vertex ``0 .. len(adjacency) - 1``.
+        adjacency: for each left vertex, the numbers of its neighbours on the right.
 
     Returns:
-        The matched right vertex of each left vertex, or None. The size of the matching is the number of
-        entries that are not None. Earlier neighbours are preferred; equal input gives equal output.
+        For each left vertex the number of the matched right vertex, or None. The size of the matching is the
+        number of entries that are not None. Earlier neighbours are preferred; equal input gives equal output.
 
     Takes O(E sqrt(V)) time and does not recurse.
     """
@@ -31,7 +31,10 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
 def _find_layers(
     adjacency: Sequence[Sequence[int]], partner: Sequence[int | None], owner: dict[int, int]
 ) -> dict[int, int]:
-    """Return distances on alternating paths from unmatched left vertices; {} if the matching cannot grow."""
+    """Return the distances of left vertices on alternating paths from unmatched left vertices.
+
+    The result is {} if no alternating path makes the matching larger.
+    """
     layers = {left: 0 for left, matched in enumerate(partner) if matched is None}
     queue = deque(layers)
     augmentable = False
@@ -54,9 +57,9 @@ def _augment(
     partner: list[int | None],
     owner: dict[int, int],
 ) -> None:
-    """Augment the matching along the layers, by one alternating path from a free left to a free right vertex.
+    """Augment the matching along the layers, by one path from a free left to a free right vertex.
 
-    All searches of a phase share ``unexplored``: an edge that failed is not tried again.
+    All searches of a phase share ``unexplored``: an edge that failed in one search is not tried again.
     """
     path = [start]
     edges: list[int] = []
@@ -80,14 +83,14 @@ def _augment(
 
 
 def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[tuple[int, int]] | None:
-    """Return the ``size`` cells of a table with the largest total weight, no two in a row or column.
+    """Return the ``size`` cells of a table with the largest total weight, no two in one row or column.
 
     Args:
         weights: the table, row by row; None marks a cell that must not be taken.
         size: number of cells to take.
 
     Returns:
-        The cells by row and column, in order of rows; None if there are no ``size`` such cells.
+        (row, column) of each cell, in the order of rows; None if there are no ``size`` such cells.
 
     Takes O(size * cells * rows) time.
     """
@@ -96,10 +99,10 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
 
 
 def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
-    """Return any number of cells of a table with the largest total weight, no two in a row or column.
+    """Return the cells of a table with the largest total weight, no two in one row or column.
 
-    Cells of weight 0 are never taken. The cells are ordered as in `heaviest_matching`. Equal input gives
-    equal output. Takes O(cells * rows * min(rows, columns)) time.
+    The number of cells is not fixed. Cells of weight 0 are never taken. Each cell is a pair (row, column), in
+    the order of rows. Equal input gives equal output. Takes O(cells * rows * min(rows, columns)) time.
 
     Args:
         weights: the table, row by row, without negative weights.
@@ -114,10 +117,10 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
 def _add_cell(
     weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
 ) -> bool:
-    """Take one more cell, along the path that gains most weight. Return False if no path gains enough.
+    """Take one more cell, along the path that gains most weight. Return whether a cell was taken.
 
-    The taken cells keep the largest total weight for their number (successive shortest paths). The gain never
-    grows from one call to the next.
+    No cell is taken if every path gains less than ``least_gain``. The total weight of the taken cells stays
+    the largest for their number (successive shortest paths). The gain never grows from one call to the next.
     """
     row_of = {column: row for row, column in column_of.items()}
     gains, came_from = _find_best_gains(weights, column_of, row_of)
@@ -136,7 +139,10 @@ def _add_cell(
 def _find_best_gains(
     weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
 ) -> tuple[dict[int, int], dict[int, int]]:
-    """Return, by column, the largest gain of an alternating path from a free row, and the path's last row."""
+    """Return the largest gain of a path from a free row to each column, and the last row of this path.
+
+    Paths alternate between free and taken cells. Both results are mappings from columns.
+    """
     reached = {row: 0 for row in range(len(weights)) if row not in column_of}
     gains: dict[int, int] = {}
     came_from: dict[int, int] = {}

@@ -1,4 +1,4 @@
-"""Rewrite formulas: replace leaves or names, or move negations to the leaves."""
+"""Rewrite formulas: replace their leaves or names, or move negations to the leaves."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ L = TypeVar("L", bound=f.Leaf)
 
 
 def map_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
-    """Replace each term of a leaf by ``change(term)``."""
+    """Return a leaf (atom, action or equation) whose terms are replaced by ``change(term)``."""
     if isinstance(leaf, f.Equals):
         return replace(leaf, left=change(leaf.left), right=change(leaf.right))
     return replace(leaf, arguments=tuple([change(term) for term in leaf.arguments]))
 
 
 def map_leaves(formula: f.Formula, change: Callable[[f.Leaf], f.Formula]) -> f.Formula:
-    """Replace each leaf of a formula by ``change(leaf)``."""
+    """Return a formula whose leaves are replaced by ``change(leaf)``."""
     if isinstance(formula, (f.Atom, f.Occurs, f.Equals)):
         return change(formula)
     return map_parts(formula, lambda part: map_leaves(part, change))
@@ -33,7 +33,9 @@ def rewrite(
     change: Callable[[f.Leaf, frozenset[str]], f.Formula],
     bound: frozenset[str] = frozenset(),
 ) -> f.Formula:
-    """Replace each leaf of a formula by ``change(leaf, bound)``, with the variables bound at the leaf.
+    """Return a formula whose leaves are replaced by ``change(leaf, bound)``.
+
+    ``bound`` has the names of the variables that are bound at the leaf.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
@@ -48,7 +50,10 @@ def rewrite(
 
 
 def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
-    """Replace each largest part without temporal operators, in a formula of temporal logic."""
+    """Replace each largest subformula without temporal operators by ``change(subformula)``.
+
+    Return the new formula.
+    """
     if is_state_formula(formula):
         return change(formula)
     if isinstance(formula, (f.ForAll, f.Exists, f.Exactly, f.ForPairs)):
@@ -57,7 +62,7 @@ def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]
 
 
 def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:
-    """Replace constants and free variables of a formula.
+    """Return a formula whose constants and free variables are replaced by the terms in a mapping.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
@@ -70,9 +75,9 @@ def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula
 
 
 def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
-    """Return a formula, or its negation, with negations only at the leaves and without implications.
+    """Return an equivalent of a formula, or of its negation, with negations only at the leaves.
 
-    Negations of counting quantifiers and of temporal operators stay in place.
+    It has no implications, either. Negations of counting quantifiers and of temporal operators stay in place.
     """
     match formula:
         case f.Not(operand):
@@ -93,7 +98,7 @@ def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
 
 
 def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """Replace the names of objects in a formula. Variables and categories stay."""
+    """Return a formula with other names of objects. Variables and categories stay."""
 
     def rename(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Constant) else term.name
@@ -103,9 +108,9 @@ def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
 
 
 def rename_variables(formula: f.Formula) -> f.Formula:
-    """Rename the bound variables of a formula to x, y, z, x1, x2, ... in the order of their quantifiers.
+    """Return a formula with bound variables named x, y, z, x1, x2, ... in the order of their quantifiers.
 
-    Names of objects in the formula are skipped.
+    A name is skipped if an object in the formula has it.
     """
     taken = object_names(formula)
     fresh = filter(lambda name: name not in taken, chain("xyz", map("x{}".format, count(1))))
@@ -113,7 +118,7 @@ def rename_variables(formula: f.Formula) -> f.Formula:
 
 
 def _rename(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
-    """Rename free variables by ``names``, and bound variables by the next names of ``fresh``."""
+    """Rename free variables by ``names``; name bound variables by the next names of ``fresh``."""
 
     def rename(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Variable) else term.name

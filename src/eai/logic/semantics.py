@@ -1,19 +1,19 @@
 """Evaluates formulas on traces, and explains the result (paper, section "LTL representation of goals").
 
 A state formula holds on a trace if it holds at some position. ``f then g`` holds if the trace can be cut into
-two nonempty pieces, the first satisfying ``f`` and the second ``g``. And, or, not and quantifiers around
-``then`` combine the truth values of their parts on the same trace, as usual. The operators beyond the paper
-are about positions, as usual in LTL on finite traces (De Giacomo and Vardi 2013). Below next, eventually,
-always and until, a state formula means "at this position". At the top, these operators mean "at the first
-position".
+two nonempty pieces, so that ``f`` holds on the first and ``g`` on the second. And, or, not and quantifiers
+around ``then`` combine the truth values of their parts on the same trace, as usual. The temporal operators
+that the paper lacks are about positions, as usual in LTL on finite traces (De Giacomo and Vardi 2013). Below
+next, eventually, always and until, a state formula means "at this position". Outside of other operators,
+these four operators mean "at the first position".
 
-Every subformula is evaluated once for all positions at a time, as a mask of positions, so that connectives
-are integer operations. The piece of an operand before ``then`` may end anywhere. Some operands cannot become
-false when their piece grows: all without not, always, implies and forn over ``then``. For these, only the
-last possible end is tried. For operands that cannot become false when the piece shrinks, only the first end
-is tried. All others are evaluated on every piece, which costs a factor of the trace's length.
+Every subformula is evaluated once for all positions, as a mask of positions, so that connectives are integer
+operations. In ``f then g``, the piece of ``f`` may end anywhere. Formulas without not, always, implies and
+forn over ``then`` cannot become false when their piece grows. So only the last possible end is tried for
+these formulas. For formulas that cannot become false when their piece shrinks, only the first end is tried.
+All other formulas are evaluated on every piece, which multiplies the time by the length of the trace.
 
-A quantifier tries only those objects for which its body can be true, or false, at all (`support`):
+A quantifier tries only objects for which its body can have the wanted truth (`support`):
 ``exists x. exists y. (pour(x, y))`` on a trace with one pouring does not try 290 times 290 pairs.
 """
 
@@ -32,7 +32,7 @@ from eai.logic.trace import Trace, positions_in
 from eai.logic.traversal import monotony, temporal_parts
 
 Binding: TypeAlias = Mapping[str, str]
-"""Mapping from the names of variables to their objects."""
+"""Mapping from names of variables to names of objects."""
 
 _EvaluatePart: TypeAlias = Callable[[f.Formula, Binding], int]
 
@@ -63,7 +63,7 @@ class _Evaluator:
         return id(formula) in self._temporal
 
     def find_state_positions(self, formula: f.Formula, binding: Binding) -> int:
-        """Return the positions at which a state formula holds."""
+        """Return the mask of positions at which a state formula holds."""
         if binding:
             return self._compute_state_positions(formula, binding)
         mask = self._closed.get(id(formula))
@@ -84,7 +84,7 @@ class _Evaluator:
                 return self._combine(formula, binding, self.find_state_positions, self._trace.length - 1)
 
     def find_positions(self, formula: f.Formula, binding: Binding, end: int) -> int:
-        """Return the positions at which the formula holds, on the trace cut off after ``end``."""
+        """Return the mask of positions at which the formula holds, on the trace cut off after ``end``."""
         if not self.is_temporal(formula):
             return self.find_state_positions(formula, binding) & _up_to(end)
         match formula:
@@ -106,7 +106,7 @@ class _Evaluator:
                 return self._combine(formula, binding, partial(self.find_positions, end=end), end)
 
     def find_starts(self, formula: f.Formula, binding: Binding, end: int) -> int:
-        """Return the start positions of pieces that end at ``end`` and satisfy the formula."""
+        """Return the mask of starts of pieces that end at ``end`` and satisfy the formula."""
         if not self.is_temporal(formula):
             return _up_to_last(self.find_state_positions(formula, binding) & _up_to(end))
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
@@ -114,25 +114,25 @@ class _Evaluator:
         return self._combine(formula, binding, partial(self.find_starts, end=end), end)
 
     def _find_sequence_starts(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
-        """Return the start positions of consecutive pieces that satisfy the parts and end at ``starts``."""
+        """Return the mask of starts of consecutive pieces that satisfy the parts; ``starts`` come next."""
         for part in reversed(parts):
             starts = self._find_piece_starts(part, binding, starts)
         return starts
 
     def _find_piece_starts(self, formula: f.Formula, binding: Binding, rest: int) -> int:
-        """Return the start positions of pieces that satisfy the formula and end just before ``rest``."""
+        """Return the mask of starts of pieces that satisfy the formula and end just before ``rest``."""
         ends = rest >> 1
-        # A lasting formula that holds on some piece also holds on the longest one.
+        # If a lasting formula holds on some piece, it holds on the longest piece, too.
         if id(formula) in self._monotony.lasting:
             return self.find_starts(formula, binding, ends.bit_length() - 1) if ends else 0
-        # A perishing formula that some piece satisfies is satisfied by the piece of length 1.
+        # If a perishing formula holds on some piece, it holds on the piece of length 1, too.
         if id(formula) in self._monotony.perishing and ends == _up_to_last(ends):
             return self._find_single_positions(formula, binding) & ends
         table = self._find_table(formula, binding)
         return reduce(or_, [table[end] for end in positions_in(ends)], 0)
 
     def _find_single_positions(self, formula: f.Formula, binding: Binding) -> int:
-        """Return the positions at which a piece of length 1 satisfies the formula."""
+        """Return the mask of positions at which a piece of length 1 satisfies the formula."""
         if not self.is_temporal(formula):
             return self.find_state_positions(formula, binding)
         match formula:
@@ -152,7 +152,10 @@ class _Evaluator:
         return self._tables[key]
 
     def _compute_table(self, formula: f.Formula, binding: Binding) -> list[int]:
-        """Compute the start positions of pieces for every end. Parts of connectives are computed first."""
+        """Return a list with the mask of starts of satisfying pieces, for every end of a piece.
+
+        The tables of the operands of connectives are computed first.
+        """
         if not self.is_temporal(formula):
             mask = self.find_state_positions(formula, binding)
             return [_up_to_last(mask & _up_to(end)) for end in range(self._trace.length)]
@@ -199,7 +202,10 @@ class _Evaluator:
     def _evaluate_instances(
         self, variable: f.Variable, body: f.Formula, binding: Binding, evaluate: _EvaluatePart, truth: bool
     ) -> list[int]:
-        """Return the positions at which the body holds for each value that can give it the wanted truth."""
+        """Return a list of masks: the positions at which the body holds, for each value of the variable.
+
+        Values that cannot give the body the wanted truth are left out.
+        """
         name = variable.name
         values = self._find_candidates(variable, body, binding, truth)
         return [evaluate(body, {**binding, name: value}) for value in values]
@@ -207,14 +213,14 @@ class _Evaluator:
     def _find_candidates(
         self, variable: f.Variable, body: f.Formula, binding: Binding, truth: bool
     ) -> frozenset[str]:
-        """Return the values of a variable for which the body can have the wanted truth at some position."""
+        """Return the values of a variable that can give the body the wanted truth at some position."""
         domain = self._trace.domain(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
         possible = support(body, variable.name, inner, truth, self._find_participants)
         return domain if possible is None else domain & possible
 
     def _find_participants(self, leaf: f.Atom | f.Occurs, index: int, binding: Binding) -> Set[str] | None:
-        """Return the objects that occur at an argument of an action on the trace; None for an atom."""
+        """Return the objects that occur as argument of an action on the trace; None for an atom."""
         return self._trace.participants(leaf.action, index) if isinstance(leaf, f.Occurs) else None
 
     def _evaluate_pairing(
@@ -250,14 +256,14 @@ def _up_to(end: int) -> int:
 
 
 def _up_to_last(mask: int) -> int:
-    """Return the mask of all positions up to the last position in a mask."""
+    """Return the mask of all positions up to the last position of a mask."""
     return (1 << mask.bit_length()) - 1
 
 
 def _positions_until(left: int, right: int) -> int:
-    """Return the positions from which ``left`` holds up to a position of ``right``.
+    """Return the positions from which ``left`` holds up to a position of ``right``. All are masks.
 
-    Each round doubles the distance that is covered.
+    Each round of the loop doubles the distance to the position of ``right``.
     """
     reach = 1
     while left:
@@ -268,9 +274,10 @@ def _positions_until(left: int, right: int) -> int:
 
 
 def _positions_of_exactly(count: int, masks: list[int], everything: int) -> int:
-    """Return the positions that are in exactly ``count`` masks.
+    """Return the mask of the positions that are in exactly ``count`` masks.
 
-    A binary counter adds the masks. Each digit is a mask of positions.
+    For each position, the masks that contain it are counted in binary. Each digit of the counts is a mask of
+    positions.
     """
     digits: list[int] = []
     for mask in masks:
@@ -285,23 +292,27 @@ def _positions_of_exactly(count: int, masks: list[int], everything: int) -> int:
 
 
 PossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
-"""Function that returns the objects that can be argument number i of a true atom; None if any object can."""
+"""Function that returns the names of the objects that can be argument number i of a true atom or action.
+
+Its arguments are the atom or action, i, and the values of other variables. None means that any object can.
+"""
 
 
 def support(
     formula: f.Formula, variable: str, binding: Binding, truth: bool, possible_arguments: PossibleArguments
 ) -> Set[str] | None:
-    """Return a superset of the values of a variable that can give the formula this truth.
+    """Return all values of a variable that can give the formula this truth, and perhaps more values.
 
     Args:
         formula: the formula.
-        variable: the variable.
-        binding: the values of variables bound further out; ``variable`` is not among them.
+        variable: name of the variable.
+        binding: the values of variables bound further out, without ``variable``.
         truth: the truth that the formula should have at some position.
-        possible_arguments: returns the objects that may be an argument of a true atom or action.
+        possible_arguments: function that returns the objects that may be an argument of a true atom or
+            action.
 
     Returns:
-        The set, or None if every object would have to be tried.
+        The set of values, or None if every object must be tried.
     """
 
     def support_of(operand: f.Formula, wanted: bool) -> Set[str] | None:
@@ -322,7 +333,7 @@ def support(
         case f.Implies(premise, conclusion):
             return support_of(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
-            # A body restricts values only if some value must give it this truth: the domain may be empty.
+            # A body that must hold for every inner value restricts nothing: there may be no inner values.
             if isinstance(formula, f.Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
@@ -352,7 +363,10 @@ def _find_smallest(supports: Iterable[Set[str] | None]) -> Set[str] | None:
 
 
 def unite_supports(supports: Iterable[Set[str] | None]) -> Set[str] | None:
-    """Return the union of supports: any part may make the formula true. None if one support is None."""
+    """Return the union of sets of values, for a formula that is true if any of its parts is.
+
+    The result is None (every object must be tried) if one of the sets is None.
+    """
     union: Set[str] = frozenset()
     for objects in supports:
         if objects is None:
@@ -363,16 +377,17 @@ def unite_supports(supports: Iterable[Set[str] | None]) -> Set[str] | None:
 
 @dataclass(frozen=True, slots=True)
 class _Evidence:
-    """The verdict on a formula, with its evidence.
+    """The truth of a formula on a trace, and the explanation.
 
     Attributes:
         holds: whether the formula holds.
-        positions: for a state formula, every position at which it holds. For ``then``, the positions at which
-            its parts were first completed one after the other, up to the first part that was not. For any
-            other formula, every position from which the rest of the trace satisfies it.
-        failed: the smallest parts that make the formula false. These are the conjuncts that never hold; or a
-            conjunction whose conjuncts never hold together; or the first part of a ``then`` that is not
-            completed after the parts before it; otherwise the formula itself.
+        positions: for a state formula, every position at which the formula holds. For ``then``, the position
+            at which each part was first completed after the previous part, up to the first part that was not
+            completed. For other formulas, every position from which the rest of the trace satisfies the
+            formula.
+        failed: the smallest parts that make the formula false. For a conjunction, the conjuncts that never
+            hold, or the conjunction if its conjuncts hold only at different positions. For ``then``, the
+            first part that is not completed after the previous part. Otherwise the formula itself.
     """
 
     holds: bool
@@ -389,12 +404,12 @@ class _ViolatedPart:
 
 
 def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
-    """Return the violated subformula of a formula that does not hold on the trace.
+    """Return the violated part of a formula that does not hold on the trace.
 
-    For always and until, the violated subformula is the body or left side, with the first position of its
-    failure. If the left side of an until always holds, the right side is violated. For a conjunction, the
-    first false conjunct is violated. If all conjuncts hold, but only apart from each other, the conjunction
-    is violated.
+    For always, the violated part is its body, with the first position at which the body is false. For until,
+    the part is the left side with such a position, or the right side if the left side always holds. For a
+    conjunction, the part is the first false conjunct, or the conjunction if its conjuncts hold only at
+    different positions.
     """
     evaluator, end = _Evaluator(formula, trace), trace.length - 1
     match formula:
@@ -411,7 +426,7 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
 
 
 def explain(formula: f.Formula, trace: Trace) -> _Evidence:
-    """Evaluate a closed formula on the trace, and return the evidence.
+    """Evaluate a closed formula on the trace, and return its truth with an explanation.
 
     Raises:
         InputError: a variable is not bound by any quantifier.
@@ -433,7 +448,7 @@ def explain(formula: f.Formula, trace: Trace) -> _Evidence:
 def _find_blamed_parts(
     formula: f.Formula, evaluator: _Evaluator, trace: Trace, start: int
 ) -> tuple[f.Formula, ...]:
-    """Return the parts of a formula that make it false from ``start`` on; () if it holds."""
+    """Return the smallest parts that make a formula false from position ``start`` on; () if it holds."""
     if evaluator.find_starts(formula, {}, trace.length - 1) >> start & 1:
         return ()
     match formula:
@@ -449,12 +464,12 @@ def _find_blamed_parts(
 def _explain_sequence(
     formula: f.Then, holds: bool, evaluator: _Evaluator, trace: Trace, start: int
 ) -> _Evidence:
-    """Complete the parts of a ``then`` one after the other, each as early as possible."""
+    """Explain a ``then`` from position ``start`` on. Find the earliest end of each part in turn."""
     positions: list[int] = []
     for part in formula.parts:
         last = _find_first_completion(part, evaluator, trace, start)
         if last is None:
-            if holds:  # some part before this one must be completed at a later position
+            if holds:  # the formula holds if an earlier part is completed at a later position
                 return _Evidence(True, tuple(positions))
             blamed = _find_blamed_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _Evidence(False, tuple(positions), blamed or (part,))

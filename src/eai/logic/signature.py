@@ -1,4 +1,4 @@
-"""Signatures: the names that a formula may use; also misuses of names, and positions in a text."""
+"""Signatures: the names that a formula may use. Also misuses of names, and positions in a text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def join_with_or(words: Sequence[str]) -> str:
 
 
 MisuseKind: TypeAlias = Literal["unknown_predicate", "unknown_object", "wrong_arity"]
-"""Kind of misuse of a name in a formula whose syntax is right.
+"""Kind of misuse of a name in a formula without syntax errors.
 
 ``unknown_predicate``: the name is neither a predicate nor an action. ``unknown_object``: an argument is
 neither an object nor a bound variable. ``wrong_arity``: the predicate or action takes another number of
@@ -37,7 +37,7 @@ arguments.
 
 @dataclass(frozen=True, slots=True)
 class Misuse:
-    """One use of a name that the signature does not allow.
+    """A use of a name that the signature does not allow.
 
     Attributes:
         kind: the kind of misuse.
@@ -61,13 +61,15 @@ class Misuse:
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """The vocabulary of formulas: predicates and actions with their arities, and the objects.
+    """The names that formulas may use: predicates and actions with their arities, and objects.
 
     Attributes:
-        predicates: arity of each predicate; None allows any number of arguments.
-        actions: arity of each action. A name that is both a predicate and an action is a predicate.
+        predicates: mapping from predicates to arities; None as arity allows any number of arguments.
+        actions: mapping from actions to arities. A name that is both a predicate and an action is a
+            predicate.
         objects: the names of objects; None allows every name.
-        parsed: cache of parsed primitives by their text, since answers to one task share most primitives.
+        parsed: mapping from texts to parsed atoms and actions. It is a cache, since answers to one task have
+            most of them in common.
     """
 
     predicates: Mapping[str, int | None]
@@ -80,7 +82,7 @@ class Signature:
         return name in self.actions and name not in self.predicates
 
     def arity_table(self, name: str) -> Mapping[str, int | None]:
-        """Return the table of arities that contains a name: of the predicates, or else of the actions."""
+        """Return the arities of all predicates if a name is a predicate, else those of all actions."""
         return self.predicates if name in self.predicates else self.actions
 
 
@@ -90,5 +92,5 @@ def to_term(name: str, scope: frozenset[str]) -> Term:
 
 
 def describe_arity(name: str, arity: int, noun: str) -> str:
-    """Return a text about the number of arguments of a name: ``WALK takes 1 object``."""
+    """Return a text about the required number of arguments of a name: ``WALK takes 1 object``."""
     return f"{name} takes {arity} {noun}{'' if arity == 1 else 's'}"

@@ -1,4 +1,4 @@
-"""Find formulas that are false on every trace that begins with a given state."""
+"""Find formulas that are false on every trace with a given initial state."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from eai.logic.traversal import is_state_formula, walk
 
 
 def is_broken(formula: f.Formula, start: Trace) -> bool:
-    """Whether a closed formula is false on all traces that begin with a given state.
+    """Whether a closed formula is proved false for all traces with a given initial state.
 
-    True is a proof. False proves nothing, since not every trace can be produced by possible actions.
+    False means that there is no proof. Some traces may be impossible by the actions of the domain.
 
     Args:
-        formula: the formula; temporal operators stand outside of its quantifiers.
-        start: the trace that consists of the given state only.
+        formula: the formula; its quantifiers contain no temporal operators.
+        start: the trace that consists of the initial state only.
     """
     return _truth(formula, start, is_top=True) is False
 
 
 def _truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
-    """Return the truth of a formula on all traces with this start, or None if it differs between traces.
+    """Return the truth of a formula on all traces with this initial state, or None if traces differ.
 
-    A state formula that is no operand of a temporal operator may hold at any position.
+    A state formula outside of temporal operators may hold at any position of a trace.
     """
     if is_state_formula(formula):
         if any(isinstance(part, f.Occurs) for part in walk(formula)):

@@ -1,7 +1,4 @@
-"""Traces, on which formulas are evaluated: states in which atoms hold, and the actions between the states.
-
-Sets of positions are bit masks: bit i stands for position i.
-"""
+"""Traces: the states and actions on which formulas are evaluated. A state gives the truth of atoms."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from eai.base.errors import InputError
 
 
 class _Interpretation(Protocol):
-    """One state, as formulas read it. Objects have the names used in formulas."""
+    """One state, as formulas read it. Objects are given by the names used in formulas."""
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         """Whether the atom is true. An atom with an unknown predicate or object is false."""
@@ -30,13 +27,13 @@ TakenAction: TypeAlias = tuple[str, tuple[str, ...]]
 class Trace:
     """A finite, nonempty sequence of states with the actions between them (paper, section on LTL goals).
 
-    Action i is taken in state i and leads to state i + 1. So it belongs to position i, before its effects,
-    and the last position has no action. All states have the same objects. Truth values are computed on demand
-    and cached.
+    Action i is taken in state i and leads to state i + 1. So a formula about action i is true at position i,
+    and no action is taken at the last position. All states have the same objects. Truth values are computed
+    on demand and cached.
 
     Args:
         states: the states, at least one.
-        actions: one action less than states; or none, if no formula reads actions.
+        actions: one action fewer than states; or no actions, if formulas mention none.
 
     Raises:
         InputError: the number of actions does not fit the number of states.
@@ -58,7 +55,7 @@ class Trace:
             occurrences[arguments] = occurrences.get(arguments, 0) | 1 << position
 
     def atom(self, predicate: str, arguments: tuple[str, ...]) -> int:
-        """Return the positions at which an atom holds, as a mask."""
+        """Return the mask of the positions at which an atom holds."""
         key = (predicate, arguments)
         mask = self._atoms.get(key)
         if mask is None:
@@ -67,16 +64,16 @@ class Trace:
         return mask
 
     def occurrence(self, action: str, arguments: tuple[str, ...]) -> int:
-        """Return the positions of an action with these objects, as a mask."""
+        """Return the mask of the positions of an action with these objects."""
         return self._actions.get(action, {}).get(arguments, 0)
 
     def participants(self, action: str, index: int) -> frozenset[str]:
-        """Return the objects that occur as argument number ``index`` (from 0) of an action in the trace."""
+        """Return the objects that occur as argument number ``index`` (from 0) of an action on the trace."""
         occurrences = self._actions.get(action, {})
         return frozenset(arguments[index] for arguments in occurrences if index < len(arguments))
 
     def objects(self, category: str | None) -> Sequence[str]:
-        """Return the objects of a category, in the states' order."""
+        """Return the objects of a category, in the order in which the states list them."""
         return self._states[0].objects(category)
 
     def domain(self, category: str | None) -> frozenset[str]:
@@ -87,7 +84,7 @@ class Trace:
 
 
 def positions_in(mask: int) -> Iterator[int]:
-    """Yield the positions in a mask, ascending."""
+    """Yield the positions in a bit mask, ascending."""
     while mask:
         lowest = mask & -mask
         yield lowest.bit_length() - 1

@@ -1,6 +1,6 @@
-"""Functions that walk over formulas: they find parts, variables, objects, predicates and monotone parts.
+"""Functions that walk over formulas: they find subformulas, variables, objects and predicates.
 
-None of the functions recurses.
+They also find the subformulas whose truth is monotone in the length of a trace. No function recurses.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ T = TypeVar("T")
 _TEMPORAL = get_args(f.Temporal)
 
 MAX_DEPTH = 100
-"""Maximum depth of nesting that the syntaxes accept.
+"""Maximum nesting depth of formulas that the parsers accept.
 
 Python compares, hashes and shows nested values recursively, which is safe up to this depth. The deepest
 formula in the two data sets has 6 levels.
 """
 
 MAX_COUNT_DIGITS = 9
-"""Maximum number of digits of the count of a counting quantifier."""
+"""Maximum number of digits of the count in a counting quantifier, such as ``forn 2``."""
 
 
 def children(formula: f.Formula) -> tuple[f.Formula, ...]:
-    """Return the immediate parts of a formula, left to right."""
+    """Return the immediate subformulas of a formula, left to right."""
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
             return ()
@@ -45,7 +45,7 @@ def children(formula: f.Formula) -> tuple[f.Formula, ...]:
 
 
 def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
-    """Return the variables of a quantifier; of any other formula, none."""
+    """Return the variables that a quantifier binds; () for other formulas."""
     match formula:
         case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
             return (variable,)
@@ -56,7 +56,7 @@ def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
 
 
 def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
-    """Return the terms of an atom, an action or an equation, left to right; of other formulas, none."""
+    """Return the terms of an atom, an action or an equation, left to right; () for other formulas."""
     match formula:
         case f.Atom(_, arguments) | f.Occurs(_, arguments):
             return arguments
@@ -67,7 +67,7 @@ def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
 
 
 def map_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
-    """Replace each immediate part of a formula by ``change(part)``, left to right."""
+    """Return a formula whose immediate subformulas are replaced by ``change(subformula)``, left to right."""
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
             return formula
@@ -84,14 +84,14 @@ def map_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f
 
 
 def quantify(quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Variable], body: T) -> T:
-    """Put quantifiers around a formula or an effect, one for each variable; the first is outermost."""
+    """Put one quantifier for each variable around a formula or an effect; the first variable is outermost."""
     for variable in reversed(variables):
         body = quantifier(variable, body)
     return body
 
 
 def walk(formula: f.Formula) -> Iterator[f.Formula]:
-    """Yield a formula and all its parts, each before its own parts, left to right."""
+    """Yield a formula and all its subformulas, left to right, each before its own subformulas."""
     pending = [formula]
     while pending:
         current = pending.pop()
@@ -126,7 +126,7 @@ def free_variables(formula: f.Formula) -> frozenset[str]:
 
 
 def temporal_parts(formula: f.Formula) -> frozenset[int]:
-    """Return the ``id`` of every part with a temporal operator, the formula itself included."""
+    """Return the ``id`` of every subformula (or the formula itself) that has a temporal operator."""
     ids: set[int] = set()
     for part in reversed(list(walk(formula))):
         if isinstance(part, _TEMPORAL) or not ids.isdisjoint(map(id, children(part))):
@@ -135,16 +135,22 @@ def temporal_parts(formula: f.Formula) -> frozenset[int]:
 
 
 class _Monotony(NamedTuple):
-    """Parts, by ``id``, whose truth on a piece of a trace is monotone in the end of the piece."""
+    """The ``id`` of each subformula whose truth on a piece of a trace is monotone in the length of the piece.
+
+    Pieces grow and shrink at their end.
+    """
 
     lasting: frozenset[int]
-    """Parts that stay true when the piece grows at its end."""
+    """Subformulas that stay true when the piece grows at its end."""
     perishing: frozenset[int]
-    """Temporal parts that stay true when the piece shrinks at its end."""
+    """Temporal subformulas that stay true when the piece shrinks at its end."""
 
 
 def monotony(formula: f.Formula) -> _Monotony:
-    """Find the lasting and perishing parts of a formula, as far as its shape shows them."""
+    """Find the lasting and perishing subformulas of a formula.
+
+    Only the operators are considered, so that some subformulas may be missed.
+    """
     temporal = temporal_parts(formula)
     lasting: set[int] = set()
     perishing: set[int] = set()
