@@ -1,4 +1,4 @@
-"""The records that a study analyses, read only when an analysis uses them."""
+"""Read the records that a study analyses, only when an analysis uses them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eai.results.tidy import TidyTables
 from eai.tasks.source import ErrataChoice, Source
 
 ReportDone: TypeAlias = Callable[[int], None]
-"""Called with the number of finished steps of a long analysis."""
+"""Function that a long analysis calls with the number of finished steps, to show progress."""
 
 
 def _hide_progress(title: str, total: int) -> AbstractContextManager[ReportDone]:
@@ -23,19 +23,19 @@ def _hide_progress(title: str, total: int) -> AbstractContextManager[ReportDone]
 
 
 def _ignore_note(line: str) -> None:
-    """Ignore a note; used if nobody reads notes."""
+    """Ignore a note to the user; the default if notes are not shown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """Records for an analysis, as runs or as tidy tables, with the means to report progress.
+    """Records for an analysis, read as runs or as tidy tables, with functions that report progress and notes.
 
     Attributes:
         paths: files of records, or folders with records.jsonl somewhere below.
         folder: folder of the results.
-        source: location of the data set.
-        note: tells the user a line that is not part of the results.
-        progress: shows the progress of a long analysis, given a title and a total.
+        source: source of the data sets of the records' benchmarks.
+        note: function that prints a line for the user, outside of the results.
+        progress: function that shows the progress of a long analysis, given a title and the number of steps.
     """
 
     paths: tuple[Path, ...]
@@ -49,20 +49,20 @@ class Records:
         """Yield the runs file by file, so that memory holds the records of one file at a time.
 
         Raises:
-            InputError: there are no records, or one is unusable.
+            InputError: there are no records, or a record is unusable.
         """
         return read_runs(self.paths)
 
     def tables(self, *, features: bool = True) -> TidyTables:
-        """Return the tidy tables of runs that can be compared: the plain runs, if there are any.
+        """Return the tidy tables of comparable runs: of plain runs (without study options), if any exist.
 
-        The tables are built once. Beside plain runs, runs of experiments are left out, with a note.
+        The tables are built once. If there are plain runs, other runs are left out, with a note.
 
         Args:
-            features: whether lines describe their tasks, which needs the tasks to be built.
+            features: whether lines contain features of their tasks, for which the tasks are loaded.
 
         Raises:
-            InputError: there are no records, one is unusable, or there are several experiments and no
+            InputError: there are no records, a record is unusable, or there are several experiments and no
                 plain run.
         """
         if True in self._cached_tables or features in self._cached_tables:
@@ -82,10 +82,10 @@ class Records:
         return self._cached_tables[features]
 
     def all_tables(self) -> TidyTables:
-        """Return the tidy tables of all runs, including experiments.
+        """Return the tidy tables of all runs, including runs with options of studies.
 
         Raises:
-            InputError: there are no records, or one is unusable.
+            InputError: there are no records, or a record is unusable.
         """
         made = self._empty_tables(features=True)
         for run in self.runs():
@@ -96,11 +96,11 @@ class Records:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def for_subfolder(self, name: str) -> Records:
-        """Return these records with a subfolder of the results for another analysis."""
+        """Return these records for an analysis whose results go into a subfolder."""
         return replace(self, folder=self.folder / name)
 
 
 def group_comparable_runs(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
-    """Return the runs by suite and model, all sorted. A suite is a protocol, a domain and an ability."""
+    """Return the runs of each suite (protocol, domain and ability), by suite and model, all sorted."""
     ordered = sorted(runs, key=lambda run: run.key.order)
     return group_pairs(((*run.key.suite, run.key.model), run) for run in ordered)

@@ -38,7 +38,7 @@ _LISTED_FIRST = (
     "repair",
     "conduct",
 )
-"""Names of the studies that are listed first, in this order."""
+"""Names of the studies that lists of studies show first, in this order."""
 
 
 @cache
@@ -47,13 +47,13 @@ def _find_entries() -> Mapping[str, EntryPoint]:
 
 
 def study_names() -> tuple[str, ...]:
-    """Return the names of all studies. Studies of this package come first."""
+    """Return the names of all registered studies. Studies of this package come first."""
     return tuple(_find_entries())
 
 
 @cache
 def find_study(name: str) -> Study:
-    """Return the study with a name.
+    """Return the registered study with a name.
 
     Raises:
         InputError: no study has the name, or the entry point does not lead to a study.
@@ -70,10 +70,12 @@ def find_study(name: str) -> Study:
 
 
 def add_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
-    """Return a record with the summaries of its studies added; existing summaries stay.
+    """Return a record to which the studies of its run have added summaries of the answer.
+
+    Summaries that the record has already are kept.
 
     Args:
-        record: the record; one without an answer gets no summaries.
+        record: the record; a record without an answer gets no summaries.
         suite: the suite of the record.
         about: the metadata of the question.
     """

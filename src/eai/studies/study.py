@@ -1,4 +1,4 @@
-"""The definition of a study: the options it adds to runs, and the analysis of their records."""
+"""Define studies: the options that a study adds to runs, and the analysis of the runs' records."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from eai.studies.records import Records
 
 Figures: TypeAlias = "Iterable[tuple[str, Figure | None]]"
-"""Yields file names with figures, drawn one after the other. The figure is None if it has nothing to show."""
+"""File names with figures, drawn one after the other. A figure without anything to show is None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class Analysis:
         tables: the tables.
         figures: the figures, drawn when they are iterated over; drawing needs an optional dependency.
         remarks: sentences that a reader of the tables must know.
-        folder: folder of the output below that of the results; empty for the folder of the results itself.
+        folder: subfolder of the output in the folder of the results; empty for the folder of the results.
         screen_tables: tables for the screen, whose cells are texts; without any, one line names the output.
-        facts: further values for the JSON output.
+        facts: further values for the JSON output, by name.
     """
 
     tables: Sequence[Table]
@@ -59,8 +59,8 @@ class Study:
 
     Attributes:
         name: name of the analysis and of its output files.
-        title: a few words on what varies, and for which questions.
-        options: the options of a run; their defaults leave the run as it is without the study.
+        title: a few words on the varied option, and on the question that the analysis answers.
+        options: the options of a run; with the defaults, the study changes nothing.
         section: name of the options in a run's specification; empty for the name of the study.
         choices: the options of the analysis.
         analyze: makes tables and figures from records. One function makes both, since figures use data that
@@ -86,7 +86,7 @@ class Study:
 
 
 def suite_heading(suite: SuiteKey) -> str:
-    """Return a suite as headings write it, with the title of its benchmark."""
+    """Return the heading of a suite, with the title of its benchmark."""
     return str(suite._replace(domain=title_of(suite.domain)))
 
 
@@ -105,7 +105,7 @@ def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, F
 
 
 def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
-    """Return remarks on the paper's figures in tables of runs under a protocol."""
+    """Return remarks for readers on the paper's figures beside runs under a protocol."""
     on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
     remarks = [note for notes in on_columns for note in notes]
     if protocol.value != read_paper_setting().protocol:
@@ -114,7 +114,7 @@ def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]
 
 
 def choose_metric(ability: Ability, chosen: str | None) -> str:
-    """Return the chosen metric of an ability's main table; its first metric if None is chosen.
+    """Return the chosen metric of an ability's main table; the table's first metric if the choice is None.
 
     Raises:
         InputError: the table has no such metric.

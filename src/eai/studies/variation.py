@@ -1,4 +1,4 @@
-"""Vary runs: a study may change what questions state, ask a model first, or retry failed answers."""
+"""Vary runs: a study may change the content of questions, ask a model first, or retry failed answers."""
 
 from __future__ import annotations
 
@@ -41,13 +41,14 @@ class Endpoint:
 AskModel: TypeAlias = "Callable[..., SuiteResult]"
 """Asks a model (an `Endpoint`) the prompts of a suite, given by task, and scores its answers.
 
-It also takes ``first``, the stage before these questions, and ``epochs``, the number of answers per task.
+Its further arguments are ``first``, the stage before these questions, and ``epochs``, the number of answers
+per task.
 """
 
 
 @dataclass
 class FirstStage:
-    """A stage before the questions of a run. It finds goals or scenes (beliefs) for questions to state.
+    """A stage before the questions of a run, which finds goals or scenes (beliefs) that questions then state.
 
     Attributes:
         library: source of the prompts.
@@ -55,9 +56,9 @@ class FirstStage:
         ask: asks a model.
         believe: finds the beliefs that questions to a model state. It raises InputError if there are none,
             or if the questions cannot state them.
-        previous: the stage whose beliefs also hold in this stage; None for the first stage.
-        results: the results of the questions asked in this stage.
-        found_beliefs: cache for ``believe``, so that it finds each belief set once.
+        previous: the stage before this stage, whose beliefs questions state too; None for the first stage.
+        results: the results of this stage's own questions to models.
+        found_beliefs: cache for the function ``believe``, which finds each set of beliefs only once.
     """
 
     library: Library
@@ -107,7 +108,7 @@ class FirstStage:
     ) -> dict[str, str]:
         """Return the answers of a model by task. Unanswered tasks are left out.
 
-        ``more`` goes to `ask`.
+        The arguments ``more`` are passed on to `ask`.
         """
         outcome = self.ask(endpoint, prompts, suite, **more)
         self.results.append(outcome)
@@ -115,14 +116,14 @@ class FirstStage:
 
 
 class Variation(Options):
-    """The options of a study that varies runs; the defaults leave a run as it is.
+    """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    Every member but `choice` is used only if a choice was made, or if no study has one.
+    Members other than `choice` are used only if the user chose an option of this study or of no study.
     """
 
     @property
     def choice(self) -> str:
-        """The name of the chosen option in messages; empty if the run does not belong to the study."""
+        """Name of the chosen option in messages; empty if the run does not belong to the study."""
         return ""
 
     @property
@@ -159,7 +160,7 @@ class Variation(Options):
 
     @property
     def captioner(self) -> str | None:
-        """The model that lists the contents of pictures for the asked model; None without such a model."""
+        """A second model that describes pictures in text for the asked model; None without such a model."""
         return None
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
@@ -198,10 +199,10 @@ def combine(variations: Iterable[Variation]) -> Variation:
 
 
 class _Combination(Variation):
-    """The options of several studies, or of none.
+    """The options of several studies for one run, perhaps of no study.
 
     Attributes:
-        chosen: The options of each study with a choice.
+        chosen: The options of each study for which the user chose options.
     """
 
     chosen: tuple[SerializeAsAny[Variation], ...] = ()
@@ -223,7 +224,7 @@ class _Combination(Variation):
 
     @property
     def captioner(self) -> str | None:
-        """The model that lists the contents of pictures; None without such a model."""
+        """A second model that describes pictures in text for the asked model; None without such a model."""
         return next((choice.captioner for choice in self.chosen if choice.captioner is not None), None)
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
@@ -245,7 +246,7 @@ class _Combination(Variation):
     ) -> FirstStage | None:
         """Return the last stage before the questions, or None without one.
 
-        The stage of scenes comes before that of goals.
+        The stage that finds scenes comes before the stage that finds goals.
         """
         last: FirstStage | None = None
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_part != "scene"):

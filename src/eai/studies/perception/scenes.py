@@ -1,4 +1,4 @@
-"""Find the scenes that questions of a run show, and the errors in these scenes."""
+"""Find the scenes that the questions of a run show, with their errors: lists of facts, or pictures."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from eai.world.state import Fact
 _PLACE = 20
 
 _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
-"""Media types of pictures, by the suffix of their files."""
+"""Media types of pictures, by the suffix of the picture's file."""
 
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
 def _make_beliefs(label: str, beliefs: Mapping[str, Belief], **more: Any) -> BeliefSet:
-    """Return what questions state about scenes, as beliefs; ``label`` is the format of the scene."""
+    """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_name_choice("scene", "scene", label, _PLACE)})
     return BeliefSet(beliefs, experiment, lacking, **more)
@@ -51,10 +51,10 @@ def _make_beliefs(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Bel
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneWords, graphs: Mapping[str, SceneGraph]
 ) -> BeliefSet:
-    """Return, as beliefs, the scene graphs that questions state instead of the scenes, whether true or not.
+    """Return the scene graphs that questions state instead of the true scenes, as beliefs.
 
     Args:
-        label: origin of the graphs, as experiments name it.
+        label: origin of the graphs, for the label of the run, such as the format of the scene.
         tasks: the tasks.
         words: how scene graphs name facts.
         graphs: the scene graphs by task id; tasks without a graph are left out.
@@ -68,7 +68,7 @@ def make_scene_beliefs(
 
 
 def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> BeliefSet:
-    """Return, as beliefs, the scene graphs that a model wrote and that questions state, by task id."""
+    """Read the scene graphs in a model's answers, given by task id, as beliefs that later questions state."""
     words = scene_words(suite.benchmark)
     read = {task_id: read_scene_graph(text, words.arities) for task_id, text in texts.items()}
     return make_scene_beliefs(label, suite.tasks, words, read)
@@ -77,7 +77,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Be
 def show_scenes(
     choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
 ) -> BeliefSet:
-    """Return the beliefs of questions about scenes that no second model lists.
+    """Return the scenes that questions state, as beliefs, if no second model lists them from pictures.
 
     Raises:
         InputError: a task has no picture.
@@ -94,7 +94,7 @@ def show_scenes(
 def _show_true_scenes(
     choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
 ) -> dict[str, Belief]:
-    """Return, as beliefs, the true scenes that questions show, by task id."""
+    """Return the true scenes by task id, as the facts or pictures that questions show."""
     if choice.scene == "text":
         said = {
             i: _add_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
@@ -110,7 +110,10 @@ def _show_true_scenes(
 def _perceive_again(
     choice: Perception, benchmark: Benchmark, templates: Templates, task: Task, attempt: int
 ) -> tuple[Belief, Mapping[str, str]]:
-    """Return the perceived scene graph of a changed scene before an attempt, with newly drawn errors."""
+    """Return the belief about a changed scene before a further attempt, and the metadata of the question.
+
+    A noisy scene gets newly drawn errors.
+    """
     if choice.noise is None:
         return _show_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
     words = scene_words(benchmark)
@@ -127,12 +130,12 @@ def _add_context(
 
 
 def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templates) -> str:
-    """Return the text on facts that a list of facts leaves out: other objects, and states that do not hold.
+    """Return text on other objects and on untrue states, which a list of facts leaves out.
 
     Args:
         task: the task.
-        words: how facts are named.
-        much: number of other objects, as pictures with this clutter show them.
+        words: names of predicates and objects in facts.
+        much: number of other objects, as in pictures with this clutter.
         templates: the text around the lists.
     """
     wording, described = words.wording, prompt_objects(task)
@@ -157,7 +160,10 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templ
 
 
 def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
-    """Return objects of a scene besides the shown objects. Objects in or on shown objects come first."""
+    """Return objects of a scene that are not among the shown objects.
+
+    Objects in or on shown objects come first.
+    """
     state, scene = task.initial, task.scene
     said = {index for fact in words.list_facts(state, range(len(scene.objects))) for index in fact.arguments}
     supports = [state.relation(words.stored_forms[name]) for name in words.support_predicates]
@@ -200,7 +206,9 @@ def _pictures(
 
 
 def read_images(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, ...]]:
-    """Return the pictures in a folder by task: files whose names begin with the task's id, in order of names.
+    """Return the pictures in a folder by task id, in order of file names.
+
+    The name of a picture's file begins with the id of the task.
 
     Raises:
         InputError: a task has no picture, or a file cannot be read.
@@ -219,13 +227,13 @@ def read_images(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image,
 
 
 def _find_task(stem: str, task_ids: Sequence[str]) -> str | None:
-    """Return the longest task id that begins a file's name and is not followed by a letter or digit."""
+    """Return the longest task id that begins a file's name, with no letter or digit right after the id."""
     begun = [i for i in task_ids if stem == i or (stem.startswith(i) and not stem[len(i)].isalnum())]
     return max(begun, key=len, default=None)
 
 
 def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
-    """Raise if published prompts would have to show the scene in another format."""
+    """Raise an error if the run uses published prompts, which show scenes only in their own format."""
     is_posed = declaration_of(suite.ability).interaction.make_question is not None
     published = suite.benchmark.data.prompts is not None and not is_posed
     if library.prompts == "official" and published:
@@ -237,7 +245,9 @@ def _refuse_published(choice: Perception, library: Library, suite: Suite) -> Non
 
 
 def find_scenes(choice: Perception, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-    """Return the scenes of a run's questions, found once for each domain and shared by all models.
+    """Return the scenes of a run's questions, as beliefs.
+
+    They are found once for each domain, for all models.
 
     If a second model lists the scenes (the captioner), it is first asked about all tasks of a domain. Other
     models then read its lists.
@@ -258,7 +268,7 @@ def find_scenes(choice: Perception, stage: FirstStage, endpoint: Endpoint, suite
 
 
 def _ask_captioner(choice: Perception, stage: FirstStage, suite: Suite) -> BeliefSet:
-    """Return the scenes that a second model (the captioner) lists from pictures."""
+    """Ask a second model (the captioner) to list the scenes in pictures. Return these scenes as beliefs."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = FirstStage(
         stage.library, stage.task_ids, stage.ask, partial(find_scenes, choice.show_pictures_only())

@@ -1,4 +1,4 @@
-"""Count the steps in answers: actions of plans, or subgoals."""
+"""Count the steps in answers: the actions of plans, or the subgoals of decompositions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eai.results.record import Record
 def mean_steps(records: Sequence[Record]) -> float | None:
     """Return the mean number of steps in the readable answers of a run.
 
-    The mean is None if no answer can be read, or if answers to the ability have no steps.
+    The mean is None if no answer can be read, or if the ability's answers are not lists of steps.
     """
     first = records[0]
     if first.domain not in list_benchmarks():
@@ -34,7 +34,7 @@ def _counts(records: Sequence[Record], count: Callable[[str], int | None]) -> It
 
 
 def _counter(benchmark: Benchmark, ability: Ability) -> Callable[[str], int | None] | None:
-    """Return the function that counts an answer's steps; None if answers to the ability have no steps."""
+    """Return a function that counts an answer's steps; None if the ability's answers have no steps."""
     if ability is Ability.ACTION_SEQUENCING:
         return lambda text: (
             None

@@ -1,9 +1,9 @@
-"""Study how questions show the scene, and what errors in the perceived scene cost.
+"""Compare formats of the scene in questions, and measure how errors in a perceived scene lower results.
 
 Errors are grouped by their number, their kind and the lost facts. Rates of errors are always counted in the
-perceived scene graphs, not taken from the options of the noise. Tasks recur in runs, and similar tasks share
-a name; the unit of every interval is the name. If there is a run without errors, it is compared on the same
-tasks.
+perceived scene graphs, not taken from the options of random errors. The unit of every interval is the name of
+a task, because tasks recur in runs and similar tasks share a name. A run without errors, if any, is compared
+on equal tasks.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class _StagedPerception(Perception):
-    """How the questions of a run show the scene, with the stage that finds the scenes."""
+    """Options for how the questions of a run show the scene, with the stage that finds the scenes."""
 
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
@@ -60,7 +60,7 @@ PLAIN = "text"
 """Label of a run whose questions list the true scene."""
 
 BOUNDS = (0, 5, 10, 20, 40, 100)
-"""Upper bounds of the groups of predicate error rates, in percent."""
+"""Upper bounds, in percent, of the groups of answers by predicate error rate of the perceived scene."""
 
 _NO_PERCEPTION = "no record has a perceived scene; eai run --with perception.scene=noisy records one"
 
@@ -71,19 +71,19 @@ _COSTS = ("cases", "value", "without_errors", "cost")
 
 @dataclass(frozen=True, slots=True)
 class _PerceivedTask:
-    """The errors of one task's scene graph in one run, and what the answer adds to the metric."""
+    """The errors in one task's scene graph in one run, and the contribution of the answer to the metric."""
 
     perceived: Perceived
     case: Case
 
     @property
     def rate(self) -> float:
-        """Predicate error rate in percent; 0 if no fact is described."""
+        """Share of described facts that are missing or misplaced, in percent; 0 if no fact is described."""
         return Rate(*perception_shares(self.perceived)["predicate_error"]).percent or 0.0
 
     @property
     def kinds(self) -> frozenset[str]:
-        """Kinds of error in the graph. Missing facts are not counted if objects are unseen."""
+        """Kinds of error in the graph. Missing facts are not a kind if the graph lacks whole objects."""
         counts = {
             "missing": 0 if self.perceived.unseen else self.perceived.missing,
             "misplaced": self.perceived.misplaced,
@@ -95,11 +95,11 @@ class _PerceivedTask:
 
     @property
     def lost(self) -> frozenset[str]:
-        """Predicates of described facts that the graph lacks or misplaces."""
+        """Names of the predicates of described facts that the graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def replace_share(self, share: Share) -> Case:
-        """Return the task's contribution with the share of another rate instead of the metric's."""
+        """Return the task's contribution to another rate, with the given numerator and denominator."""
         return self.case._replace(share=share)
 
 
@@ -111,8 +111,9 @@ class _ComparedRuns:
     """The runs of one model on one suite that show the scene in several formats.
 
     Attributes:
-        metric: a metric of the ability.
-        runs: the records of each run, by the label of its scene; `PLAIN` among them, if there is a plain run.
+        metric: name of a metric of the ability.
+        runs: the records of each run, by the label of its scene format; a run with the true scene has the
+            label `PLAIN`.
     """
 
     metric: str
@@ -133,7 +134,7 @@ class _ComparedRuns:
         ]
 
     def cases(self, name: str) -> Cases:
-        """Return what each task of a run adds to the metric."""
+        """Return the contribution of each task of a run to the metric."""
         records = self.runs[name]
         return cases_of(records, records[0].ability).get(self.metric, ())
 
@@ -143,7 +144,7 @@ class _ComparedRuns:
         return {case.task: case for case in self.cases(PLAIN)} if PLAIN in self.runs else {}
 
     def cost_cells(self, group: _PerceivedTasks) -> Row:
-        """Return the cells of `_COSTS` for a group of tasks."""
+        """Return the cells of the columns `_COSTS` for a group of tasks."""
         cases = [task.case for task in group]
         without = [self.plain_cases[case.task] for case in cases if case.task in self.plain_cases]
         if not without or len(without) < len(cases):
@@ -153,11 +154,11 @@ class _ComparedRuns:
 
 
 def perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
-    """Return the tables of the runs of one model and suite.
+    """Return the tables that compare the scene formats of one model's runs in a suite.
 
     Args:
-        runs: the records of each run.
-        metric: a metric of the ability.
+        runs: the records of each run, by the label of its scene format.
+        metric: name of a metric of the ability.
 
     Raises:
         InputError: no run records a perceived scene.
@@ -195,7 +196,7 @@ def _runs_table(runs: _ComparedRuns) -> Iterator[Row]:
 
 
 def _rates(tasks: _PerceivedTasks) -> list[Estimate]:
-    """Return the error rates of a run, with intervals over tasks."""
+    """Return the rates of errors in a run's perceived scenes, in percent with intervals."""
     if not tasks:
         return [Estimate(None)] * len(_RATES)
     shares = [(task, perception_shares(task.perceived)) for task in tasks]
@@ -303,7 +304,7 @@ def _analyze(records: Records, chosen: _PerceptionChoices) -> Iterator[Analysis]
 
 
 def _name_without_scene(key: RunKey) -> str:
-    """Return the name of a run without its scene format. Runs with equal results are compared."""
+    """Return the key of a run without its scene format. Runs with equal keys are compared."""
     rest = None if key.experiment is None else key.experiment.drop_study(STUDY)
     return key._replace(experiment=rest).name
 
@@ -313,7 +314,10 @@ def _figures(by_run: Table, metric: str, key: RunKey) -> Figures:
 
 
 def draw(by_run: Table, metric: str) -> Figure | None:
-    """Draw each run as a point: value by predicate error rate. The plain run is a hollow point at 0."""
+    """Draw each run as a point: metric by predicate error rate.
+
+    The run with the true scene is hollow, at 0.
+    """
     figure = make_figure(COLUMN, 2.6)
     panel = figure.subplots()
     cases = set[int]()
@@ -340,7 +344,7 @@ def draw(by_run: Table, metric: str) -> Figure | None:
 
 
 def _summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
-    """Return the errors of the scene graph that a question stated."""
+    """Return the summary for a record: the errors in the scene graph that its question stated."""
     from eai.studies.perception.scene_graph import SCENE
     from eai.studies.perception.scenes import read_scene_beliefs
 

@@ -1,4 +1,4 @@
-"""The verdict on a scene graph, with its differences from the scene."""
+"""The verdict on a scene graph, with the differences between the graph and the true scene."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from eai.abilities.verdict import Confusion, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Perceived:
-    """The differences of a scene graph from the scene, by the paper's four kinds of error.
+    """The differences between a scene graph and the true scene, by the paper's four kinds of error.
 
     The kinds are from the appendix on vision models. The described facts of a scene are those that a prompt
     states, without facts that follow from others. A true fact of the graph that is not described is no error.
@@ -19,16 +19,16 @@ class Perceived:
         facts: number of described facts.
         relations: number of described facts that relate two objects.
         perceived: number of facts in the scene graph.
-        missing: number of described facts that the graph lacks, without the misplaced ones.
+        missing: number of described facts that the graph lacks, without misplaced facts.
         misplaced: number of described relations that the graph states with another second object (the paper's
             spatial hallucinations).
         unnecessary: number of other untrue facts in the graph about existing objects.
         invented: number of facts in the graph with an unknown name (object hallucinations).
-        objects: number of objects to name.
+        objects: number of objects that the graph should name.
         names: number of names in the graph.
         invented_names: number of names in the graph that the scene does not have.
         unseen: number of objects that the graph does not name.
-        predicates: by predicate, the numbers of right, untrue and lacking facts.
+        predicates: by predicate, the numbers of right, untrue and missing facts.
         ill_formed: number of entries of the answer that are not facts, such as unknown predicates or wrong
             numbers of objects.
         unreadable: whether the answer has no readable scene graph, so that nothing is perceived.
@@ -58,8 +58,8 @@ class SceneGraphVerdict(Verdict):
     """The verdict on a scene graph.
 
     Attributes:
-        success: whether the graph has every described fact, and no fact that does not hold.
-        seen: the differences of the graph from the scene.
+        success: whether the graph has every described fact, and no untrue fact.
+        seen: the differences between the graph and the true scene.
     """
 
     success: bool = False

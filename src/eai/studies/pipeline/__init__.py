@@ -1,1 +1,1 @@
-"""Pipelines: the answer of one ability is the input of the next."""
+"""Pipelines: a model's answer to one ability is the input of the next ability."""

@@ -1,8 +1,8 @@
-"""Compare pipelines with single abilities, to find where they lose (paper, "Pipeline-based vs modularized").
+"""Find where pipelines lose against single abilities (paper, "Pipeline-based vs modularized").
 
 Two runs are compared on the same tasks. In the modular run, questions state the goals of the task. In the
-pipeline, they state goals that a model interpreted. Tasks are grouped by how right these goals are; right
-goals lose nothing. A search shows what a perfect second stage reaches with these goals.
+pipeline, they state goals that a model interpreted. Tasks are grouped by the kind of these goals, such as
+right or incomplete. A search finds the tasks that a perfect second stage would solve with these goals.
 """
 
 from __future__ import annotations
@@ -41,10 +41,12 @@ from eai.studies.study import Analysis, paper_remarks, suite_heading
 from eai.tasks.source import Source
 
 _MAX_SEARCH_EFFORT = 400
-"""Limit of the search for a plan that reaches the stated goals. Contradictory goals use up any limit."""
+"""Maximum effort of the search for a plan that reaches the stated goals.
+
+The limit is low, because a search for contradictory goals never ends early."""
 
 _FILE_ONLY_COLUMNS = ("p", "only modular", "only pipeline")
-"""Columns that are written to files but not shown on the screen."""
+"""Names of columns that are written to files but not shown on the screen."""
 
 _KINDS = ("exactly right", "all, and others", "some missing", "no answer")
 """Kinds of goals that a question may state, from right goals to no goals."""
@@ -72,10 +74,11 @@ class _PipelinePair:
     Attributes:
         modular: the records of the modular run, at least one.
         pipeline: the records of the pipeline, of the same suite under the same protocol.
-        reachable: task id -> whether a perfect second stage reaches the goals of the task; empty if unknown.
-        conditions: task id -> predicates of the task's conditions, and whether the stated goals lack each;
-            empty if unknown.
-        paper: metric -> the paper's figures for the model: modular and pipeline.
+        reachable: task id -> whether a plan for the stated goals can reach the goals of the task; empty if
+            unknown.
+        conditions: task id -> for each condition of the task, its predicate and whether the stated goals lack
+            the condition; empty if unknown.
+        paper: metric -> the paper's figures for the model's modular run and pipeline.
     """
 
     modular: Sequence[Record]
@@ -91,7 +94,7 @@ class _PipelinePair:
 
     @property
     def chain(self) -> str:
-        """Label of the pipeline: whether it states subgoals, and the label of other studies."""
+        """Label of the pipeline: whether questions state subgoals, and the options of other studies."""
         experiment = self.pipeline[0].experiment or Experiment()
         rest = experiment.drop_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
@@ -102,7 +105,7 @@ class _PipelinePair:
         return next(iter(declaration_of(self.modular[0].ability).overview_headings))
 
     def tables(self) -> list[Table]:
-        """Return all tables whose data is known."""
+        """Return the tables of the pair. Tables and columns without data are left out."""
         stages, goals = self._stages(), self._goals()
         made = [
             stages if self.paper else stages.drop(_PAPER),
@@ -235,7 +238,7 @@ class _PipelinePair:
         return cases_of(records, self.modular[0].ability).get(self.metric, ())
 
     def _common_records(self, side: Sequence[Record]) -> list[Record]:
-        """Return the records of one run on the tasks that both runs of the pair have scored."""
+        """Return the records of one run, limited to tasks that both runs of the pair have scored."""
         scored = [
             {record.task_id for record in records if record.verdict.excluded is None}
             for records in (self.modular, self.pipeline)
@@ -247,16 +250,16 @@ class _PipelinePair:
 
 
 def _has_summary_field(name: str) -> Callable[[Record], bool]:
-    """Return a function: whether a field of the pipeline's summary is neither empty nor 0."""
+    """Return a function that tells whether a field in a record's pipeline summary is neither empty nor 0."""
     return lambda record: bool(record.summaries.get(STUDY, {}).get(name))
 
 
 _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
-"""Abilities of a chain, in order."""
+"""Abilities of a chain (goals, then subgoals, then a plan), in order."""
 
 
 def _break_of(record: Record, success: Case) -> str:
-    """Return the first ability of a chain whose answer fails."""
+    """Return the first ability of a chain whose answer fails, or "nowhere" if none fails."""
     stated = record.summaries.get(STUDY)
     fails = (
         stated is None or bool(stated["goal_counts"][2]),
@@ -274,7 +277,8 @@ def _compare_cases(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estima
 def pool_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
     """Return several pairs of runs as one pair.
 
-    Each answer then belongs to a task of its own, which keeps the task's name.
+    Task ids get the number of the pair, so that equal tasks of several pairs stay apart. Names of tasks are
+    kept.
     """
     numbered = list(enumerate(pairs))
     return _PipelinePair(
@@ -305,7 +309,7 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
     Args:
         records: the records.
         goals: file or folder with the answers to goal interpretation; None if they are not available.
-        search: whether to search for what a perfect second stage reaches.
+        search: whether to search for plans that reach the stated goals.
 
     Raises:
         InputError: there is neither a run of transition modeling under the default protocol, nor a pipeline
@@ -331,7 +335,7 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
 
 
 def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield, for each pipeline, the modular run and the pipeline, sorted."""
+    """Yield each pipeline, sorted by key, as a pair: the modular run, then the pipeline."""
     plain = {run.key: run for run in runs if not _is_pipeline(run)}
     pipelines = [run for run in runs if _is_pipeline(run)]
     if not pipelines:
@@ -384,7 +388,7 @@ def _find_reachable(
 
 
 def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
-    """Return the paper's figures for the model, by metric: modular and pipeline."""
+    """Return the paper's figures for a model, by metric, as pairs of modular run and pipeline."""
     name = read_paper_models().get(key.model)
     paper = read_paper_table(f"pipeline_{key.ability.value}")
     columns = [column for column in paper.columns if column.domain == key.domain]
@@ -406,7 +410,7 @@ def _analysis(pair: _PipelinePair, title: str, folder: str) -> Analysis:
 
 
 def _make_screen_table(table: Table, heading: str) -> Table:
-    """Return the table for the screen: solved tasks, and differences in points, without intervals."""
+    """Return the table for the screen: solved tasks and differences in points, without intervals."""
     shown = table.drop(_FILE_ONLY_COLUMNS)
     return replace(
         shown,

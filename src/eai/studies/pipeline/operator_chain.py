@@ -1,8 +1,8 @@
-"""Plan with a model's operators, carry out the plan, and find the link of this chain that breaks.
+"""Plan with a model's operators, execute the plan in the world, and find the step of this chain that fails.
 
 The plan of an answer to transition modeling is translated to actions of the world, and scored as an answer
-to action sequencing. Planning problems lack some goals and checks of the world. So the chain of each model is
-compared with the chain of the data set's own operators.
+to action sequencing. Planning problems lack some goals and preconditions of the world. So even the data set's
+own operators can fail, and each model's chain is compared with theirs.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
 ChainEnd: TypeAlias = tuple[str, str]
-"""End of a chain: the link that breaks, or `NOWHERE`, and how it breaks.
+"""End of a chain: the link (stage) that fails, or `NOWHERE`, and how this link fails.
 
 The second value is the planner's outcome, the kind of error, or the kind of goals that are missed.
 """
@@ -44,13 +44,13 @@ The second value is the planner's outcome, the kind of error, or the kind of goa
 OPERATORS, PLANNER, TRANSLATION = "operators", "planner", "translation"
 EXECUTION, GOAL, NOWHERE = "execution", "goal", "nowhere"
 _LINKS = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
-"""The links of a chain, in order, and the end of a plan that succeeds."""
+"""The links (stages) of a chain, in order, then `NOWHERE` for a plan that succeeds."""
 
 SUCCESS: ChainEnd = (NOWHERE, "")
 UNTRANSLATED: ChainEnd = (TRANSLATION, "no_action")
-"""Kind of break: a step of the plan has no corresponding action of the world."""
+"""End of a chain in which a step of the plan has no corresponding action of the world."""
 ONLY_ACTIONS_MISSED: ChainEnd = (GOAL, "only_actions")
-"""Kind of break: only goals of actions are missed, which planning problems do not state."""
+"""End of a chain whose plan misses only goals of actions, which planning problems do not state."""
 CONDITIONS_MISSED: ChainEnd = (GOAL, "conditions")
 
 
@@ -59,7 +59,7 @@ class _OperatorChain:
     """Finds plans with the operators of answers, and executes them in the world.
 
     Attributes:
-        operators: the suite of transition modeling.
+        operators: the suite of transition modeling, whose answers are operators.
         plans: the suite of action sequencing with the same tasks.
     """
 
@@ -79,7 +79,9 @@ class _OperatorChain:
         )
 
     def find_end(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
-        """Return the end of an answer's chain; None if the task is excluded or no planner was run.
+        """Return the end of the chain of an answer's operators.
+
+        The end is None if the task is excluded or no planner was run.
 
         Args:
             task_id: the task.
@@ -104,7 +106,8 @@ class _OperatorChain:
     def translate_plan(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
         """Return the planner's plan as an answer to action sequencing.
 
-        The plan is None if a step stands for no action, or has another number of objects than its operator.
+        The result is None if a step stands for no action, or if its number of objects differs from its
+        operator's.
 
         Raises:
             InputError: as raised by `find_end`.
@@ -134,7 +137,7 @@ class _OperatorChain:
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
     def _find_plan_end(self, task_id: str, plan: str) -> ChainEnd:
-        """Return the end of a chain whose plan is carried out."""
+        """Execute the plan of a chain in the world. Return the end of the chain."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:
             return (EXECUTION, verdict.error.kind.value)
@@ -147,7 +150,7 @@ class _OperatorChain:
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
     def find_true_end(self, task_id: str) -> ChainEnd | None:
-        """Return the end of the chain of the data set's own operators; None as in `find_end`."""
+        """Return the end of the chain of the data set's own operators, or None as in `find_end`."""
         suite = self.operators
         answer = self._true_answers[task_id].text
         return self.find_end(task_id, answer, _operators_verdict(suite.score(task_id, answer)))
@@ -164,10 +167,11 @@ class _ChainedRun:
     """A run of transition modeling, with the end of the chain of each answer.
 
     Attributes:
-        key: the run.
+        key: model, protocol, domain and ability of the run.
         records: its records, without excluded tasks.
         ends: the end of the chain of each record.
-        true_ends: the ends of the data set's own operators in these tasks; None if they were not planned.
+        true_ends: for each record, the end of the chain of the data set's own operators; None if no planner
+            was run.
     """
 
     key: RunKey
@@ -177,7 +181,10 @@ class _ChainedRun:
 
 
 def _chain_runs(runs: Sequence[Run], records: Records) -> Iterator[_ChainedRun]:
-    """Yield runs of transition modeling with the ends of their chains. Other protocols get a note."""
+    """Yield runs of transition modeling with the ends of their chains.
+
+    The user gets a note on runs of other protocols, which are left out.
+    """
     chain_of = cache(lambda domain: _OperatorChain.open(domain, records.source))
     true_end_of = cache(lambda domain, task_id: chain_of(domain).find_true_end(task_id))
     for run in sorted(runs, key=lambda run: run.key.order):
@@ -205,7 +212,7 @@ def _chain_runs(runs: Sequence[Run], records: Records) -> Iterator[_ChainedRun]:
 
 
 def analyze_operators(runs: Sequence[Run], records: Records) -> Iterator[Analysis]:
-    """Yield the chains of the operators of all runs of transition modeling, if there are any."""
+    """Yield one analysis of all runs of transition modeling, or nothing without such runs."""
     chained = list(_chain_runs(runs, records))
     if chained:
         table = _operators_table(chained)
@@ -213,7 +220,7 @@ def analyze_operators(runs: Sequence[Run], records: Records) -> Iterator[Analysi
 
 
 def _show_counts(table: Table) -> Table:
-    """Return the table with counts instead of rates."""
+    """Return the table with counts, such as 3/20, instead of rates."""
     return replace(table, rows=tuple([tuple(map(_count, row)) for row in table.rows]))
 
 
@@ -239,7 +246,7 @@ def _operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
 
 
 def _share(records: Sequence[Record], ends: Sequence[ChainEnd | None], end: ChainEnd) -> Estimate:
-    """Return the share of tasks whose chain ends in this way."""
+    """Return the percentage of tasks whose chain has a given end."""
     cases = [
         Case(record.task_id, name_of(record), share_of_one(actual == end))
         for record, actual in zip(records, ends, strict=True)

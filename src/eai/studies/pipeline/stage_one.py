@@ -1,8 +1,8 @@
-"""Find the goals that a model interprets in the first stage of a pipeline, for questions to state.
+"""Ask a model to interpret goals in the first stage of a pipeline, so that later questions state these goals.
 
 Every answer has a defined outcome, and every task counts. The goals of a readable answer are stated, right or
-wrong, even if they name nothing that exists. An unreadable answer states no goals, and the second stage is
-asked all the same. Without an answer to the first stage, no question is asked, and the task counts as not
+wrong, even if they name unknown objects or predicates. For an unreadable answer, the second question is asked
+without goals. Without an answer to the first stage, no question is asked, and the task counts as not
 answered.
 """
 
@@ -47,13 +47,13 @@ STUDY = "pipeline"
 _PLACE = 10
 
 Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
-"""Name of a model, and its answers to goal interpretation by task id."""
+"""Name of a model, and the model's answers to goal interpretation by task id."""
 
 
 def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
 ) -> BeliefSet:
-    """Return the goals that answers in a file or folder state, as beliefs (`read_interpretations`).
+    """Return the goals in the answers of a file or folder (`read_interpretations`), as beliefs to state.
 
     Raises:
         InputError: questions of the ability state no goals, or there are no answers.
@@ -63,7 +63,7 @@ def read_goal_beliefs(
 
 
 def check_stage_two(ability: Ability) -> None:
-    """Raise if questions of an ability state no goals."""
+    """Raise an error if the questions of an ability state no goals."""
     if ability not in STAGE_TWO:
         names = " and ".join(stage.value for stage in STAGE_TWO)
         raise InputError(f"goals: questions of {names} state goals, those of {ability.value} do not")
@@ -75,13 +75,13 @@ def make_goal_beliefs(
     source: Source,
     scenes: Mapping[str, Belief] | None = None,
 ) -> BeliefSet:
-    """Return the goals that a model's answers state, with verdicts on them under the default protocol.
+    """Return the goals that a model's answers state, with verdicts on these goals under the default protocol.
 
     Args:
         interpretations: the answers.
         benchmark: the benchmark.
         source: source of the benchmark's data.
-        scenes: by task id, the scene in which goals are read, if it is not the task's own.
+        scenes: by task id, the perceived scene in which goals are read; other tasks have their true scene.
     """
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
@@ -104,7 +104,7 @@ def make_goal_beliefs(
 
 
 def _judge_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
-    """Return the summary of stated goals, which records store. Scores are those of the default protocol."""
+    """Return the summary of stated goals that records store, with scores under the default protocol."""
     read = read_stated_goals(
         answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
     )
@@ -118,7 +118,7 @@ def _judge_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
 
 
 def goal_counts(verdict: object) -> Confusion:
-    """Return the numbers of right goals, of other stated goals, and of missed goals.
+    """Return three numbers: right goals, other stated goals, and missed goals of the task.
 
     Other stated goals are wrong, ill-formed, or name something that does not exist.
     """
@@ -179,13 +179,13 @@ def _read_from_responses(path: Path, benchmark: Benchmark, source: Source) -> It
 
 
 def find_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-    """Return the goals that a model interpreted, found once for each model and domain.
+    """Return the goals that a model interpreted, asked or read once per model and domain.
 
     Args:
         goals: `OWN`, or the file or folder with the answers.
         stage: the stage in which the model is asked.
         endpoint: the model.
-        suite: the suite that is asked afterwards.
+        suite: the suite whose questions state the goals.
 
     Raises:
         InputError: there are no answers, or no answers to tasks of the run.
@@ -204,7 +204,7 @@ def find_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) 
 
 
 def find_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
-    """Return the subgoals that a model lists for its own goals, found once for each model and domain.
+    """Return the subgoals that a model lists for the goals it interpreted, asked once per model and domain.
 
     Raises:
         InputError: published prompts cannot state subgoals.
@@ -225,11 +225,11 @@ def find_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> Belief
 
 
 def add_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite) -> BeliefSet:
-    """Return the beliefs with the addition of subgoals that answers list. Unreadable answers list none.
+    """Return the goals with subgoals added from answers. Unreadable answers add no subgoals.
 
     Args:
-        goals: the beliefs with goals.
-        listed: a model, and its answers to subgoal decomposition.
+        goals: the goals that questions state, as beliefs.
+        listed: name of a model, and the model's answers to subgoal decomposition by task id.
         suite: the suite of subgoal decomposition.
     """
     model, answers = listed

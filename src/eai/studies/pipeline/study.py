@@ -1,4 +1,4 @@
-"""Study pipelines: questions state goals that a model interpreted. Compare them with modular runs."""
+"""Study pipelines: questions state goals that a model interpreted, instead of the task's goals."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ class _PipelineOptions(Variation):
 
     @property
     def choice(self) -> str:
-        """The option of interpreted goals, if it is chosen."""
+        """Name of the option for interpreted goals; empty if it is not chosen."""
         return "" if self.goals is None else "pipeline.goals"
 
     @property
     def heading(self) -> str:
-        """Line that names the source of the goals."""
+        """Line that names the source of the stated goals for readers."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def record_choice(self, study: str) -> None:
-        """Return None, because the first stage records the models that interpreted goals and subgoals."""
+        """Return None, because the first stage records which models interpreted goals and subgoals."""
 
     @property
     def changed_part(self) -> Literal["", "scene", "goals"]:
@@ -82,7 +82,7 @@ class _PipelineOptions(Variation):
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
-        """Return the stage that asks for goals, or the second stage that asks for chosen subgoals."""
+        """Return the stage that asks for goals, or the next stage, which asks for subgoals, if chosen."""
         from eai.studies.pipeline.stage_one import find_goals, find_subgoals
 
         first = FirstStage(library, wanted, ask, partial(find_goals, str(self.goals)))

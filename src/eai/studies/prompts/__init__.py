@@ -1,1 +1,1 @@
-"""Prompts: how much results depend on the wording of questions."""
+"""Prompts: how much results of models depend on the wording of questions."""

@@ -1,4 +1,4 @@
-"""The named prompts of a run, as records store them."""
+"""Write the name of a run's prompts as records store it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _PLACE = 40
 
 
 def make_prompts_experiment(name: str | None) -> Experiment:
-    """Return the experiment of a run whose prompts have a name, or a plain experiment if the name is None."""
+    """Return the recorded options of a run whose prompts have a name; no options if the name is None."""
     if name is None:
         return Experiment()
     return Experiment({STUDY: make_name_choice("prompt", "prompt_name", name, _PLACE)})

@@ -46,10 +46,10 @@ ALL = "all models"
 
 
 def kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | None:
-    """Return Kendall's tau-b of two ratings of the same items: 1 for equal orders, -1 for reverse orders.
+    """Return Kendall's tau-b of two ratings of equal items: 1 for equal orders, -1 for reverse orders.
 
     Returns:
-        None if a rating gives all items the same value.
+        the rank correlation tau-b; None if a rating gives all items one value.
     """
     concordant = ties_first = ties_second = 0
     for (a, b), (c, d) in combinations(zip(first, second, strict=True), 2):
@@ -62,12 +62,13 @@ def kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | No
 
 
 def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
-    """Return Kendall's coefficient of concordance of several ratings of the same items, corrected for ties.
+    """Return Kendall's coefficient of concordance W of several ratings of equal items, corrected for ties.
 
-    It is 0 without agreement and 1 for the same order. For two ratings it is (1 + Spearman's rho) / 2.
+    W is 0 without agreement and 1 if all ratings have one order. For two ratings, W is (1 + Spearman's rho) /
+    2.
 
     Returns:
-        None for fewer than two ratings or items, or if all ratings are constant.
+        the coefficient; None for fewer than two ratings or items, or if all ratings are constant.
     """
     raters, items = len(ratings), len(ratings[0]) if ratings else 0
     if raters < 2 or items < 2:
@@ -87,13 +88,16 @@ def average_ranks(rating: Sequence[float]) -> list[float]:
 
 
 def count_shared_best(first: Sequence[float], second: Sequence[float], most: int) -> int:
-    """Return how many items are among the best in both ratings. Of equal items, the earlier wins."""
+    """Return how many items are among the best ``most`` items of both ratings.
+
+    Of items with equal ratings, earlier items are better.
+    """
     best = [sorted(range(len(rating)), key=lambda i: (-rating[i], i))[:most] for rating in (first, second)]
     return len(set(best[0]) & set(best[1]))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Return the p values after Holm's correction for their number, in the same order."""
+    """Return p values in the given order, after Holm's correction for the number of tests."""
     order = sorted(range(len(p_values)), key=lambda i: p_values[i])
     corrected = [0.0] * len(p_values)
     largest = 0.0
@@ -104,7 +108,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def two_way_shares(cells: Sequence[Sequence[float]]) -> tuple[float, float, float] | None:
-    """Return the shares of variance due to rows, to columns, and to neither, for a table of cells.
+    """Return the shares (0 to 1) of a table's variance that are due to rows, to columns, and to neither.
 
     This is a two-way analysis without replication. The result is None if nothing varies.
     """
@@ -124,13 +128,13 @@ def _sign(number: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _PromptMatrix:
-    """One metric of runs by prompt and model, on the tasks that all runs share.
+    """A matrix of one metric: a run for each prompt and model, limited to tasks that all runs share.
 
     Attributes:
         metric: name of the metric.
         prompts: names of the prompts, in the order of the runs.
         models: names of the models, in the order of the runs.
-        records: prompt and model -> scored records, of the same tasks in the same order.
+        records: (prompt, model) -> scored records, for all keys of equal tasks in equal order.
     """
 
     metric: str
@@ -147,20 +151,20 @@ class _PromptMatrix:
         return len(next(iter(self.records.values())))
 
     def value(self, prompt: str, model: str) -> float:
-        """Return a cell in percent; 0 if no task counts for the metric."""
+        """Return the metric of one prompt and model in percent; 0 if no task counts for the metric."""
         return rate_of(case.share for case in self.cases(prompt, model)).percent or 0.0
 
     def column(self, model: str) -> list[float]:
-        """Return the cells of a model, in the order of prompts."""
+        """Return the metric of one model with each prompt, in percent, in the order of prompts."""
         return [self.value(prompt, model) for prompt in self.prompts]
 
 
 def _make_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: str) -> _PromptMatrix:
-    """Return the matrix of runs of one suite and protocol.
+    """Return the matrix of prompts and models for the runs of one suite and protocol.
 
     Raises:
-        InputError: a model lacks a prompt that another has, there are fewer than two prompts, or no task is
-            in all runs.
+        InputError: a model lacks a prompt that another model has, there are fewer than two prompts, or no
+            task is in all runs.
     """
     prompts = tuple(dict.fromkeys(name for name, _ in runs))
     models = tuple(dict.fromkeys(records[0].model for _, records in runs))
@@ -186,11 +190,11 @@ def _make_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: str) -> _
 def prompt_tables(
     runs: Sequence[tuple[str, Sequence[Record]]], metric: str, reference: str | None = None
 ) -> list[Table]:
-    """Return the tables of runs of one suite and protocol.
+    """Return the tables that compare prompts in the runs of one suite and protocol.
 
     Args:
-        runs: the name of the prompts, and the records of one model.
-        metric: a metric of the ability.
+        runs: pairs of a name of prompts and a run's records; each run has one model.
+        metric: name of a metric of the ability.
         reference: the prompts from which gains are measured; the first if None.
 
     Raises:
@@ -242,7 +246,10 @@ def _agreement(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -> Iterator[
 
 
 def _draw_columns(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
-    """Yield the matrix by model, each time for task names drawn with replacement, alike for all runs."""
+    """Yield bootstrap samples of the matrix: values by model, for task names drawn with replacement.
+
+    All runs of a sample have the drawn names in common.
+    """
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:
         of_names = group_pairs((case.name, case.share) for case in matrix.cases(*cell))
@@ -262,7 +269,10 @@ def _rate(of_names: Mapping[str, Rate], draw: Sequence[str]) -> float:
 
 
 def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
-    """Return the value with percentiles of the drawn values, or without interval if a draw has no value."""
+    """Return the value with an interval from percentiles of sampled values.
+
+    There is no interval if a sample has no value.
+    """
     values = sorted(drawn for drawn in again if drawn is not None)
     if value is None or len(values) < len(again):
         return Estimate(value)
@@ -368,7 +378,7 @@ def _name(run: Run) -> str:
 
 
 def _group_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
-    """Return the runs of each suite and protocol that differ only in their models and prompts."""
+    """Return groups of runs of a suite and protocol that differ only in their models and prompts."""
     suites: dict[str, list[Run]] = {}
     for run in runs:
         experiment = run.key.experiment

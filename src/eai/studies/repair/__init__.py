@@ -1,1 +1,1 @@
-"""Repair: the smallest edits that make failed answers right, and their number."""
+"""Repair: the fewest edits of steps that make failed answers right."""

@@ -1,4 +1,4 @@
-"""Study the edits that make failed answers right: their number, kinds and steps."""
+"""Study the edits of steps that make failed answers right: how many, of what kind, and at which step."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
 _MAX_DISTANCE = 5
-"""Number of edits from which distances are counted together."""
+"""Number of edits from which on the table has one common row for all distances."""
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
@@ -67,7 +67,7 @@ def _distances(repairs: _RepairsByRun) -> Iterator[Row]:
 
 
 def _select_bounded(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Repair]]:
-    """Return the answers whose distance has known bounds."""
+    """Return the answers for which bounds of the smallest number of edits are known."""
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
 

@@ -1,8 +1,8 @@
 """Find the operators that break plans (paper, "Sensitivity analysis" of transition modeling).
 
-For each task, one gold operator at a time is replaced by the answer's operator, and a planner tries to solve
-the problem. Successes are counted by operator and by category of the task, out of all tasks that ask for the
-operator. A missing operator counts as a failure.
+For each task, one gold operator (of the data set) at a time is replaced by the answer's operator, and a
+planner tries to solve the problem. Solved tasks are counted by operator and by category of the task, out of
+all tasks that ask for the operator. A missing operator counts as a failure.
 """
 
 from __future__ import annotations
@@ -49,14 +49,15 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OperatorTrial(TidyLine):
-    """The outcome of planning with gold operators of which one is replaced by an answer's operator.
+    """The outcome of planning with gold operators after one is replaced by an answer's operator.
 
     Attributes:
         replaced: the replaced part of the gold operator (`ReplacedPart`).
         operator: name of the operator.
         outcome: the planner's outcome (`PlannerOutcome`), or `NOT_WRITTEN`.
         categories: categories of the task, separated by blanks.
-        errors: errors of the operator as ``side:verdict:predicate``, each once, separated by blanks.
+        errors: errors of the operator, as ``side:verdict:predicate``; the side is precondition or effect, and
+            each error is listed once, separated by blanks.
     """
 
     replaced: str
@@ -69,7 +70,7 @@ class OperatorTrial(TidyLine):
 def try_records(
     records: Sequence[Record], source: Source, ways: Sequence[ReplacedPart], done: Callable[[int], None]
 ) -> Iterator[OperatorTrial]:
-    """Yield the trials of all records. Equal operators of several models are planned with only once."""
+    """Yield the trials of all records. The planner runs only once for equal operators of several models."""
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
         scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
@@ -102,7 +103,7 @@ def try_operators(
 
 
 def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
-    """Return the errors in the replaced part of each operator."""
+    """Return the errors in the replaced part of each operator, as texts by operator."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
     sides = [side for side in ("precondition", "effect") if replaced in (side, "operator")]
@@ -126,7 +127,7 @@ def sensitivity_tables(trials: Sequence[OperatorTrial]) -> list[Table]:
 
 
 def group_cases(trials: Iterable[OperatorTrial]) -> dict[tuple[str, str], list[Case]]:
-    """Return what trials add to success, by operator and category; `OVERALL` comes first."""
+    """Return the contributions of trials to success, by operator and category; `OVERALL` comes first."""
     return group_pairs(
         ((trial.operator, category), make_case(trial, share_of_one(trial.outcome == _SOLVED)))
         for trial in trials
@@ -208,7 +209,7 @@ def _errors_table(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
 
 
 def _error_rows(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
-    """Yield each error of an operator, most frequent first: failures with it, and failures without it."""
+    """Yield each error of an operator, most frequent first, with the failures with and without this error."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [make_case(trial, share_of_one(trial.outcome != _SOLVED)) for trial in trials]
     counts = Counter(error for of_trial in errors for error in of_trial)
