@@ -1,13 +1,14 @@
 """The difficulties of tasks, a model's ability, and the most informative tasks to ask next.
 
-The difficulties come from nine of the paper's models under ``strict``, by the Rasch model
-(`eai.extensions.adaptive.rasch`). They are in logits from the mean ability of these models, with the
-variance of a model's ability between names. ``tools/short_tests.py`` computes them for action sequencing
-and subgoal decomposition, whose answers are right or wrong without a planner.
+The difficulties come from nine of the paper's models under the protocol ``strict``. They are estimated by the
+Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models.
+``tools/short_tests.py`` computes them for action sequencing and subgoal decomposition, because these answers
+are right or wrong without a planner.
 
-A task is most informative for a model that solves it with probability 1/2: its Fisher information is
-p (1 - p). Near copies of a task share a name and are solved or failed together, so they add less. The next
-task is therefore the most informative one among the names asked least often.
+A task is most informative for a model that solves it with probability p = 1/2: its Fisher information is
+p (1 - p). Near copies of a task have the same name (title). A model solves or fails them together, so further
+copies are less informative. Therefore names that were asked least often come first, and among their tasks the
+most informative task.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ _CONVERGENCE_LOGITS = 1e-9
 
 
 def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
-    """Return the difficulty of each task of a suite, in the order of the data set; empty if unknown."""
+    """Return the difficulty of each task of a suite, in the order of the data set; empty if unpublished."""
     difficulties: Mapping[str, float] = (
         _load_tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
     )
@@ -37,9 +38,9 @@ def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
 
 
 def variance_between_names(domain: str, ability: Ability) -> float:
-    """Return the variance of a model's ability between the names of a suite, or 0 if unknown.
+    """Return how much a model's ability varies between the names of tasks in a suite; 0 if unknown.
 
-    The unit is squared logits.
+    The unit of this variance is squared logits.
     """
     return float(_load_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
 
@@ -55,8 +56,8 @@ class AbilityEstimate(NamedTuple):
     """A model's ability, in logits.
 
     Attributes:
-        value: the ability of highest posterior density; the prior is standard normal.
-        error: its standard error under the model, with difficulties taken as exact.
+        value: the ability of highest posterior density, for a standard normal prior.
+        error: the standard error of the ability under the model, if the difficulties of tasks are exact.
     """
 
     value: float
@@ -72,12 +73,12 @@ def estimate_ability(
     """Estimate the ability of a model.
 
     Args:
-        scores: the tasks that were asked, with scores from 0 to 1.
+        scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        names: name of each task; near copies share one and are less informative together. They raise the
-            squared error by the design effect: the variance between names, times the sum over names of the
-            squared share of the information.
-        variance: variance of one model's ability between names, in squared logits
+        names: name of each task. Near copies share a name and are less informative together. This raises the
+            squared standard error by ``variance``, times the sum of the squared shares of names in the
+            information.
+        variance: how much one model's ability varies between names, in squared logits
             (`eai.extensions.adaptive.rasch.estimate_variance_between_names`); 0 if tasks are independent.
     """
     value = 0.0
@@ -95,7 +96,10 @@ def estimate_ability(
 def _concentration(
     ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> float:
-    """Return the concentration of the information on names: 1 for a single name, 1/n for n equal names."""
+    """Return how far the information comes from few names: the sum of the squared shares of names.
+
+    It is 1 for a single name, and 1/n for n names with equal shares.
+    """
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:
         p = _success_probability(ability, difficulties[task])
@@ -107,13 +111,13 @@ def _concentration(
 def choose_next_tasks(
     number: int, asked: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> tuple[str, ...]:
-    """Return the tasks to ask next; fewer than ``number`` if no more are left.
+    """Return the tasks to ask next; fewer than ``number`` if fewer are left.
 
     Args:
         number: number of tasks.
-        asked: tasks that were already asked, with scores.
+        asked: scores of the tasks that were already asked.
         difficulties: difficulties of all tasks that may be asked.
-        names: name of each task, which near copies share.
+        names: name of each task. Near copies share a name.
     """
     ability = estimate_ability(asked, difficulties).value
     times = Counter(names[task] for task in asked)

@@ -1,4 +1,4 @@
-"""Flags of tasks from the data set: whether a plan exists, and whether names are ambiguous."""
+"""Flags of tasks that follow from the data set: whether a plan exists, and whether names are ambiguous."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 
     @cache
     def search(domain: str, task_id: str) -> SearchResult[Action]:
-        """Search a plan of a task; cached, since several suites need it."""
+        """Search a plan for a task. Results are cached, because several suites need them."""
         return find_plan(tasks_of(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
@@ -76,7 +76,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 
 
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
-    """Whether two state goals differ only in objects that share a name in answers."""
+    """Whether two state goals are equal if objects are replaced by their names in answers."""
     names = (thing.name for thing in task.scene.objects)
     called = dict(zip(names, benchmark.notation.goals.names(task), strict=True))
     goals = dict.fromkeys(goal.formula for goal in task.goals_of(GoalKind.STATE))

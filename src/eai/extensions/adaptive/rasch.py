@@ -1,10 +1,10 @@
 """The Rasch model: abilities of models and difficulties of tasks, estimated from their scores.
 
 A model of ability t solves a task of difficulty b with probability 1 / (1 + exp(b - t)). Estimates have the
-highest posterior density. Abilities have a standard normal prior, and difficulties a normal prior with
-standard deviation 2, so tasks that all models solve, or none, also get a difficulty. A score between 0 and
-1 counts as a fractional success. With few models, a second parameter per task (its discrimination) does not
-improve predictions. The item-rest correlation measures the agreement of a task with the others.
+highest posterior density. Abilities have a standard normal prior. Difficulties have a normal prior with
+standard deviation 2, so tasks that all models solve, or no model, also get a difficulty. A score between 0
+and 1 counts as a fractional success. With few models, a second parameter for each task (its discrimination)
+does not improve predictions. The item-rest correlation measures the agreement of a task with all other tasks.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Rasch:
     Attributes:
         abilities: ability of each model, in logits.
         difficulties: difficulty of each task, in logits.
-        difficulty_errors: standard errors of the difficulties, for independent models.
+        difficulty_errors: standard errors of the difficulties, in logits, if models are independent.
     """
 
     abilities: Matrix
@@ -41,22 +41,22 @@ class Rasch:
     difficulty_errors: Matrix
 
     def chances(self) -> Matrix:
-        """Return the probability that each model (row) solves each task (column)."""
+        """Return the probabilities that models (rows) solve tasks (columns)."""
         return chance(self.abilities[:, None], self.difficulties[None, :])
 
 
 def chance(ability: Matrix, difficulty: Matrix) -> Matrix:
-    """Return the probability of success."""
+    """Return the probability that a model solves a task, given the ability and the difficulty."""
     import numpy as np
 
     return 1 / (1 + np.exp(difficulty - ability))
 
 
 def fit_rasch(scores: Matrix) -> Rasch:
-    """Fit the Rasch model by Newton's method, with abilities and difficulties in turn.
+    """Fit the Rasch model by Newton's method, which changes abilities and difficulties in turn.
 
     Args:
-        scores: a row per model and a column per task, from 0 to 1; NaN for missing answers.
+        scores: a row for each model and a column for each task; scores from 0 to 1, NaN for missing answers.
     """
     import numpy as np
 
@@ -84,12 +84,12 @@ def _information(p: Matrix) -> Matrix:
 
 
 def item_rest_correlations(scores: Matrix) -> Matrix:
-    """Return for each task the correlation, over models, of its score with the sum of all other scores.
+    """Return the item-rest correlation of each task: of its score with the sum of all other scores.
 
-    The correlation is NaN if one of them does not vary.
+    The correlation is over models. It is NaN if the score or the sum does not vary.
 
     Args:
-        scores: a row per model and a column per task, without gaps.
+        scores: a row for each model and a column for each task, without NaN.
     """
     import numpy as np
 
@@ -104,7 +104,7 @@ def item_rest_correlations(scores: Matrix) -> Matrix:
 
 
 def reliability(scores: Matrix) -> float | None:
-    """Return Cronbach's alpha of tasks over models; None if scores do not vary."""
+    """Return Cronbach's alpha (reliability) of tasks over models; None if the sums of scores do not vary."""
     number = scores.shape[1]
     whole = float(scores.sum(axis=1).var(ddof=1))
     if number < 2 or not whole:
@@ -114,17 +114,17 @@ def reliability(scores: Matrix) -> float | None:
 
 
 def estimate_variance_between_names(scores: Matrix, fitted: Rasch, names: Sequence[str]) -> float:
-    """Return the variance of a model's ability between names beyond chance, in squared logits.
+    """Return how much a model's ability varies between names of tasks, as a variance in squared logits.
 
-    This is an estimate by moments. If a name is unexpectedly difficult for a model, two of its tasks
-    deviate together. To first order, the product of their deviations is the product of their information
-    and the variance. The result is 0 if no name has two tasks, or if tasks of a name agree no more than
-    others.
+    If a name is unexpectedly difficult for a model, the scores of two of its tasks deviate together from the
+    expected scores. To first order, the product of both deviations is the variance times the information of
+    both tasks. The estimate averages over such pairs (method of moments). It is 0 if no name has two tasks,
+    or if tasks of one name do not deviate together.
 
     Args:
         scores: the scores that the Rasch model was fitted to.
         fitted: the fitted Rasch model.
-        names: name of each task, which near copies share.
+        names: name of each task. Near copies share a name.
     """
     import numpy as np
 

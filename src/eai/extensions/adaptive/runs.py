@@ -26,27 +26,30 @@ from eai.results.totals import Totals
 from eai.tasks.prompts.prompt import Prompt
 
 TASKS_PER_ROUND = 5
-"""Number of tasks in a round. Rounds of one task would need hardly fewer tasks in total."""
+"""Number of tasks in a round. Rounds of one task would save almost no tasks in total."""
 
 _FILE = "adaptive.json"
 
 
 _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
-"""Difficulties by task, the variance of a model's ability, and a phrase: see `_estimate_difficulties`."""
+"""Difficulties by task, the variance of a model's ability between names of tasks, and words for the models.
+
+See `_estimate_difficulties`.
+"""
 
 
 def open_runs(
     suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None
 ) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
-    """Return the suites whose tasks have known difficulties, and `obtain` for their tasks.
+    """Return the suites with known difficulties of tasks, and the function that runs such a suite (`obtain`).
 
     Args:
         suites: the suites that the user asks for.
         named: the abilities that the user named, if any.
-        folder: runs from which difficulties are estimated; the published difficulties if None.
+        folder: folder of runs from which difficulties are estimated; None for the published difficulties.
 
     Raises:
-        InputError: a named suite has no difficulties, or no suite has.
+        InputError: a suite of a named ability has no difficulties, or no suite has difficulties.
     """
     if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
         raise InputError(
@@ -67,11 +70,12 @@ def open_runs(
 
 
 def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
-    """Return the difficulties of a suite's tasks: published ones, or estimates from whole runs in a folder.
+    """Return the difficulties of a suite's tasks: published values, or estimates from runs of all tasks.
 
     Returns:
-        the difficulty by task, in logits from the mean ability of some models, empty if unknown; the variance
-        of a model's ability between names, in squared logits; a phrase that names these models.
+        the difficulty by task, in logits from the mean ability of the models used (empty if unknown); the
+        variance of a model's ability between names of tasks, in squared logits; a phrase that names these
+        models.
 
     Raises:
         InputError: the folder has too few runs of the suite.
@@ -104,20 +108,20 @@ def obtain(
     suite: Suite,
     target: float,
 ) -> tuple[SuiteResult, str]:
-    """Ask the most informative tasks, until the standard error of the ability is at most the target.
+    """Ask the most informative tasks until the standard error of the ability is at most ``target``.
 
-    Every round is a run of all tasks so far. Tasks that are answered are not asked again, so that an
-    interrupted run resumes. It ends early if a task cannot be answered, and if no task is left.
+    Every round is a run of all tasks chosen so far. Tasks with answers are not asked again, so an interrupted
+    run resumes. Rounds end early if a task cannot be answered, or if no task is left.
 
     Args:
         estimates: the difficulties of tasks by domain and ability.
-        ask: asks questions by task, and scores the answers.
-        prompts: the questions of all tasks that may be asked.
+        ask: asks a model the questions (prompts by task id), and scores the answers.
+        prompts: the questions of all tasks that may be asked, by task id.
         suite: the suite.
-        target: the standard error, in logits.
+        target: the standard error at which to stop, in logits.
 
     Returns:
-        the result of the last round, and a remark on the ability.
+        the result of the last round, and a remark on the model's ability.
     """
     known, variance, models = estimates[suite.domain, suite.ability]
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}

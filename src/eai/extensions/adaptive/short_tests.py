@@ -1,4 +1,4 @@
-"""Short tests: forty fixed tasks of a suite that represent the suite.
+"""Short tests: forty fixed tasks of a suite whose results are close to the results of the whole suite.
 
 ``tools/short_tests.py`` chooses them by the answers of nine of the paper's models under ``strict``.
 """
@@ -15,7 +15,7 @@ FILE = "short_tests.json"
 
 
 def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
-    """Return the task ids of a suite's short test in the order of the data set; empty if it has no test."""
+    """Return the task ids of a suite's short test in the order of the data set; empty without such a test."""
     return tuple(_task_ids().get(f"{domain}/{ability.value}", ()))
 
 

@@ -47,12 +47,12 @@ _FOLDS = 10
 
 @dataclass(frozen=True)
 class SuiteScores:
-    """The scores of all models in one suite, for the tasks that all of them have answers to.
+    """The scores of all models in one suite, for the tasks that all models answered.
 
     Attributes:
-        models: the models, rows of the matrix.
-        tasks: the tasks, columns of the matrix.
-        names: name of each task, which near copies share.
+        models: the names of the models, in the order of the rows of ``matrix``.
+        tasks: the ids of the tasks, in the order of the columns of ``matrix``.
+        names: name of each task. Near copies share a name.
         matrix: the scores, from 0 to 1.
     """
 
@@ -63,7 +63,7 @@ class SuiteScores:
 
     @property
     def is_sufficient(self) -> bool:
-        """Whether there are enough models and any tasks."""
+        """Whether there are at least `MIN_MODELS` models, and at least one task."""
         return len(self.models) >= MIN_MODELS and bool(self.tasks)
 
     @cached_property
@@ -73,12 +73,12 @@ class SuiteScores:
 
     @cached_property
     def item_rest(self) -> Matrix:
-        """Correlation of each task with the others (`item_rest_correlations`)."""
+        """Item-rest correlation of each task: its agreement with other tasks (`item_rest_correlations`)."""
         return item_rest_correlations(self.matrix)
 
 
 def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
-    """Return the scores of the answers to one suite; an unreadable answer scores 0."""
+    """Return the scores of the answers to one suite. An unreadable answer scores 0."""
     import numpy as np
 
     by_model: dict[str, dict[str, float]] = {}
@@ -99,8 +99,8 @@ def item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]
     """Return the tables of the analysis, for suites with answers of at least `MIN_MODELS` models.
 
     Args:
-        answers: the answers of all models; null models are left out.
-        flags: yields the flags of a task.
+        answers: the answers of all models. Null models (baselines such as an empty answer) are left out.
+        flags: yields the flags of a task: reasons to use its answers with caution.
     """
     of_models = group_by_suite([each for each in answers if not is_null_model(each.model)])
     scored = {suite: (given, collect_scores(given)) for suite, given in of_models.items()}
@@ -110,10 +110,10 @@ def item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]
 
 
 def predict_held_out(scores: SuiteScores) -> tuple[float | None, float | None]:
-    """Return how well held-out answers are predicted: by the Rasch model, and by the models' means.
+    """Return how well the Rasch model, and how well the models' mean scores, predict held-out answers.
 
-    Both are areas under the ROC curve. Each answer is predicted from nine tenths of all answers. None unless
-    all scores are 0 or 1.
+    Both values are areas under the ROC curve. Each answer is predicted from the nine tenths of all answers
+    that do not contain it. Both are None if a score is neither 0 nor 1.
     """
     import numpy as np
 
@@ -131,7 +131,7 @@ def predict_held_out(scores: SuiteScores) -> tuple[float | None, float | None]:
 
 
 def _area_under_curve(success: Matrix, predicted: Matrix) -> float | None:
-    """Return the probability that a success is predicted higher than a failure."""
+    """Return the probability that a success was predicted with a higher value than a failure."""
     from scipy.stats import rankdata
 
     yes = success.ravel() == 1
@@ -145,8 +145,8 @@ def _area_under_curve(success: Matrix, predicted: Matrix) -> float | None:
 def ability_estimate(scores: SuiteScores, place: int) -> Estimate:
     """Return the ability of a model relative to the mean of all models, with its interval.
 
-    The variance is a first-order jackknife over names with difficulties taken as exact. If the variance for
-    independent tasks is larger, it is used instead.
+    The variance is a first-order jackknife over names of tasks, for which difficulties count as exact. If the
+    variance for independent tasks is larger, that variance is used instead.
     """
     import numpy as np
 
@@ -179,13 +179,13 @@ def _find_score_flags(column: Matrix, agreement: float) -> Iterator[Flag]:
 
 
 def _find_first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
-    """Return for each task the check that most models fail first."""
+    """Return the check that fails first for most models, by task."""
     checks_of_task = group_pairs((a.task, a.error_check) for a in answers if a.error_check is not None)
     return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in checks_of_task.items()}
 
 
 def _round(number: float) -> float | None:
-    """Round to six digits: further digits differ between machines."""
+    """Round to six digits. Further digits differ between machines. NaN becomes None."""
     return None if math.isnan(number) else round(number, 6)
 
 

@@ -54,7 +54,7 @@ Without = Annotated[
     ),
 ]
 _MAX_SHOWN_PATTERNS = 20
-"""Maximum number of patterns of a title that are shown without `--all`."""
+"""Maximum number of shared patterns of a title that are printed without `--all`."""
 
 
 def _open_demonstrations(
@@ -183,7 +183,7 @@ def choose(
 
 
 def _apply_commands(path: Path, saved: Mapping[str, TitleDecisions], title: str, listing: PatternList) -> str:
-    """Apply commands until the input ends; save the decisions after each command.
+    """Apply a user's commands until the input ends. Save the decisions after each command.
 
     Raises:
         InterruptError: the user interrupted the command.
@@ -204,7 +204,7 @@ def _apply_commands(path: Path, saved: Mapping[str, TitleDecisions], title: str,
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
-        # the interrupt may have come before the last decision was written
+        # the interrupt may have prevented the last decision from being written
         annotation.write_decisions(path, listing.without, {**saved, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
@@ -352,7 +352,7 @@ def problems(
 
 
 def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
-    """Return the data set's planning domain, if its problems use one."""
+    """Return the data set's planning domain, or None if its problems do not use one."""
     if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain

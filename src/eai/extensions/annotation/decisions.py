@@ -49,11 +49,12 @@ _PATTERN_REGEX = re.compile(rf"({_NAME_REGEX})\({_KIND_REGEX}(?:,{_KIND_REGEX})?
 
 @dataclass(frozen=True, slots=True)
 class ObjectKind:
-    """Objects of a class, or objects with exactly the given properties.
+    """A kind of object: all objects of a class, or all objects with exactly the given properties.
 
     Attributes:
         name: the class; empty if properties are given.
-        properties: the properties of the objects, in written order. Equality ignores the order.
+        properties: the properties of the objects, in the order in which they were written. Equality ignores
+            the order.
     """
 
     name: str = ""
@@ -75,7 +76,7 @@ class ObjectKind:
 
 @dataclass(frozen=True, slots=True)
 class GoalPattern:
-    """A state of one kind of object, a relation of two, or an action.
+    """A pattern of a goal: a state of one kind of object, a relation between two kinds, or an action.
 
     Attributes:
         name: name of the predicate or action.
@@ -99,11 +100,11 @@ class GoalPattern:
 
 
 Entry: TypeAlias = tuple[GoalPattern, ...]
-"""An entry of an abstract goal: one of its patterns must be met."""
+"""Alternative patterns in a goal, of which a demonstration must meet one."""
 
 
 def parse_pattern(text: str) -> GoalPattern:
-    """Parse a pattern.
+    """Parse a pattern of a goal, such as ``ON(lamp)``.
 
     Raises:
         InputError: the text is not a pattern.
@@ -126,13 +127,13 @@ def _parse_kind(text: str) -> ObjectKind:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """The changes that a demonstration makes, and its actions.
+    """The changes that a demonstration (a person's plan for a task) makes, and its actions.
 
     Attributes:
         task: the task of the demonstration.
-        facts: all facts about a single changed object, and all new relations, in the order of the vocabulary
-            and then of the scene.
-        actions: the operators of the plan, in order.
+        facts: all facts about single objects with a changed state, and all new relations. They have the order
+            of predicates in the vocabulary, then of objects in the scene.
+        actions: names of the plan's operators, in order.
     """
 
     task: Task
@@ -141,11 +142,11 @@ class Difference:
 
     @property
     def scene(self) -> Scene:
-        """The objects of the task."""
+        """The scene, which holds the objects of the task."""
         return self.task.scene
 
     def find_facts(self, entry: Entry) -> Iterator[Fact]:
-        """Yield the facts that meet an entry, in order."""
+        """Yield the facts that meet one of an entry's patterns, in order."""
         return (fact for fact in self.facts if any(self._has_pattern(fact, pattern) for pattern in entry))
 
     def _has_pattern(self, fact: Fact, pattern: GoalPattern) -> bool:
@@ -158,23 +159,23 @@ class Difference:
         )
 
     def class_of(self, thing: int) -> ObjectKind:
-        """Return the class of an object as a kind."""
+        """Return the class of an object, as an `ObjectKind`."""
         return ObjectKind(self.scene.objects[thing].category)
 
     def properties_of(self, thing: int) -> ObjectKind:
-        """Return the properties of an object as a kind: the visible static predicates that hold of it."""
+        """Return the properties of an object (its visible static predicates) as an `ObjectKind`."""
         initial = self.task.initial
         names = property_predicates(self.scene.vocabulary)
         return ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
 
 
 def find_difference(task: Task, domain: Domain) -> Difference:
-    """Return the changes between a task's initial and final state.
+    """Return the changes that a task's demonstration makes: the differences of its initial and final state.
 
-    The final state comes from the data set, or else from executing the plan.
+    The final state is in the data set, or results from executing the plan.
 
     Raises:
-        InputError: the task has no plan, or its plan cannot be executed.
+        InputError: the task has no plan, or the plan cannot be executed.
     """
     if not task.script:
         raise InputError(f"{task.id}: no demonstration; expected a plan")
@@ -206,7 +207,7 @@ def _find_final_state(task: Task, domain: Domain) -> State:
 
 
 def _find_changed_objects(before: State, after: State) -> int:
-    """Return the mask of objects with a changed state. Changes of relations do not count."""
+    """Return the objects with a changed state, as a bit mask. Changes of relations do not count."""
     mask = 0
     for name in _predicate_names(before.scene.vocabulary.predicates, 1, static=False):
         mask |= before.mask(name) ^ after.mask(name)
@@ -214,7 +215,7 @@ def _find_changed_objects(before: State, after: State) -> int:
 
 
 def property_predicates(vocabulary: Vocabulary) -> tuple[str, ...]:
-    """Return the names of the predicates that describe properties of objects, in order."""
+    """Return the names of the predicates that describe properties of objects, in order of declaration."""
     return _predicate_names(vocabulary.predicates, 1, static=True)
 
 
@@ -224,14 +225,14 @@ def _predicate_names(predicates: tuple[Predicate, ...], arity: int, *, static: b
 
 
 def count_patterns(differences: Iterable[Difference], without: Iterable[str]) -> Counter[GoalPattern]:
-    """Count the occurrences of each pattern in all differences together.
+    """Count how often each pattern occurs in all differences together.
 
-    States and relations by class come first, then relations in which one object is given by its properties.
-    The agent is always given by its class.
+    First come states and relations that name objects by class, then relations that describe one object by its
+    properties. The agent is always named by its class.
 
     Args:
-        differences: the differences of one title.
-        without: predicates that are not counted, because they hold of too many objects.
+        differences: the changes of the demonstrations of one title.
+        without: names of predicates that are not counted, because they hold of too many objects.
     """
     left_out = frozenset(without)
     exact: Counter[GoalPattern] = Counter()
@@ -256,18 +257,18 @@ def _generalize(difference: Difference, name: str, things: tuple[int, ...]) -> I
 
 
 Candidate: TypeAlias = tuple[Entry, ...]
-"""One possible meaning of a title: its entries. Actions are in the order in which they must be taken."""
+"""One possible meaning of a title: entries that must all be met, with actions in the order of the plan."""
 
 
 def find_met_candidate(candidates: Sequence[Candidate], difference: Difference) -> int | None:
-    """Return the index of the first candidate that a demonstration meets; None if it meets none."""
+    """Return the index of the first candidate that a demonstration meets, or None if it meets none."""
     return next(
         (number for number, candidate in enumerate(candidates) if is_met(candidate, difference)), None
     )
 
 
 def is_met(candidate: Candidate, difference: Difference) -> bool:
-    """Whether a demonstration meets every entry of a candidate, with actions in the order of the entries."""
+    """Whether a demonstration meets every entry of a candidate, and takes actions in the entries' order."""
     rest = iter(difference.actions)
     return all(
         any(action in {pattern.name for pattern in entry} for action in rest)
@@ -277,7 +278,7 @@ def is_met(candidate: Candidate, difference: Difference) -> bool:
 
 
 def make_concrete_goals(difference: Difference, candidate: Candidate) -> tuple[Goal, ...]:
-    """Return the goals of a candidate that a demonstration reached, in terms of the objects of its task.
+    """Return the goals that a demonstration reached by a candidate, with the objects of the task.
 
     States come first, then relations, then actions.
     """
@@ -300,11 +301,11 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 @dataclass(frozen=True, slots=True)
 class TitleDecisions:
-    """The decisions about one title.
+    """The decisions about what one title means.
 
     Attributes:
         candidates: possible meanings, in the order in which they are tried.
-        dropped: patterns that mean nothing for the title.
+        dropped: patterns that are no part of the title's meaning, although demonstrations share them.
     """
 
     candidates: tuple[Candidate, ...] = ()
@@ -325,17 +326,19 @@ class _TitleTable(Options):
 
 
 class _DecisionTables(Options):
-    """The content of a decision file; ``without`` names predicates that are not counted."""
+    """The content of a decision file. ``without`` names predicates whose patterns are not counted."""
 
     without: tuple[str, ...] = ()
     title: Mapping[str, _TitleTable] = {}
 
 
 def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, TitleDecisions]]:
-    """Read the uncounted predicates and the decisions by title; both are empty if the file does not exist.
+    """Read a decision file. Return the names of predicates that are not counted, and the decisions by title.
+
+    Both are empty if the file does not exist.
 
     Raises:
-        InputError: it is not a decision file; the message names the place.
+        InputError: the file is not a decision file. The message names the place in it.
     """
     if not path.exists():
         return (), {}
@@ -357,7 +360,7 @@ def _parse_entry(texts: Sequence[str]) -> Entry:
 
 
 def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> None:
-    """Write decisions to a file atomically: an interruption leaves the old or the new content.
+    """Write decisions to a file. An interruption leaves either the old or the new content.
 
     Raises:
         InputError: the file cannot be written.
@@ -366,7 +369,7 @@ def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, Tit
 
 
 def format_decisions(without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> str:
-    """Return decisions as the content of a file, one entry per line."""
+    """Return the content of a decision file, with one entry on each line."""
     lines = [f"without = {_format_strings(without)}"]
     for name, chosen in titles.items():
         lines += [
@@ -382,7 +385,7 @@ def format_decisions(without: Sequence[str], titles: Mapping[str, TitleDecisions
 
 
 def _format_strings(values: Sequence[GoalPattern] | Sequence[str]) -> str:
-    """Return a list of texts on one line. JSON strings are also TOML strings."""
+    """Return texts as a TOML list on one line. The texts are written as JSON strings, which TOML allows."""
     return json.dumps([str(value) for value in values])
 
 
@@ -405,7 +408,7 @@ class PatternList:
     Attributes:
         differences: the changes of each demonstration.
         domain: the domain of the demonstrations.
-        without: predicates that are not counted.
+        without: names of predicates whose patterns are not counted.
     """
 
     differences: Sequence[Difference]
@@ -414,7 +417,7 @@ class PatternList:
 
     @cached_property
     def counts(self) -> Mapping[GoalPattern, int]:
-        """Number of demonstrations in which each pattern occurs, most frequent first."""
+        """Number of demonstrations in which a pattern occurs, by pattern, most frequent first."""
         occurrences = Counter(
             each for one in self.differences for each in count_patterns([one], self.without)
         )
@@ -425,17 +428,17 @@ class PatternList:
 
     @cached_property
     def numbered(self) -> Sequence[GoalPattern]:
-        """The patterns in the order of their numbers, which start at 1 and do not depend on decisions."""
+        """The patterns in the order of their numbers. Numbers start at 1 and do not depend on decisions."""
         return tuple(self.counts)
 
     def find_undecided(self, chosen: TitleDecisions) -> list[int]:
-        """Return the numbers of the undecided patterns."""
+        """Return the numbers of the patterns that were neither kept nor dropped."""
         decided = chosen.decided
         return [number for number, pattern in enumerate(self.numbered, 1) if pattern not in decided]
 
 
 def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleDecisions:
-    """Return the decisions after one more command, except ``undo`` and ``done``.
+    """Return the decisions about a title after one more command. ``undo`` and ``done`` are handled elsewhere.
 
     Raises:
         InputError: the command is unknown or malformed.
@@ -472,10 +475,10 @@ def _get_patterns(text: str, listing: PatternList) -> list[GoalPattern]:
 
 
 def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
-    """Raise for a pattern with an undeclared action or predicate.
+    """Raise an error if the domain does not declare the action or predicate of a pattern.
 
     Raises:
-        InputError: the domain does not declare the name, or declares it as unchangeable.
+        InputError: the domain does not declare the name, or no action can change the predicate.
     """
     arity = len(pattern.kinds)
     if pattern.is_action:
@@ -506,20 +509,21 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 
 
 def _append_entries(chosen: TitleDecisions, entries: Sequence[Entry]) -> TitleDecisions:
-    """Return the decisions with the entries appended to the last candidate."""
+    """Return the decisions after appending entries to the last candidate."""
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *entries)))
 
 
 Annotation: TypeAlias = tuple[Difference, int | None, tuple[Goal, ...]]
-"""A demonstration under decisions: its changes, the index of the candidate it meets, and its task's goals.
+"""The result of decisions for a demonstration: its changes, the index of a candidate, and the task's goals.
 
-If it meets none, the index is None and there are no goals.
+The candidate is the first that the demonstration meets. If it meets none, the index is None and there are no
+goals.
 """
 
 
 def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, list[Task]]:
-    """Return the tasks with a plan by title; only the given title, if any.
+    """Return the tasks that have a plan, grouped by title. If a title is given, return only its tasks.
 
     Raises:
         InputError: the title is unknown, or no task has a plan.

@@ -1,4 +1,7 @@
-"""Planning problems: some ground conditions of a task's goal, drawn so that a planner can reach them."""
+"""Planning problems for the goals of tasks.
+
+A problem requires some ground conditions of a task's goal, drawn at random until a planner can reach them.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +25,10 @@ from eai.world.domain import Domain
 from eai.world.relation import bits
 
 MAX_DRAWS = 20
-"""Maximum number of draws of conditions for a task."""
+"""Maximum number of times that conditions are drawn for a task."""
 
 _MAX_LISTED_OPTIONS = 10_000
-"""Maximum number of ways to meet a goal that conditions are drawn from: the first ones."""
+"""Maximum number of ways to meet a goal, in a fixed order, from which one is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +40,8 @@ class DrawnProblem:
         domain: the planning domain with its operators, in PDDL.
         text: the problem, in PDDL.
         outcome: the planner's outcome.
-        draws: number of draws until the problem was solved or given up.
-        source: the task content that was exported; None if the data set provides its problems.
+        draws: number of times that conditions were drawn.
+        source: the parts of the task that were exported to PDDL; None if the data set provides its problems.
     """
 
     task_id: str
@@ -58,18 +61,19 @@ def make_problem(
     conditions: int,
     seed: int,
 ) -> DrawnProblem | None:
-    """Draw at most ``conditions`` ground conditions of one way to meet a task's goal; None if it has none.
+    """Return a planning problem with at most ``conditions`` conditions of one way to meet a task's goal.
 
-    Conditions that the planner cannot reach are drawn again. If all draws fail, the last one is returned with
-    its outcome.
+    Conditions that the planner cannot reach are drawn again. If all draws fail, the last problem is returned
+    with its outcome. None if the goal has no conditions.
 
     Args:
         task: the task with its goal and initial state.
         benchmark: the benchmark of the task.
         planner: the planner that solves the problem.
-        operators: the published planning domain with all its operators, if problems use one.
+        operators: the data set's planning domain with all its operators, or None if its problems use no such
+            domain.
         conditions: maximum number of conditions.
-        seed: seed of the draws; the same seed gives the same problem.
+        seed: seed of the draws. Equal seeds give equal problems.
     """
     made = None
     for attempt in range(MAX_DRAWS):
@@ -95,7 +99,7 @@ def make_problem(
 
 
 def draw_conditions(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
-    """Draw conditions of a random way to meet a task's goals for the final state."""
+    """Draw conditions of a random way to meet all goals of a task that concern its final state."""
     objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     formulas: dict[Formula, None] = {}
@@ -106,12 +110,15 @@ def draw_conditions(task: Task, conditions: int, dice: random.Random) -> tuple[F
 
 
 def make_published_domain(operators: Sequence[str], header: PddlDomain) -> PddlDomain:
-    """Return a published planning domain with its operators parsed."""
+    """Return the data set's planning domain with the given operators, which are parsed from PDDL."""
     return replace(header, actions=tuple(map(read_action, operators)))
 
 
 def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list[DrawnProblem]:
-    """Return the problems; exported ones share one domain with the categories of all their objects."""
+    """Return problems that share one planning domain, with the categories of all their objects.
+
+    Problems of the data set stay as they are, if no problem was exported.
+    """
     sources = [problem.source for problem in problems if problem.source is not None]
     if not sources:
         return list(problems)
@@ -123,7 +130,7 @@ def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list
 
 
 def _find_relevant_objects(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
-    """Return the mask of the relevant objects, the goals' objects, and all objects that they are in or on."""
+    """Return a bit mask of the relevant objects, the objects of goals, and all objects that carry them."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in spatial_predicates(domain)[1]]
     pending = [*task.relevant, *[scene.index[name] for goal in goals for name in object_names(goal)]]

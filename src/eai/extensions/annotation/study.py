@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 Units: TypeAlias = Sequence[Sequence[float]]
-"""For each rated task, its ratings, each by another rater."""
+"""The ratings of each rated task. Each rating is by another rater."""
 
 
 COLUMNS = ("task", "rater", "attribute", "score")
@@ -46,13 +46,13 @@ PAPER_NOTE = (
     "variability low. Ratings drawn at random from 1 to 5 have a weighted MSE of 1 where tasks are rated "
     "twice, and of 1.25 where one is rated four times and two twice, which these figures allow: 1.84 is more."
 )
-"""The paper's figures, and how to read them."""
+"""Note with the paper's figures on ratings, and how to read them."""
 
 
 def find_weighted_mse(units: Units) -> float | None:
-    """Return the mean squared distance of ratings from their task's mean, weighted by the number of ratings.
+    """Return the mean squared distance of ratings from the mean rating of their task.
 
-    Tasks with one rating are left out; None if no task has more.
+    Each rating has the same weight. Tasks with one rating are left out. None if no task has two ratings.
     """
     repeated = [unit for unit in units if len(unit) > 1]
     number = sum(map(len, repeated))
@@ -60,20 +60,22 @@ def find_weighted_mse(units: Units) -> float | None:
 
 
 def krippendorff_alpha(units: Units) -> float | None:
-    """Return Krippendorff's alpha for ratings on an interval scale. Ratings may be missing.
+    """Return Krippendorff's alpha, the agreement of raters, for ratings on an interval scale.
 
-    1 is perfect agreement, 0 is chance (raters draw from all ratings), and below 0 is worse than chance.
-    (K. Krippendorff, Content Analysis, chapter "Reliability": observed by expected squared differences.)
+    1 is perfect agreement. 0 is the agreement of raters who draw from all ratings at random; below 0 is less.
+    Raters may leave out tasks. (K. Krippendorff, Content Analysis, chapter "Reliability": the ratio of
+    observed to expected squared differences.)
 
     Returns:
-        None if no task was rated twice, or all those ratings are equal.
+        alpha, or None if no task was rated twice or all ratings of such tasks are equal.
     """
     pairable = [unit for unit in units if len(unit) > 1]
     ratings = [rating for unit in pairable for rating in unit]
     if not ratings or len(set(ratings)) == 1:
         return None
     number = len(ratings)
-    # A unit's squared pair differences sum to 2 size^2 variance; each rating is in size - 1 pairs.
+    # The squared differences of all pairs of a unit's ratings sum to 2 size^2 variance.
+    # Each rating is in size - 1 pairs.
     observed = sum(2 * len(unit) ** 2 * pvariance(unit) / (len(unit) - 1) for unit in pairable) / number
     expected = 2 * number * pvariance(ratings) / (number - 1)
     return 1 - observed / expected
@@ -91,7 +93,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
     """Read the ratings of a file, in order.
 
     Raises:
-        InputError: the file cannot be read or is malformed; names line and column.
+        InputError: the file cannot be read or is malformed. The message names the line and the column.
     """
     try:
         text = read_content(path).decode("utf-8-sig")

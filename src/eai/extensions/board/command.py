@@ -17,7 +17,7 @@ from eai.cli.options import RECORDS, AsJson, DataFolder, flag, open_source
 from eai.extensions.board.submission import build_submission, check_submission
 
 BOARD_FILE = "index.html"
-"""File name of the page of a board."""
+"""Name of the file with the page of a board."""
 
 
 def submission(

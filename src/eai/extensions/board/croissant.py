@@ -1,6 +1,6 @@
-"""Export the data set as Croissant 1.0: JSON lines, and metadata that loaders and catalogues read.
+"""Export the data set as Croissant 1.0: JSON lines, and metadata that data loaders and catalogues read.
 
-Written with `mlcroissant`, the format's own library (extra ``croissant``).
+The library `mlcroissant`, by the authors of the format, writes the metadata (extra ``croissant``).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from eai.tasks.source import Source
 from eai.tasks.task_lines import write_goals
 
 LICENCE = "https://creativecommons.org/licenses/by/4.0/"
-"""License of the data set, as given by its authors."""
+"""Address of the license of the data set, as its authors give it."""
 
 PAPER_CITATION = (
     "Li, M., Zhao, S., Wang, Q., Wang, K., Zhou, Y., et al. Embodied Agent Interface: Benchmarking LLMs for "
@@ -118,7 +118,7 @@ def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 
 
 def make_row_id(task_id: str) -> str:
-    """Return a task's id for its row. Digits such as ``27_2``, which loaders read as 272, get a prefix."""
+    """Return the id of a task's row. Loaders read ids such as ``27_2`` as 272, so such ids get a prefix."""
     return SCENE_PREFIX + task_id if task_id.replace("_", "").isdigit() else task_id
 
 

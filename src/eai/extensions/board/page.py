@@ -1,9 +1,10 @@
-"""Build a board: a page of results that are computed here from submitted answers.
+"""Build a board: a page of results that are computed from submitted answers.
 
-A submission is a folder or a zip with response files, a ``submission.toml`` and, if written by a run, a
-``run.toml``. Nothing in it is trusted: sizes are limited, links and unknown tasks are refused, names are
-escaped, and all numbers come from scoring here. A season is a folder of generated tasks. Its manifest, with
-seed and digests, is published before the tasks, and its secret is revealed afterwards.
+A submission is a folder or a zip with response files, a ``submission.toml`` and, if `eai run` wrote it, a
+``run.toml``. Its content is not trusted: sizes are limited, links and unknown tasks are refused, names are
+escaped, and every number is computed by scoring the answers. A season is a folder of generated tasks. Its
+manifest, with seed and digests, is published before the tasks. The secret from which the tasks follow is
+published after the season.
 """
 
 from __future__ import annotations
@@ -42,11 +43,11 @@ from eai.tasks.options import Options
 from eai.tasks.source import Source
 
 DESCRIPTION, SPECIFICATION, SEASON = "submission.toml", "run.toml", "season.toml"
-"""File names of the descriptions of a submission, of its run, and of a season."""
+"""Names of the files that describe a submission, the run of a submission, and a season."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _MAX_FILES, _MAX_CHARACTERS, _MAX_DESCRIPTION_BYTES = 200, 100_000, 64_000
-"""Maximum number of files in a submission, characters in an answer, and bytes in a description file."""
+"""Maximum numbers of files in a submission, of characters in an answer, and of bytes in a description."""
 
 _MAX_TOKENS, _MAX_DOLLARS = 10**15, 10**9
 """Largest numbers of tokens and of dollars that a submission may state."""
@@ -69,7 +70,7 @@ class _Description(Options):
 
 
 class _SeasonFile(Options):
-    """The content of ``season.toml``: the split of the manifest and, after the season, its secret."""
+    """The content of ``season.toml``: the split that the manifest lists and, after the season, the secret."""
 
     title: str = Field(min_length=1, max_length=100)
     split: str = "test"
@@ -85,15 +86,15 @@ class _Submission:
 
 
 def build_board(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
-    """Return the page of the submissions and seasons at some paths, and the number of submissions.
+    """Return the page with the submissions and seasons at some paths, and the number of submissions.
 
     Args:
         paths: folders or zips of single submissions, seasons, or folders of these.
         source: the data set, and the planner that judges operators.
-        told: receives the name of each submission before it is scored.
+        told: a function that is called with the name of each submission before it is scored.
 
     Raises:
-        InputError: a submission or a season is invalid; the message names it and the reason.
+        InputError: a submission or a season is invalid. The message names it and the reason.
         DataError: the data set cannot be obtained.
     """
     places = [each for path in paths for each in _find_submissions(path)]
@@ -118,7 +119,7 @@ def build_board(paths: Sequence[Path], source: Source, *, told: Callable[[str], 
 
 
 def _find_submissions(path: Path) -> list[Path]:
-    """Return the submissions and seasons at a path, by name; hidden files and other files are ignored."""
+    """Return the paths of submissions and seasons at a path, by name. Hidden and other files are ignored."""
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     if path.suffix.lower() == ZIP or any((path / name).is_file() for name in (DESCRIPTION, MANIFEST)):
@@ -138,7 +139,7 @@ def _submission_name(place: Path) -> str:
 
 @contextmanager
 def _unpack_checked(place: Path) -> Iterator[Path]:
-    """Unpack a submission, check that it has few and small files and no links, and yield its folder."""
+    """Unpack a submission and yield its folder. Raise InputError if it has links or is too large."""
     if place.is_symlink():
         raise InputError(f"{place}: is a link; a submission must be a folder or a zip")
     with unpack_answers(place, (DESCRIPTION, SPECIFICATION)) as folder:
@@ -157,7 +158,7 @@ def _unpack_checked(place: Path) -> Iterator[Path]:
 def _score_submission(
     name: str, folder: Path, seasons: Collection[str], suite_of: Callable[[str, Ability], Suite]
 ) -> _Submission:
-    """Score the submission in a folder, unless it is withdrawn."""
+    """Score the submission in a folder. A withdrawn submission is described, but not scored."""
     description = _Description.read_file(_require_small(folder / DESCRIPTION))
     specification, text = _require_small(folder / SPECIFICATION), ""
     if specification.is_file():
@@ -185,7 +186,7 @@ def _summarize(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
 
 
 def _read_answers(file: Path, suite: Suite) -> ResponseFile:
-    """Return the answers of a file; raise if a task is unknown or an answer is too long."""
+    """Return the answers of a response file; raise InputError for unknown tasks and too long answers."""
     if file.name.endswith(PARQUET):
         raise InputError(f"{file}: expected one of {', '.join(set(ENDINGS) - {PARQUET})}")
     answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
@@ -207,10 +208,10 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
 
 
 def _read_season(place: Path) -> tuple[Benchmark | None, str]:
-    """Return the tasks of a season, if published, and the paragraph about it.
+    """Return the tasks of a season (None before they are published), and HTML that describes the season.
 
     Raises:
-        InputError: the tasks are not the announced ones, or do not follow from its secret.
+        InputError: the tasks differ from the announced tasks, or do not follow from the season's secret.
     """
     chosen = _SeasonFile.read_file(_require_small(place / SEASON))
     entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
@@ -234,7 +235,7 @@ def _read_season(place: Path) -> tuple[Benchmark | None, str]:
 
 
 def _require_small(file: Path) -> Path:
-    """Return the file; raise InputError if it is too large."""
+    """Return a file; raise InputError if it is larger than a description may be."""
     if file.is_file() and file.stat().st_size > _MAX_DESCRIPTION_BYTES:
         raise InputError(f"{file}: expected at most {_MAX_DESCRIPTION_BYTES:,} bytes")
     return file
@@ -262,7 +263,7 @@ def _build_page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) 
 
 _HEADINGS_BEFORE = ("#", "Model")
 _HEADINGS_AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs")
-"""Table headings before and after the metrics."""
+"""Headings of a table's columns before and after the columns of metrics."""
 
 
 def _ranking_html(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
@@ -320,14 +321,14 @@ def _marks_html(notes: Iterable[int]) -> str:
 
 
 def _description_cells(said: _Description) -> Sequence[str]:
-    """Return harness, effort, date, tokens and dollars as stated in a submission."""
+    """Return table cells with harness, effort, date, tokens and dollars, as the submission states them."""
     tokens = "" if said.tokens is None else f"{said.tokens:,}"
     dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
     return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
 
 
 def _errata_text(submission: _Submission, table: Ranking) -> str:
-    """Return the version of the errata, and how many of the table's tasks they left out or corrected."""
+    """Return the version of the errata, and how many tasks of the table they left out or corrected."""
     abilities = {column.ability for column in table.columns}
     errata = [
         summary.errata

@@ -1,8 +1,9 @@
-"""Export results in the formats of two collections.
+"""Export results in the formats of two collections: Every Eval Ever and the Hugging Face Hub.
 
-`Every Eval Ever <https://github.com/evaleval/every_eval_ever>`_ takes one JSON file for each model. A model's
-repository on the Hugging Face Hub takes ``.eval_results/*.yaml``, whose scores appear at the data set that
-they name. The data set's ``eval.yaml`` lists its tasks; ``eai export prompts --format hf`` writes it.
+`Every Eval Ever <https://github.com/evaleval/every_eval_ever>`_ takes one JSON file for each model. On the
+Hugging Face Hub, a model's repository takes ``.eval_results/*.yaml``; the page of the data set that these
+files name shows their scores. The data set's ``eval.yaml`` lists its tasks; ``eai export prompts --format
+hf`` writes it.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ from eai.studies.report.run_summary import RunSummary
 from eai.tasks.options import Options
 
 SCHEMA = "0.3.0"
-"""Version of Every Eval Ever's schema."""
+"""Version of the schema of Every Eval Ever that files follow."""
 
 _PAPER = "https://embodied-agent-interface.github.io"
 
 
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")]
-"""Name of a model or data set in a collection: OWNER/NAME."""
+"""Pattern of the name of a model or data set in a collection: OWNER/NAME."""
 
 
 class _Publication(Options):
@@ -50,10 +51,10 @@ class _Publication(Options):
 
 
 def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
-    """Return the files to publish: relative path -> content. Unranked runs are left out.
+    """Return the files to publish, as a mapping from relative path to content. Unranked runs are left out.
 
     Args:
-        file: TOML with ``by``, ``date`` and ``models``, the models to publish; optionally also
+        file: TOML file with ``by``, ``date`` and ``models``, the models to publish; optionally also
             ``relationship``, ``url``, ``logs`` and ``dataset``.
         runs: runs of any models, suites and protocols, sorted by their keys.
 
@@ -83,7 +84,7 @@ def _to_file_part(text: str) -> str:
 
 
 def _content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
-    """Return a UUID, version 4, that depends on the content alone."""
+    """Return a UUID, version 4, made from the content of a record. Equal records have equal UUIDs."""
     return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
 
 
@@ -113,7 +114,7 @@ def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, An
 
 
 def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
-    """Yield the main metrics of a suite, each in percent with its interval."""
+    """Yield the main metrics of a suite as JSON values, each in percent with its confidence interval."""
     key = run.key
     for metric in declaration_of(key.ability).overview_headings:
         rate = run.rates.get(metric)
@@ -138,7 +139,7 @@ def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Jso
 
 
 def _source_data(said: _Publication, run: RunSummary) -> dict[str, Json]:
-    """Return the source of the tasks, and the protocol and data that were scored."""
+    """Return a JSON value that names the source of the tasks, the protocol, and the digests of the data."""
     key = run.key
     details: dict[str, Json] = {
         "protocol": key.protocol.value,
@@ -165,7 +166,7 @@ def _uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
 
 
 def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str]:
-    """Yield the first main metric of each suite as YAML. Texts are quoted as in JSON, which is also YAML."""
+    """Yield the first main metric of each suite as YAML. Texts are JSON strings, which are valid YAML."""
     for run in runs:
         key = run.key
         metric = next(iter(declaration_of(key.ability).overview_headings))

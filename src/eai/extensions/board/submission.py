@@ -1,4 +1,4 @@
-"""Challenge files: one zip with the answers to all eight suites, built from a run and checked row by row."""
+"""Submissions to the challenge: one zip with the answers to all eight suites, built from a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eai.tasks.prompts.prompt import read_prompt_file
 from eai.tasks.source import Finding, Source
 
 _PROMPTS_SUFFIX = "_prompts.json"
-"""Suffix of the prompt files in a starter kit."""
+"""Suffix of the names of prompt files in the challenge's starter kit."""
 
 _SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]
 
@@ -29,16 +29,16 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def submission_files(store: Store | None = None, prompts: Path | None = None) -> dict[str, tuple[str, ...]]:
-    """Return the files of a submission, each with the identifiers that it must contain.
+    """Return the names of a submission's files, each with the task identifiers that the file must contain.
 
     Args:
-        store: where the data set is; the user's default store if None.
-        prompts: a folder with the prompts of a phase, as its starter kit has them,
-            ``<domain>_<ability>_prompts.json``, whose identifiers are used. Without it, the identifiers are
-            the data set's, which the first phase used.
+        store: store of the data set; None for the user's default store.
+        prompts: a folder with the prompts of a phase of the challenge, as its starter kit has them:
+            ``<domain>_<ability>_prompts.json``. The identifiers are those of these prompts. None for the
+            identifiers of the data set, which the first phase used.
 
     Raises:
-        InputError: a file of prompts cannot be read, or the folder has none.
+        InputError: a file of prompts cannot be read, or the folder has no such file.
         DataError: the data set cannot be obtained.
     """
     if prompts is None:
@@ -65,10 +65,10 @@ def build_submission(
 
     Args:
         run: the folder of a run, with answers in ``<domain>/<ability>/<model>/``.
-        out: the zip.
-        store: where the data set is; the user's default store if None.
-        model: the model's name in the run; optional if there is only one.
-        folder: a folder for the files in the zip; they are at its root if None.
+        out: the path of the zip to write.
+        store: store of the data set; None for the user's default store.
+        model: the model's name in the run; optional if the run has only one model.
+        folder: name of a folder in the zip for its files; None to put them at the top of the zip.
         prompts: the prompts of a phase, as for `submission_files`.
 
     Raises:
@@ -101,8 +101,8 @@ def build_submission(
 def check_submission(path: Path, store: Store | None = None, prompts: Path | None = None) -> list[Finding]:
     """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
-    Identifiers of the first scene may have its prefix or not. Files may be in a folder. `submission_files`
-    gives the expected content for the prompts.
+    Task identifiers may have the prefix of the first scene or not. Files may be in a folder of the zip. The
+    expected files and identifiers are those of `submission_files`.
 
     Raises:
         InputError: the zip cannot be read.
@@ -138,7 +138,7 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
 def _find_problems(
     archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]
 ) -> Iterator[str]:
-    """Yield the errors of one file; at most its declared size is read."""
+    """Yield the errors of one file in the zip."""
     try:
         content = archive.read(member)
     except UNREADABLE as error:
@@ -184,7 +184,7 @@ def _file_name(domain: str, ability: Ability) -> str:
 
 
 def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
-    """Return the identifiers of a suite's prompts, with scene prefixes; misspelled task ids are corrected."""
+    """Return the identifiers of a suite's prompts, with the scene's prefix and corrected task ids."""
     published = find_benchmark(domain).data.prompts
     if published is None:
         raise InputError(f"{domain} has no published prompts, so a submission cannot answer them")
@@ -201,7 +201,7 @@ def _find_only_model(run: Path, files: Sequence[Path]) -> str:
 
 
 def _make_content(file: Path, identifiers: Sequence[str]) -> bytes:
-    """Return the answers of a response file in the challenge's form, in the order of the data set."""
+    """Return the answers of a response file in the challenge's JSON form, in the order of the identifiers."""
     ids = {task_id_of(identifier): identifier for identifier in identifiers}
     texts = {response.task_id: response.text for response in read_responses(file, ids, task_id_of).responses}
     rows = [
