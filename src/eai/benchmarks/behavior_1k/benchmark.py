@@ -1,4 +1,8 @@
-"""The benchmark BEHAVIOR-1K. Its prompts explain conventions of the household, or test knowledge of them."""
+"""The benchmark BEHAVIOR-1K, and its variants.
+
+Prompts either explain how the simulated household works, such as which tool removes a stain, or test whether
+a model knows it.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +38,10 @@ def _load_english() -> English:
 
 
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
-    """Return the names of objects and predicates in prompts. For plans, prompts also state hidden facts."""
+    """Return the names that prompts of an ability use.
+
+    Prompts for plans also state hidden facts of the scene.
+    """
     plain = Wording(build_domain(), p.GOAL_PREDICATES)
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
@@ -52,7 +59,10 @@ def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
 
 @once_per_store
 def _open_operators(source: Source) -> TaskSet[TransitionTask]:
-    """Return the tasks of transition modeling. Problems list the rules that operators read, but no rooms."""
+    """Return the tasks of transition modeling.
+
+    Their problems list the facts that operators read, such as recipes, but no rooms.
+    """
     tasks, vocabulary = _open_activities(source), build_domain().vocabulary
     shown = tuple(
         [replace(predicate, visible=predicate is not p.by_floor) for predicate in vocabulary.predicates]
@@ -64,7 +74,7 @@ def _open_operators(source: Source) -> TaskSet[TransitionTask]:
 
 
 def behavior_1k() -> Benchmark:
-    """Return the benchmark with prompts that list the relevant conventions."""
+    """Return BEHAVIOR-1K with prompts that list the tools, heat sources and recipes relevant for a task."""
     return _make_variant(NAME, "BEHAVIOR-1K")
 
 

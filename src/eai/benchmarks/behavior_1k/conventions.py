@@ -1,8 +1,9 @@
-"""The hidden facts of a BEHAVIOR-1K scene, in words: sources, floors, and conventions of the household.
+"""Describe hidden facts of a BEHAVIOR-1K scene: sources, floors, and conventions of the household.
 
-Conventions are, for example, the tool that removes a stain, the heat of a toaster, and the ingredients of a
-recipe. Prompts list the relevant conventions, unless a benchmark tests whether a model knows them. Contents
-of sources and positions of furniture are not knowledge: every prompt for plans lists them.
+Conventions are facts such as the tool that removes a stain, the heat of a toaster, and the ingredients of a
+recipe. Prompts list the conventions that matter for a task, unless the benchmark tests whether a model knows
+them. The substance that a source gives and the floor on which furniture stands cannot be known beforehand:
+every prompt for plans lists them.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ _RESULT_WORDS: Mapping[str, Predicate] = {"cooked": p.makes_cooked, "hot": p.mak
 
 
 class SceneReader:
-    """Reads the stored predicates of a state.
+    """Reads facts of a state by names of objects.
 
     Args:
         state: the state.
@@ -69,7 +70,7 @@ class SceneReader:
 
 
 def describe_conventions(task: Task) -> str:
-    """Return the sources, floors and relevant conventions of a task, each kind below its heading."""
+    """Return the sources, floors and relevant conventions of a task as text, each kind under a heading."""
     return "\n\n".join(
         filter(
             None, (describe_situation(task), _join_below(HEADING, _ConventionWriter(task.initial).lines()))
@@ -78,7 +79,7 @@ def describe_conventions(task: Task) -> str:
 
 
 def describe_situation(task: Task) -> str:
-    """Return the sources and floors of a task, one a line below the heading, or an empty text."""
+    """Return the sources and floors of a task as text, one a line under a heading. The text may be empty."""
     return _join_below(SITUATION, _SituationWriter(task.initial).lines())
 
 
@@ -88,7 +89,7 @@ def _join_below(heading: str, lines: Iterable[str]) -> str:
 
 
 class _SituationWriter(SceneReader):
-    """Describes sources, and the floors of objects without support."""
+    """Describes the substances of sources, and the floors of objects without support."""
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each source and each floor."""
@@ -104,7 +105,10 @@ class _SituationWriter(SceneReader):
                 yield f"- {floor} is the floor of {_join_names(above)}."
 
     def _describe_source(self, source: str, given: str) -> str:
-        """Return the verb phrase of a source: fixed sources serve FILL and SOAK, others POUR and APPLY."""
+        """Return what a source does, as a verb phrase.
+
+        Fixed sources serve FILL and SOAK, others POUR and APPLY.
+        """
         if not self._has(p.fixed, source):
             return f"always holds {given}"
         running = ", while it is switched on" if self._has(p.toggleable, source) else ""
@@ -112,7 +116,7 @@ class _SituationWriter(SceneReader):
 
 
 class _ConventionWriter(SceneReader):
-    """Describes the static facts of a scene."""
+    """Describes the conventions of a scene: facts that never change."""
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each convention."""
@@ -150,7 +154,7 @@ class _ConventionWriter(SceneReader):
         return f"- {substance} is removed {'; '.join(ways) or 'by nothing here'}.{dissolved}"
 
     def _describe_heat(self) -> Iterator[str]:
-        """Yield the requirements of sources of heat and cold, and their effects in this scene."""
+        """Yield sentences on when sources of heat and cold work, and on their effects in this scene."""
         sources = self._find_things(p.heat_source)
         food = {name for source in sources for name in self._find_targets(p.cooks, source)}
         for source in (*sources, *self._find_things(p.cold_source)):

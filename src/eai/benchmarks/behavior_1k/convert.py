@@ -1,7 +1,8 @@
-"""Convert the source distribution of ``bddl`` 3.6.0 to the pack `behavior_1k`; nothing of it is imported.
+"""Convert the source distribution of ``bddl`` 3.6.0 to the pack `behavior_1k`. None of its code is imported.
 
-The distribution has the definitions of the activities, abilities of object kinds with parameters, and rules
-that turn kinds into others. The pack contains only kinds and rules that some activity can use.
+The distribution has the definitions of the activities, the abilities of each kind of object with parameters,
+and rules that turn objects of one kind into another kind. A kind is a synset of WordNet. The pack contains
+only kinds and rules that some activity can use.
 """
 
 from __future__ import annotations
@@ -26,23 +27,23 @@ CORRECTIONS: Mapping[str, tuple[str, str]] = {
     "loading_the_car": (") ) (not (open ?car.n.01_1) ) )", ") (not (open ?car.n.01_1) ) ) )"),
     "wash_a_baseball_cap": ("\\", ""),
 }
-"""Corrections of two slips: a goal outside the conjunction, and a stray backslash."""
+"""Activity -> wrong text in its definition, and correction: a goal outside the conjunction, a backslash."""
 
 _PLAIN_ABILITIES = {
     *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
     *("sceneObject", "substance", "liquid", "visualSubstance", "flammable", "freezable"),
 }
-"""Abilities without parameters: a kind has them or not."""
+"""Abilities without parameters."""
 
 _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
-"""Ability -> the key of its threshold temperature, and the default threshold in degrees Celsius."""
+"""Ability -> parameter with its threshold temperature, and the default threshold in degrees Celsius."""
 
 
 def convert_tasks(files: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the members of the pack `behavior_1k`. No progress is reported.
+    """Return the members of the pack `behavior_1k`: content by file name. No progress is reported.
 
     Raises:
-        DataError: a file is absent or has an unexpected form.
+        DataError: the distribution lacks a file, or a file has an unexpected form.
     """
     texts = dict(_read_definitions(files))
     rules = _read_rules(files)
@@ -69,7 +70,10 @@ def _compact(value: object) -> bytes:
 
 
 def _number_value(values: list[object], value: object) -> int:
-    """Return the index of a value in a list, appending it if it is new; there are nine kinds of removers."""
+    """Return the index of a value in a list, after appending the value if it is new.
+
+    Tools have only nine different ways to remove substances, so each is stored once.
+    """
     if value not in values:
         values.append(value)
     return values.index(value)
@@ -83,7 +87,7 @@ def _read_json(files: Bundle, path: str) -> Any:
 
 
 def _read_definitions(files: Bundle) -> Iterator[tuple[str, str]]:
-    """Yield names and definitions, each on one line, in alphabetical order."""
+    """Yield the name and the definition of each activity, in alphabetical order. A definition is one line."""
     for path in sorted(files.names):
         match = _DEFINITION.fullmatch(path)
         if match is not None:
@@ -96,7 +100,7 @@ def _read_definitions(files: Bundle) -> Iterator[tuple[str, str]]:
 
 
 def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    """Yield the abilities of a kind that the domain uses, with their parameters."""
+    """Yield those abilities of a kind that the domain uses, each with its parameters."""
     for name, parameters in annotated.items():
         if name in _PLAIN_ABILITIES:
             yield name, True
@@ -115,9 +119,9 @@ def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, objec
 
 
 def _read_remover(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
-    """Return how a tool removes each substance, or None if its kind states no conditions.
+    """Return how a kind of tool removes each substance, or None if the annotations state no conditions.
 
-    A few abstract kinds state none; they remove substances as a rag does.
+    A few abstract kinds have no conditions. They remove substances as a rag does.
     """
     if not parameters:
         return None
@@ -173,7 +177,10 @@ def _read_rules(files: Bundle) -> dict[str, object]:
 
 
 def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return the product of each kind. Boiled water, which some rules need too, is left out."""
+    """Return a mapping from each kind to its product.
+
+    Boiled water, which some rules also need, is left out.
+    """
     return {
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(
             iter(rule["output_synsets"])
@@ -183,7 +190,7 @@ def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def _read_recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
-    """Return a recipe: ingredients, method, vessel, heat source and products."""
+    """Return the JSON value of a recipe: ingredients, method, vessel, heat source and products."""
     states = rule.get("input_states") or {}
     result = [
         state for pairs in (rule.get("output_states") or {}).values() for state, holds in pairs if holds

@@ -1,4 +1,4 @@
-"""The annotations of BEHAVIOR-1K: kinds of objects, and the rules that turn kinds into others."""
+"""The kinds of objects in BEHAVIOR-1K (synsets of WordNet), and rules that turn objects into other kinds."""
 
 from __future__ import annotations
 
@@ -16,29 +16,32 @@ PACK = "behavior_1k"
 """Name of the pack with the activities and annotations of BEHAVIOR-1K."""
 
 ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", "plans.txt"
-"""Members of the pack. `ACTIVITIES` and `PLANS` have one line per activity."""
+"""Names of the pack's files. `ACTIVITIES` and `PLANS` have one line per activity."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 
 RAG = "rag.n.01"
-"""The kind rag, whose ways of removal also apply to abstract kinds without conditions (`convert`)."""
+"""The kind of rags.
+
+Abstract kinds without conditions of removal have the conditions of rags (`convert`).
+"""
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"
 WASHER, DRYER = "washer.n.03", "clothes_dryer.n.01"
 MELTING_TEMPERATURE, LIGHTING_TEMPERATURE = 100, 1000
-"""Temperatures in degrees Celsius: of `MeltingRule`, and of the flame of a lighter."""
+"""Minimum temperatures in degrees Celsius of heat sources that melt (`MeltingRule`), and of lighters."""
 
 Manner: TypeAlias = str | list[str] | None
-"""How a tool removes a substance: dry ([]), soaked with a listed solvent, ``toggled_on``, or never (None)."""
+"""How a tool removes a substance: dry ([]), soaked with a listed solvent, switched on, or never (None)."""
 
 
 def lemma(synset: str) -> str:
-    """Return the name of a kind without its sense: ``mug`` for ``mug.n.04``."""
+    """Return the name of a kind without word class and sense number: ``mug`` for ``mug.n.04``."""
     return _SYNSET.sub(lambda match: match[1].replace("-", "_"), synset)
 
 
 class _HeatSource(NamedTuple):
-    """A source of heat or cold: its temperature in degrees Celsius, and its conditions of operation."""
+    """A source of heat or cold: its temperature in degrees Celsius, and when it works."""
 
     temperature: float
     needs: tuple[str, ...]
@@ -50,13 +53,13 @@ class Recipe:
 
     Attributes:
         name: name of the recipe.
-        by: method: ``machine``, ``stirring`` or ``heat``.
-        takes: number of each ingredient kind.
-        cooked: ingredient kind -> whether it must be cooked, or must not be.
+        by: the method: ``machine``, ``stirring`` or ``heat``.
+        takes: ingredient kind -> number of objects.
+        cooked: ingredient kind -> True if it must be cooked, False if it must be raw.
         toppings: topping kind -> the kind that it lies on or covers.
-        vessel: kind of the machine or heated vessel; empty for any fillable object.
+        vessel: kind of the machine, or of the vessel that is heated; empty for any fillable object.
         source: kind of the source of heat or cold; empty if the recipe is not heated.
-        makes: number of each product kind.
+        makes: product kind -> number of objects.
         result: states of the products.
     """
 
@@ -73,7 +76,7 @@ class Recipe:
 
 @dataclass(frozen=True, slots=True)
 class Making:
-    """A way to make a kind: method, ingredient kinds, required equipment, and its recipe, if any."""
+    """A way to make an object of a kind: method, kinds of ingredients, equipment, and recipe, if any."""
 
     by: str
     takes: tuple[str, ...]
@@ -83,16 +86,18 @@ class Making:
 
 @dataclass(frozen=True)
 class _KindRules:
-    """The rules; each mapping is from a kind to its product.
+    """The rules that turn objects into other kinds.
+
+    A mapping is from a kind to the kind of its product, if not stated otherwise.
 
     Attributes:
-        slice: kind and number of the halves.
-        dice: kind of the dice, by ``raw`` and ``cooked``.
+        slice: kind -> kind and number of its halves.
+        dice: kind -> kind of its dice, by ``raw`` and ``cooked``.
         melt: product of melting.
         cook: product of a substance when it is hot enough.
         cook_in_water: product of a substance that needs boiled water and heat.
-        wash: by substance, the solvents that the water needs to wash it off; None if it cannot be washed off.
-        fits: pairs of kinds: the first can be attached to the second.
+        wash: substance -> solvents that water needs to wash it off; None if it cannot be washed off.
+        fits: pairs of kinds of which the first can be attached to the second.
         recipes: the recipes.
     """
 
@@ -107,7 +112,7 @@ class _KindRules:
 
     @cached_property
     def makings(self) -> Mapping[str, Sequence[Making]]:
-        """All ways to make each kind."""
+        """Kind -> all ways to make an object of the kind."""
         return group_pairs(self._yield_makings())
 
     def _yield_makings(self) -> Iterator[tuple[str, Making]]:
@@ -129,11 +134,11 @@ class _KindRules:
 
 
 class Kinds:
-    """The kinds with their abilities, and the rules.
+    """The kinds with their abilities, and the rules that turn objects into other kinds.
 
     Args:
-        values: content of the member `KINDS`.
-        rules: content of the member `RULES`.
+        values: content of the pack's file `KINDS`.
+        rules: content of the pack's file `RULES`.
     """
 
     def __init__(self, values: Mapping[str, Any], rules: object) -> None:
@@ -147,22 +152,22 @@ class Kinds:
         return any(ability in owned for ability in abilities)
 
     def get_threshold(self, synset: str, ability: str) -> float | None:
-        """Return the threshold temperature of an ability, or None if the kind lacks the ability."""
+        """Return the temperature at which an ability takes effect, or None if the kind lacks the ability."""
         temperature = self._kinds.get(synset, {}).get(ability)
         return None if temperature is None else float(temperature)
 
     def get_heat_source(self, synset: str, ability: str) -> _HeatSource | None:
-        """Return the heat or cold source of a kind, or None if the kind lacks the ability."""
+        """Return the temperature and conditions of a heat or cold source, or None for other kinds."""
         source = self._kinds.get(synset, {}).get(ability)
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
     def get_substances(self, synset: str) -> Sequence[str]:
-        """Return the substances that a source or an applier gives."""
+        """Return the substances that objects of a kind give as sources or appliers."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances
 
     def get_manner(self, tool: str, substance: str) -> Manner:
-        """Return the manner in which a kind of tool removes a substance."""
+        """Return how a kind of tool removes a substance."""
         number = self._kinds.get(tool, {}).get("removes")
         if number is None:
             return None

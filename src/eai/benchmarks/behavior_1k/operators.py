@@ -22,31 +22,31 @@ from eai.world.operator import Check, Operator, Role, additional, affordance, mi
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
-"""Name of the set of decisions in force; a changed decision gets a new name."""
+"""Name of the current set of decisions. A set with a changed decision gets a new name."""
 
 MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
 HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
 def require_existing(obj: Variable) -> Check:
-    """Return the check that an object has been made, and is not used up."""
+    """Return the check that an object exists now: it has been made, and has not been used up."""
     return missing(p.real(obj), f"{{{obj.name}}} does not exist now")
 
 
 def require_reachable(obj: Variable) -> Check:
-    """Return the check that no closed container contains an object."""
+    """Return the check that an object is not in a closed container."""
     shut = Exists(Z, p.closed(Z) & p.within(obj, Z))
     return missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 
 
 def require_object(obj: Variable) -> Check:
-    """Return the check that a name means an object, not a substance or a recipe."""
+    """Return the check that an argument is an object, not a substance or a recipe."""
     reason = f"{{{obj.name}}} is a substance: only what holds it can be handled"
     return affordance(~p.substance(obj) & ~p.recipe(obj), reason)
 
 
 def require_in_hand(obj: Variable) -> Check:
-    """Return the check that a hand holds an object."""
+    """Return the check that the robot holds an object."""
     return missing(p.held(obj), f"{{{obj.name}}} is not in a hand")
 
 
@@ -61,7 +61,7 @@ def require_ability(obj: Variable, ability: Predicate, reason: str) -> Check:
 
 
 def take_from_place(obj: Variable) -> tuple[Effect, ...]:
-    """Return effects that remove an object from its place."""
+    """Return effects that remove an object from its support and from its neighbours."""
     relations = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
     return (
         *(Delete(relation(obj, ANYTHING)) for relation in relations),
@@ -71,7 +71,7 @@ def take_from_place(obj: Variable) -> tuple[Effect, ...]:
 
 
 def use_up(obj: Variable) -> tuple[Effect, ...]:
-    """Return effects that end the existence of an object."""
+    """Return effects after which an object does not exist, because it has been used up."""
     states = (p.is_cooked, p.is_frozen, p.is_hot, p.is_on_fire, p.present, p.held)
     relations = (p.attached_to, p.has_cover, p.soaked_with)
     return (
@@ -82,7 +82,7 @@ def use_up(obj: Variable) -> tuple[Effect, ...]:
 
 
 def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object onto the support of its neighbour, or onto the neighbour's floor."""
+    """Return effects that put an object into or onto its neighbour's support, if any, or onto the floor."""
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
         Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(obj, C)),)),
@@ -228,7 +228,7 @@ def make_state_actions() -> Iterator[Operator]:
 
 
 def slice_() -> Operator:
-    """Return the action SLICE: the halves take over place, states and covers of the whole object.
+    """Return the action SLICE: two halves replace an object, with its place, states and covers.
 
     OmniGibson: primitives CUT, rules SlicingRule.
     """
@@ -259,7 +259,7 @@ def _require_cutting(ability: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def dice() -> Operator:
-    """Return the action DICE: the dice are a substance, in the object's fillable container or on its support.
+    """Return the action DICE: dice, a substance, replace an object in its container or on its support.
 
     OmniGibson: rules DicingRule.
     """
@@ -279,7 +279,7 @@ def dice() -> Operator:
     return Operator("DICE", (X, T), _require_cutting(p.diceable, "cannot be diced"), effects, text)
 
 
-# Substances to pour: contents, the substance of a source, and covers other than stains.
+# Substances that can be poured: contents, the substance of a source, and covers other than stains.
 POURABLE = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
 HOLDS_SOMETHING = missing(Exists(S, POURABLE), "{x} holds no substance")
 RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
@@ -312,7 +312,10 @@ def _require_pouring(*checks: Check) -> tuple[Check, ...]:
 
 
 def pour() -> Operator:
-    """Return the action POUR (OmniGibson: states contains, filled). Some of the substance remains (D3)."""
+    """Return the action POUR (OmniGibson: states contains, filled).
+
+    Some of the substance remains in the vessel (D3).
+    """
     checks = _require_pouring(
         require_ability(Y, p.fillable, "cannot be filled"),
         HOLDS_SOMETHING,
@@ -327,7 +330,10 @@ def pour() -> Operator:
 
 
 def empty() -> Operator:
-    """Return the action EMPTY (OmniGibson: states particle_source_or_sink). Nothing remains (D3)."""
+    """Return the action EMPTY (OmniGibson: states particle_source_or_sink).
+
+    Nothing remains in the vessel (D3).
+    """
     spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
     checks = _require_pouring(
@@ -397,7 +403,10 @@ def soak() -> Operator:
 
 
 def rinse() -> Operator:
-    """Return the action RINSE, by the washer's table of substances that water removes (D4)."""
+    """Return the action RINSE.
+
+    It removes the substances that the table of the washing machine lists for water (D4).
+    """
     solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
     off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
     checks = (
@@ -413,11 +422,12 @@ def rinse() -> Operator:
 
 
 def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
-    """Return effects of recipes: products come to be in a vessel, and the ingredients are used up.
+    """Return effects of recipes: products appear in a vessel, and the ingredients are used up.
 
     Args:
         vessel: the vessel.
-        chosen: condition on the recipe ``r``; only recipes that are ready in the vessel count.
+        chosen: condition on a recipe ``r``. Effects apply to recipes that fulfil it and are ready in the
+            vessel.
     """
     done = chosen & p.ready(R, vessel)
     of_it = Exists(R, p.makes(R, O) & done)
@@ -441,7 +451,7 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 def run() -> Operator:
     """Return the action RUN (OmniGibson: rules ToggleableMachineRule).
 
-    Other contents must be taken out first (D6).
+    Objects that the recipe does not need must be taken out first (D6).
     """
     checks = (
         require_existing(H),
@@ -483,7 +493,7 @@ def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def heat() -> Operator:
-    """Return the action HEAT: heat an object on a source, with all contents and recipes.
+    """Return the action HEAT: a source heats an object with all its contents, and completes recipes in it.
 
     OmniGibson: states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule.
     """
@@ -591,7 +601,7 @@ def ignite() -> Operator:
 
 
 def wait() -> Operator:
-    """Return the action WAIT (OmniGibson: states temperature, whose decay takes hours)."""
+    """Return the action WAIT for hours (OmniGibson: states temperature, which decays over hours)."""
     kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
     effects = (
         ForEach(X, p.is_frozen(X) & ~kept_cold, (Delete(p.is_frozen(X)),)),
@@ -605,7 +615,7 @@ def wait() -> Operator:
 
 
 def complete_operator(operator: Operator) -> Operator:
-    """Return an action with two additions: checks against substances, and the robot's movement (D1)."""
+    """Return a copy of an action that checks its arguments to be objects, and moves the robot (D1)."""
     checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
     if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
         effects = (*effects, _go_to(operator.parameters[-1]))
@@ -622,9 +632,9 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
 def build_domain() -> Domain:
     """Return the domain of BEHAVIOR-1K.
 
-    The robot sees held objects. At its floor, it sees all objects outside closed containers. It sees, and
-    reaches, objects without a known floor from everywhere. It sees a substance with an object that it covers
-    or soaks, with its source, or in an open container.
+    The robot sees the objects that it holds. It sees all objects on its floor that are not in closed
+    containers. It sees and reaches objects without a known floor from everywhere. It sees a substance in an
+    open container, and a substance whose source, or whose covered or soaked object, it sees.
     """
     operators = (*make_placing_actions(), *make_state_actions(), *(make() for make in _MAKERS))
 

@@ -1,4 +1,4 @@
-"""The pack of BEHAVIOR-1K."""
+"""The pack (file of the data store) of BEHAVIOR-1K."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BDDL = Archive(
     sha256="81d40ab7a32769828ecad3110c7db5e40e26cfb29b1158b3448a6ccb91e5d386",
     size=2_338_616,
 )
-"""Definitions, annotations and rules of BEHAVIOR-1K (MIT)."""
+"""Archive with definitions, annotations and rules of BEHAVIOR-1K (license: MIT)."""
 
 PACKS = (Pack(PACK, (BDDL,), convert_tasks),)
-"""The pack of BEHAVIOR-1K; an entry point registers it."""
+"""The pack of BEHAVIOR-1K. An entry point registers it."""

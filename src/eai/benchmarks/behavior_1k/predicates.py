@@ -1,9 +1,10 @@
 """The predicates of a BEHAVIOR-1K scene, in three layers.
 
-Abilities of kinds never change (``openable``, ``removes_soaked``): temperatures, solvents and recipes of the
-annotations are compiled to such facts when a scene is made. Stored predicates describe the current state
-(``lies_in``, ``is_open``). Derived predicates with BDDL's names (``inside``, ``open``) are the predicates of
-goals. Sources are the files of OmniGibson below ``object_states/``, as `docs/behavior-1k.md` lists.
+Abilities of kinds (synsets) never change, such as ``openable`` and ``removes_soaked``. When a scene is made,
+the temperatures, solvents and recipes of the annotations become facts with these predicates. Stored
+predicates describe the current state (``lies_in``, ``is_open``). Derived predicates with BDDL's names
+(``inside``, ``open``) are the predicates of goals. Their sources are OmniGibson's files below
+``object_states/``; `docs/behavior-1k.md` lists them.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def _make_hidden(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
-# Abilities and classes of kinds.
+# Abilities and classes of the kinds of objects.
 fixed, floor, container, fillable = map(_make_ability, ("fixed", "floor", "container", "fillable"))
 openable, toggleable = map(_make_ability, ("openable", "toggleable"))
 sliceable, diceable, slicer = map(_make_ability, ("sliceable", "diceable", "slicer"))
@@ -39,7 +40,7 @@ heat_source, cold_source, flammable = map(_make_ability, ("heat_source", "cold_s
 washer, dryer, sink = map(_make_ability, ("washer", "dryer", "sink"))
 substance, liquid = map(_make_ability, ("substance", "liquid"))
 
-# Rules of the annotations as facts of a scene. A recipe is an invisible object.
+# Facts of a scene that state the annotations' rules. A recipe is an invisible object.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
     _make_hidden, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
@@ -61,7 +62,7 @@ ingredient, topping, base, raw, cooked_first = (
 )
 made_in, heated_by, makes = (_make_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
 RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
-"""The rules as relations of two objects."""
+"""Predicates for the rules of the annotations, such as recipes: relations of two objects."""
 
 # States of one object.
 present, held, robot_on = Predicate("present", 1), Predicate("held", 1), Predicate("robot_on", 1, single=True)
@@ -72,7 +73,7 @@ is_on_fire, is_broken = Predicate("is_on_fire", 1), Predicate("is_broken", 1)
 STATES = (
     *(is_cooked, is_frozen, is_open, is_folded, is_unfolded, is_toggled_on, is_hot, is_on_fire, is_broken),
 )
-"""The states in goals."""
+"""The states that goals use."""
 
 # Positions of objects. An object has at most one support.
 lies_in, lies_on = Predicate("lies_in", 2, single=True), Predicate("lies_on", 2, single=True)
@@ -81,7 +82,7 @@ draped_on = Predicate("draped_on", 2, single=True)
 stands_by, stands_under = Predicate("stands_by", 2), Predicate("stands_under", 2)
 _SUPPORTS = (lies_in, lies_on, attached_to, laid_over, draped_on)
 SUPPORTS = tuple([relation.name for relation in _SUPPORTS])
-"""The relations between an object and its support."""
+"""The stored relations between an object and its support."""
 
 # Substances.
 has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), Predicate("full_of", 2)
@@ -92,7 +93,10 @@ carries, carried_by, within = support.make_carrying_predicates(_SUPPORTS)
 
 
 def _find_root_floor(state: State, root: int) -> int:
-    """Return the floor of an unsupported object: the robot's floor if held, else its room's floor."""
+    """Return the floor of an object without support, as a bit mask.
+
+    It is the robot's floor for a held object, and the floor of its room for another object.
+    """
     return state.mask("robot_on") if state.mask("held") >> root & 1 else state.relation("by_floor").row(root)
 
 
@@ -150,7 +154,7 @@ STORED = {
     "filled": full_of,
     "saturated": soaked_with,
 }
-"""The stored relation of each BDDL relation."""
+"""Relation of BDDL -> its stored relation."""
 
 GOAL_RELATIONS = (
     Defined("inside", (X, Y), within.definition, within.values),
@@ -158,7 +162,7 @@ GOAL_RELATIONS = (
     *(Defined(name, (X, Y), stored(X, Y)) for name, stored in STORED.items() if name != "inside"),
 )
 GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(relation.name for relation in GOAL_RELATIONS))
-"""The predicates of goals and prompts."""
+"""The predicates that goals and prompts use."""
 
 VOCABULARY = Vocabulary(
     predicates=tuple([item for item in globals().values() if isinstance(item, Predicate)]),

@@ -1,9 +1,10 @@
-"""Scenes of BEHAVIOR-1K: the objects of an activity, their possible products, and the initial state.
+"""Make scenes of BEHAVIOR-1K: the objects of an activity, their possible products, and the initial state.
 
-Gaps of a definition are filled as `docs/behavior-1k.md` says: objects are closed and off; listed furniture of
-a room is fixed, unless the goal moves it (D2); a source gives the substance of its kind. Rules become facts
-of the scene: the foods that a heat cooks, the tool that removes a stain. Each recipe that can matter is an
-invisible object. Possible products have a name from the start.
+If a definition leaves a fact open, `docs/behavior-1k.md` decides it. For example, objects are closed and
+switched off, and a source gives the substance of its kind. Furniture of a room is fixed, unless the goal
+moves it (D2). Rules become facts of the scene, such as the foods that a heat source cooks, or the tool that
+removes a stain. Each recipe that can matter is an invisible object. Objects that actions may make have a name
+from the start.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ from eai.world.vocabulary import Predicate
 
 AGENT, ANY_OTHER = "agent", "_*"
 RECIPE = "recipe"
-"""Category of the recipes of a scene. Recipes come last, and no answer may name them."""
+"""Category of recipes. In a scene they follow all other objects, and no answer may name them."""
 GROUND = ("floor", "lawn", "driveway")
-"""Kinds of objects on which the agent may stand."""
+"""Categories of objects on which the agent may stand."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 _SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
@@ -48,18 +49,21 @@ _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
     p.heat_source: ("heatSource",),
     p.cold_source: ("coldSource",),
 }
-"""Predicate -> the abilities in the annotations that make it true."""
+"""Predicate -> abilities in the annotations.
+
+The predicate holds for kinds with any of these abilities.
+"""
 
 
 class _Activity:
-    """A definition, in names without senses: ``mug_1`` for ``mug.n.04_1``.
+    """The definition of an activity. Its names have no sense numbers: ``mug_1`` for ``mug.n.04_1``.
 
     Args:
         text: the definition.
 
     Attributes:
         problem: the parsed definition.
-        synsets: category -> its kind with sense; no activity has two kinds of the same name.
+        synsets: category -> synset. No definition has two synsets that differ only in their sense number.
     """
 
     def __init__(self, text: str) -> None:
@@ -68,9 +72,9 @@ class _Activity:
 
     @cached_property
     def objects(self) -> Mapping[str, str]:
-        """Category of each object except the agent, by name.
+        """Category of each declared object except the agent, by name.
 
-        A name that ends in ``_*`` means any further objects of that kind in the simulator's scene: here none.
+        A name that ends in ``_*`` means further objects of the simulator's scene. Here there are none.
         """
         declared = self.problem.objects
         return {
@@ -78,14 +82,14 @@ class _Activity:
         }
 
     def yield_facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
-        """Yield the positive initial facts without the agent, as predicate and names."""
+        """Yield the positive initial facts that are not about the agent, each as a predicate and names."""
         for fact in self.problem.initial:
             names = tuple([term.name for term in fact.arguments])
             if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
                 yield fact.predicate, names
 
     def yield_goal_categories(self) -> Iterator[str]:
-        """Yield the categories in the goal."""
+        """Yield the category of each object and each variable in the goal."""
         for formula in walk(self.problem.goal):
             if isinstance(formula, f.Atom):
                 yield from (self.objects[t.name] for t in formula.arguments if t.name in self.objects)
@@ -93,25 +97,25 @@ class _Activity:
 
     @cached_property
     def _variables(self) -> Mapping[str, str]:
-        """Category of each goal variable; equal names have equal categories in a definition."""
+        """Category of each variable of the goal. Variables of one name in a definition have one category."""
         bound = chain.from_iterable(map(bound_variables, walk(self.problem.goal)))
         return {variable.name: str(variable.category) for variable in bound}
 
     def _yield_binary_atoms(self) -> Iterator[tuple[str, f.Term, f.Term]]:
-        """Yield predicate and arguments of each goal atom with two arguments."""
+        """Yield the predicate and both arguments of each atom of the goal that has two arguments."""
         for formula in walk(self.problem.goal):
             if isinstance(formula, f.Atom) and len(formula.arguments) == 2:
                 yield formula.predicate, *formula.arguments
 
     def _find_candidates(self, term: f.Term) -> Sequence[str]:
-        """Return the objects that a term of the goal may mean."""
+        """Return the objects that a term of the goal may stand for."""
         if isinstance(term, f.Constant):
             return (term.name,)
         return [name for name, category in self.objects.items() if category == self._variables[term.name]]
 
     @cached_property
     def moved_objects(self) -> frozenset[str]:
-        """Objects that the goal may move. A chair counts also if it must be next to an object."""
+        """Objects that the goal may move. A chair also counts if the goal wants it next to an object."""
         names = {
             name
             for predicate, obj, _ in self._yield_binary_atoms()
@@ -121,7 +125,7 @@ class _Activity:
         return frozenset(name for name in names if self.objects[name] not in GROUND)
 
     def yield_containers(self) -> Iterator[str]:
-        """Yield the kinds of objects that contain something, initially or in the goal."""
+        """Yield the kinds of objects that contain another object, initially or in the goal."""
         for predicate, names in self.yield_facts():
             if predicate == "inside":
                 yield self.synsets[self.objects[names[1]]]
@@ -134,9 +138,9 @@ class _SceneMaker:
     """Makes the scene of one activity.
 
     Args:
-        activity: the definition.
-        kinds: the kinds and rules.
-        containers: kinds that serve as containers in some definition.
+        activity: the definition of the activity.
+        kinds: the kinds of objects and the rules.
+        containers: kinds of objects that contain another object in some definition.
     """
 
     def __init__(self, activity: _Activity, kinds: k.Kinds, containers: frozenset[str]) -> None:
@@ -145,7 +149,7 @@ class _SceneMaker:
         self._containers = containers
         self._declared_kinds = {name: activity.synsets[c] for name, c in activity.objects.items()}
         self._future = {names[0] for predicate, names in activity.yield_facts() if predicate == "future"}
-        self._kind_of_each = dict(self._declared_kinds)  # later also of possible products
+        self._kind_of_each = dict(self._declared_kinds)  # possible products are added later
         self._gives = {names for predicate, names in activity.yield_facts() if predicate == "insource"}
         self._rooms = {
             names[0]: names[1] for predicate, names in activity.yield_facts() if predicate == "inroom"
@@ -153,7 +157,10 @@ class _SceneMaker:
         self._recipes: list[k.Recipe] = []
 
     def make_state(self) -> State:
-        """Return the initial state: declared objects, then possible products, then recipes."""
+        """Return the initial state.
+
+        Its objects are the declared objects, then possible products, then recipes.
+        """
         self._fill_sources()
         wanted = {self._declared_kinds[name] for name in self._future}
         in_goal = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
@@ -169,7 +176,7 @@ class _SceneMaker:
     # The objects.
 
     def _find_objects(self, synset: str) -> list[str]:
-        """Return the objects of a kind. Objects that the activity declares come first."""
+        """Return the objects of a kind, objects that the activity declares first."""
         return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
     def _add_object(self, synset: str) -> str:
@@ -180,7 +187,7 @@ class _SceneMaker:
         return f"{stem}_{number}"
 
     def _fill_sources(self) -> None:
-        """Add missing facts that a source gives the substances of its kind."""
+        """Add facts that sources give the substances of their kind, if the definition does not state them."""
         for name, kind in list(self._declared_kinds.items()):
             for substance in self._kinds.get_substances(kind):
                 objects = self._find_objects(substance)
@@ -188,11 +195,11 @@ class _SceneMaker:
                     self._gives.add((name, objects[0] if objects else self._add_object(substance)))
 
     def _is_equipped(self, need: str, present: set[str]) -> bool:
-        """Whether the scene has an object of a kind, or with an ability."""
+        """Whether the scene has an object that is of a kind, or that has an ability."""
         return need in present or any(self._kinds.has(kind, need) for kind in self._declared_kinds.values())
 
     def _can_be_made(self, kind: str, present: set[str], above: tuple[str, ...]) -> bool:
-        """Whether the scene has an object of a kind, or one can be made from its objects."""
+        """Whether the scene has an object of a kind, or objects from which one can be made."""
         if kind in present:
             return True
         return kind not in above and any(
@@ -206,7 +213,7 @@ class _SceneMaker:
         )
 
     def _add_products(self, wanted: Sequence[str], present: set[str]) -> None:
-        """Add everything that must be made to get the wanted kinds, with the recipes."""
+        """Add recipes, products and intermediate products by which the wanted kinds can be made."""
         makings = self._kinds.rules.makings
         pending, ways = list(wanted), dict[str, list[k.Making]]()
         while pending:
@@ -226,7 +233,7 @@ class _SceneMaker:
                 self._add_halves(name, kind)
 
     def _add_instances(self, kind: str, ways: Sequence[k.Making]) -> None:
-        """Add as many objects of a kind as can exist at once."""
+        """Add objects of a kind until the scene has as many as can exist at one time."""
         number = 1
         for making in ways:
             if making.by == "slice":
@@ -239,7 +246,7 @@ class _SceneMaker:
                 self._future.add(self._add_object(kind))
 
     def _add_halves(self, whole: str, kind: str) -> None:
-        """Add names for the halves of sliceable objects."""
+        """Add the future halves of objects that can be sliced."""
         half, number = self._kinds.rules.slice[kind]
         wholes = len(self._find_objects(kind))
         while len([name for name in self._find_objects(half) if name in self._future]) < number * wholes:
@@ -291,7 +298,7 @@ class _SceneMaker:
                 yield _NEED_PREDICATES[need], (name,)
 
     def _yield_temperatures(self, name: str, kind: str) -> _SceneFacts:
-        """Yield the objects that a source cooks, melts or chills; every heat source makes objects hot."""
+        """Yield facts: which objects a source cooks, melts or chills. Every heat source makes objects hot."""
         heat, cold = (
             self._kinds.get_heat_source(kind, "heatSource"),
             self._kinds.get_heat_source(kind, "coldSource"),
@@ -423,7 +430,7 @@ class _SceneMaker:
     def _yield_ingredients(
         self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
     ) -> _SceneFacts:
-        """Yield the objects of a kind that a recipe takes; baking takes substances only on a base."""
+        """Yield facts: which objects of a kind a recipe takes. Baking takes substances only on a base."""
         related = kind in recipe.toppings or kind in recipe.toppings.values()
         is_substance = self._kinds.has(kind, "substance")
         if is_substance and bakes and not related:
@@ -437,15 +444,17 @@ class _SceneMaker:
 
 
 SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
-"""Returns the activity of a name, and its initial state."""
+"""Returns the parsed definition and the initial state of the activity with this name."""
 
 
 def make_set_up(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
-    """Return the function that sets up activities; it raises KeyError for an unknown name.
+    """Return the function that makes the initial state of an activity.
+
+    It raises KeyError for an unknown name.
 
     Args:
-        kinds: the kinds and rules.
-        texts: definitions by name.
+        kinds: the kinds of objects and the rules.
+        texts: definitions by name of the activity.
     """
     activities = {name: _Activity(text) for name, text in texts.items()}
     containers = frozenset(kind for activity in activities.values() for kind in activity.yield_containers())

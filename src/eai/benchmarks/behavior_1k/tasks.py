@@ -1,6 +1,6 @@
 """The activities of BEHAVIOR-1K as tasks, made from the pack on first use.
 
-The definitions have no instructions: instructions are written from the goals.
+The definitions have no instruction in English. It is written from the goals.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from eai.world.action import Action
 _EVIDENCE = "evidence.toml"
 
 PhraseOfVariable = Mapping[str, str]
-"""Variable -> the phrase that replaces it."""
+"""Variable of a goal -> the English phrase that replaces it, such as ``every lamp``."""
 
 
 def _read_own_file(name: str) -> bytes:
@@ -33,13 +33,13 @@ def _read_own_file(name: str) -> bytes:
 
 
 def load_exclusions() -> Mapping[str, str]:
-    """Return the reason for each activity that counts in no rate, by name."""
+    """Return a mapping from excluded activities to the reason: scores do not count these activities."""
     entries = parse_toml(_read_own_file(_EVIDENCE).decode())["left_out"]
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
 
 def load_subsets() -> Mapping[str, tuple[str, ...]]:
-    """Return named lists of activities."""
+    """Return lists of activities by the name of the list."""
     return {
         name: tuple(names)
         for name, names in parse_toml(_read_own_file(_EVIDENCE).decode())["subsets"].items()
@@ -49,11 +49,12 @@ def load_subsets() -> Mapping[str, tuple[str, ...]]:
 def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
-    The digest covers the data, the plans, the evidence and the reading.
+    The digest of the tasks covers the data, the plans, the evidence and the name of the decisions
+    (`READING`).
 
     Args:
-        english: sentences of predicates.
-        source: where to get the data.
+        english: English sentences for predicates.
+        source: the source of the data.
 
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
@@ -93,7 +94,10 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
 
 
 def _read_plan(line: str) -> tuple[Action, ...]:
-    """Return the plan of a line ``OPERATOR 3 5;...``, objects by index; empty for an empty line."""
+    """Return the plan in a line ``OPERATOR 3 5;...``, whose numbers are indices of objects.
+
+    It may be empty.
+    """
     steps = [step.split(" ") for step in line.split(";")] if line else []
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
@@ -103,7 +107,7 @@ def _split_lines(content: bytes) -> Mapping[str, str]:
 
 
 def _noun_of(category: str) -> str:
-    """Return the noun of a category: ``apple half`` for ``half__apple``."""
+    """Return the English noun of a category: ``apple half`` for ``half__apple``."""
     if category.startswith("half__"):
         return f"{_noun_of(category.removeprefix('half__'))} half"
     return category.replace("__", " ").replace("_", " ")
@@ -112,13 +116,13 @@ def _noun_of(category: str) -> str:
 def _write_instruction(
     title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: English
 ) -> str:
-    """Return the title of an activity, and a sentence for each goal.
+    """Return an instruction: the title of an activity, and a clause for each goal.
 
     Args:
         title: the title.
         goals: the goals.
         objects: category of each declared object.
-        english: sentences of predicates.
+        english: English sentences for predicates.
     """
     sentences = _SentenceWriter(objects, english)
     clauses = "; ".join(sentences.write_clause(goal, {}) for goal in goals)
@@ -126,7 +130,7 @@ def _write_instruction(
 
 
 class _SentenceWriter:
-    """Writes the goals of one activity as sentences."""
+    """Writes the goals of one activity as English clauses."""
 
     def __init__(self, objects: Mapping[str, str], english: English) -> None:
         self._objects = objects
@@ -134,7 +138,7 @@ class _SentenceWriter:
         self._english = english
 
     def name_term(self, term: f.Term, names: PhraseOfVariable) -> str:
-        """Return a variable's phrase, ``the oven`` for the only oven, or else the name of the object."""
+        """Return the phrase of a variable, ``the oven`` for the only oven, or else the name of an object."""
         if term.name in names:
             return names[term.name]
         category = self._objects[term.name]
@@ -169,7 +173,7 @@ class _SentenceWriter:
         raise InputError(f"goals with {type(goal).__name__} cannot be written as a sentence")
 
     def _write_quantified(self, goal: f.Formula, names: PhraseOfVariable) -> str:
-        """Return the clause of a goal about all, some, a number or pairs of objects."""
+        """Return the clause of a goal with a quantifier: all, some, a number, or pairs of objects."""
         match goal:
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
                 return self._write_sentence(atom, {**names, variable.name: f"no {_get_noun(variable)}"})
