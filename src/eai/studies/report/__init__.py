@@ -1,1 +1,1 @@
-"""Reports on runs: tables, plots and the error explorer, made from records only."""
+"""Reports on runs: tables, plots and the error explorer (a web page), made only from records."""

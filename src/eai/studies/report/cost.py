@@ -33,11 +33,11 @@ each model took, so that only what a query costs can be set beside other runs, a
 
 
 _CostKey: TypeAlias = "tuple[str, str, Ability | None]"
-"""Model, domain and ability of a row. The row of the total has an empty domain and no ability."""
+"""Model, domain and ability of a cost row. The row of the total has an empty domain and no ability."""
 
 
 def _csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:
-    """Return a row of ``cost.csv``, by column."""
+    """Return a row of ``cost.csv``, as values by column."""
     (model, domain, ability), usage, answers = key, spent.usage, spent.answers
     return {
         "model": model,
@@ -56,7 +56,7 @@ def _csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:
 
 
 def _report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
-    """Return a row of the report, by heading."""
+    """Return a row of the report's cost table, as texts by heading."""
     (model, domain, ability), usage, answers = key, spent.usage, spent.answers
     bound = "≥ " if spent.unpriced_answers else ""
     return {
@@ -77,8 +77,8 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
 
     Args:
         runs: all runs, including experiments.
-        prices: prices of tokens, for answers that have none recorded.
-        with_paper: whether the paper's cost is added below.
+        prices: prices of tokens, for answers without a recorded cost.
+        with_paper: whether the paper's cost is added below the table.
     """
     lines = [_report_row(key, spent) for key, spent in _sum_by_run(runs, prices).items()]
     if not lines:
@@ -107,7 +107,10 @@ def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None
 
 
 def _sum_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_CostKey, Spending]:
-    """Return the cost of each run, under its first protocol, and a total if there are several runs."""
+    """Return the cost of each run, and the total of all runs if there are several.
+
+    A run that was scored under several protocols counts once, under its first protocol.
+    """
     price_of = {} if prices is None else {to_file_name(name): price for name, price in prices.models.items()}
     spending: dict[_CostKey, Spending] = {}
     for item in runs:
@@ -133,7 +136,7 @@ def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
 
 
 def _ratio(cases: Cases) -> Cell:
-    """Return the amount per success; without a success, the whole amount as a lower bound."""
+    """Return the amount spent per success; without a success, the whole amount as a lower bound."""
     if not cases:
         return None
     rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)

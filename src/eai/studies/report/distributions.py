@@ -25,11 +25,12 @@ class _Distribution:
     """How many times each value of a property occurs in a data set.
 
     Attributes:
-        name: name in files.
-        title: the counted values, in words.
-        unit: the counted items: ``tasks`` by a number, or ``steps`` or ``mentions`` of objects by a name.
-        counts: value -> number of times. Numbers are in order; names start with the most frequent.
-        decades: whether numbers are grouped by decade (1 to 9, 10 to 99, ...), since they differ so much.
+        name: name of the property in file names.
+        title: name of the property for readers.
+        unit: the items that are counted: ``tasks`` for values that are numbers; ``steps``, or ``mentions`` of
+            objects, for values that are names.
+        counts: value -> number of items. Numeric values are in order; names start with the most frequent.
+        decades: whether values are grouped by decade (1 to 9, 10 to 99, ...), because they differ so much.
     """
 
     name: str
@@ -40,7 +41,9 @@ class _Distribution:
 
 
 def distributions(benchmark: Benchmark, source: Source) -> tuple[_Distribution, ...]:
-    """Return the distributions of a benchmark over its tasks with goals. Empty distributions are left out.
+    """Return the distributions of steps, goals and actions in a benchmark's tasks with goals.
+
+    Empty distributions are left out.
 
     Raises:
         DataError: the data is not available.
@@ -67,7 +70,7 @@ def _count_features(features: Sequence[Features]) -> Iterator[_Distribution]:
 
 
 def _count_steps(tasks: Sequence[Task]) -> Iterator[_Distribution]:
-    """Yield the distributions in annotated plans: of actions, of object categories, and of pairs of both."""
+    """Yield the distributions of actions, of object categories, and of pairs of both, in annotated plans."""
     steps = [(step, task.scene.objects) for task in tasks for step in task.script]
     pairs = [(step.operator, objects[i].category) for step, objects in steps for i in step.arguments]
     actions = _count_values(step.operator for step, _ in steps)
@@ -88,11 +91,11 @@ _MAX_NAMES = 25
 """Maximum number of actions, categories or pairs in a panel, most frequent first."""
 _ROW = 0.16
 _MAX_BINS = 24
-"""Maximum number of bars in a panel of numbers."""
+"""Maximum number of bars in a panel whose values are numbers."""
 
 
 def save_distributions(distributions: Sequence[_Distribution], title: str, path: Path) -> tuple[Path, ...]:
-    """Write numbers to ``path-numbers`` and names to ``path-names``, each as SVG and PNG.
+    """Draw distributions of numbers in ``path-numbers`` and of names in ``path-names``, as SVG and PNG.
 
     Raises:
         EaiError: matplotlib is not installed.
@@ -122,7 +125,10 @@ def _draw(distributions: Sequence[_Distribution], title: str, height: float) -> 
 
 
 def count_bins(counts: Mapping[int, int], *, decades: bool) -> dict[str, int]:
-    """Return counts by bin, labelled with the bin's bounds. Empty bins between others are included."""
+    """Return the counts of bins, by labels with the bins' bounds.
+
+    Empty bins between other bins are included.
+    """
     if decades:
         powers = range(len(str(max(counts))))
         return {

@@ -1,7 +1,7 @@
-"""The report as one Markdown page: tables, certainty of the main results, and agreement with the paper.
+"""Write the report as one Markdown page: tables, certainty of main results, and agreement with the paper.
 
-Certainty: intervals over names of tasks and over single tasks. Agreement: our numbers for the paper's models,
-cell by cell.
+Certainty is shown by intervals over names of tasks and over single tasks. Agreement is shown by differences
+between our numbers and the paper's figures for the paper's models, cell by cell.
 """
 
 from __future__ import annotations
@@ -28,17 +28,19 @@ STRATA: Mapping[str, range] = {
     **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},
     "33 steps or more": range(33, 1_000_000),
 }
-"""Ranges of plan lengths, by label."""
+"""Ranges of lengths of annotated plans, by the label of their rows."""
 
 ROUNDING_DIFFERENCE = 0.056
-"""Maximum difference by rounding, in percentage points: the paper rounds to two digits, then to one."""
+"""Maximum difference from the paper that rounding explains, in percentage points.
+
+The paper rounds to two digits, then to one."""
 
 
 def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
     """Return rows that compare runs of the paper's models with the figures of each table of the paper.
 
-    The runs are those under the paper's protocol that have the name of a published response file. Unranked
-    runs are left out.
+    Compared runs use the paper's protocol and have the name of a published response file. Unranked runs are
+    left out.
     """
     setting = read_paper_setting()
     ours = [
@@ -74,7 +76,7 @@ def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> di
 
 
 def _pairs(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
-    """Yield each difference from the paper's figures, in percentage points, with a text that describes it."""
+    """Yield each difference from the paper's figures, in percentage points, with a text on both numbers."""
     model = read_paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
@@ -113,7 +115,7 @@ def report_markdown(
     *,
     with_paper: bool,
 ) -> str:
-    """Return the page. The section on cost is added at the end if it is not empty."""
+    """Return the page as Markdown. The section on cost is added at the end if it is not empty."""
     plain = plain_runs(runs)
     blocks = [
         "# Results\n",
@@ -147,7 +149,10 @@ def _tables(tables: Sequence[Ranking]) -> Iterator[str]:
 
 
 def _tables_section(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
-    """Yield a section of tables; titles that occur under several protocols name the protocol."""
+    """Yield the text of a section of tables.
+
+    A title that occurs under several protocols names the protocol.
+    """
     if tables:
         yield f"## {title}\n"
         yield f"{introduction}\n"
@@ -168,7 +173,10 @@ def _cards() -> Iterator[str]:
 
 
 def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:
-    """Yield a section with paragraphs and a table, given as cells by heading; nothing if it has no rows."""
+    """Yield the text of a section with paragraphs and a table; nothing if the table has no rows.
+
+    A row has its cells by heading.
+    """
     written = list(rows)
     if written:
         yield f"## {title}\n"
@@ -177,7 +185,7 @@ def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) ->
 
 
 def _epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """Yield the section on runs with several epochs: is one answer to a task right, or are all?"""
+    """Yield the section on runs with several answers (epochs) per task: is one answer right, or are all?"""
     groups = group_pairs(pair for item in runs for pair in _epoch(item))
     if not groups:
         return
@@ -190,7 +198,7 @@ def _epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _epoch(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
-    """Yield the key of the run to which an epoch belongs, with its successes; nothing for other runs."""
+    """Yield the key of the whole run and the successes of one of its epochs; nothing for other runs."""
     metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
         yield item.key._replace(model=model), item.cases.get(metric, ())
@@ -238,7 +246,7 @@ def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
-    """Yield a row per stratum: its label, and the success of each run."""
+    """Yield a row for each range of plan lengths, with the success of each run."""
     for label, steps in STRATA.items():
         shares = [
             [case.share for n, cases in item.breakdown.by_length.items() if n in steps for case in cases]
@@ -249,7 +257,7 @@ def _length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]
 
 
 def _predicate_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
-    """Yield a row per predicate: its label, and the share of its goals that each run meets."""
+    """Yield a row for each predicate, with the share of the predicate's goals that each run meets."""
     tables = [item.breakdown.by_predicate for item in items]
     for name in sorted({name for table in tables for name in table}):
         yield f"goals on {escape_markdown(name)}", [table.get(name, NOTHING) for table in tables]
@@ -312,7 +320,7 @@ _UNNAMED = (
 
 
 def write_unnamed_remark(runs: Sequence[RunSummary]) -> str:
-    """Return the remark on runs whose records do not describe their tasks; empty without such runs."""
+    """Return a remark on runs whose records lack the names of their tasks; empty without such runs."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 

@@ -1,8 +1,8 @@
-"""Make the explorer: one HTML file that contains all data and opens from disk without a network.
+"""Make the explorer of answers: one HTML file with all data, which opens from disk without a network.
 
-Records are compact JSON, and each text is stored once. The page reads it with ``explorer/data.js``, which
-uses the same keys. Texts are numbers into ``texts``; steps and operators are numbers into ``steps`` and
-``operators``; scenes and their tiles are numbers into ``scenes`` and ``tiles``. Empty values are left out.
+Records are compact JSON. ``explorer/data.js`` reads the JSON in the page, with equal keys. Each text, step,
+operator, scene and tile is stored once, in the lists ``texts``, ``steps``, ``operators``, ``scenes`` and
+``tiles``. Other values refer to its index in the list. Empty values are left out.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorVerdict
 
 VERSION = 3
-"""Version of the data format."""
+"""Version of the format of the page's data."""
 
 _PACKED_KINDS = ("steps", "operators", "scenes", "tiles")
-"""Kinds of values that are stored once and referred to by numbers."""
+"""Names of the lists of values that are stored once and referred to by index."""
 
 _VIEWER = "http://127.0.0.1:7575/#/logs"
 """Address at which ``inspect view`` shows logs."""
@@ -53,10 +53,10 @@ class Tile:
 
     Attributes:
         name: name of the object.
-        kind: owner of the tile.
-        marks: facts about the object alone.
-        lines: relations to other objects, each a line.
-        zones: tiles inside this tile, by the relation between them.
+        kind: whether the object is the agent, an object of the task, or another object.
+        marks: facts about only this object, such as its states.
+        lines: facts that relate the object to other objects, each as a line of text.
+        zones: tiles inside this tile, by their relation to this object, such as being on it.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Tile:
 
 
 TileScenes: TypeAlias = Sequence[Sequence[Tile]]
-"""Scenes at the start and after each attempted step, each as its outermost tiles; empty if unknown."""
+"""Pictures of the scene at the start and after each attempted step, each a list of outermost tiles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +78,8 @@ class ExplorerBackground:
         prompts: ability -> task -> prompt.
         operators: operator -> its definition in the data set.
         instructions: task -> the task in natural language.
-        find_scenes: returns the scenes of an answer; empty if they are unknown.
-        find_film: returns the address of an answer's film, relative to the page; empty without a film.
+        find_scenes: returns the pictures of the scene for an answer's record; empty if unknown.
+        find_film: returns the address of the film of an answer, relative to the page; empty without a film.
     """
 
     prompts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
@@ -90,7 +90,7 @@ class ExplorerBackground:
 
 
 def film_name(record: Record) -> str:
-    """Return the file name of an answer's film in a folder of films. Equal answers have the same name."""
+    """Return the file name of an answer's film. Equal answers to a task share a film."""
     return f"{to_file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
 
 
@@ -98,7 +98,7 @@ class ExplorerData:
     """Collects runs as JSON text for the explorer.
 
     Args:
-        background: returns the background of a domain. It is called once for each domain.
+        background: function that returns the background of a domain, called once for each domain.
     """
 
     def __init__(
@@ -178,7 +178,10 @@ class ExplorerData:
         )
 
     def _goals(self, explanation: Explanation) -> list[Json]:
-        """Return each goal, with the cause and the nearest facts of a missed goal, as in `eai explain`."""
+        """Return the goals of a task.
+
+        Missed goals have a cause and the nearest facts, as in `eai explain`.
+        """
         near, goals = find_near_misses(explanation), list[Json]()
         for goal in explanation.goals:
             got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
@@ -187,7 +190,7 @@ class ExplorerData:
         return goals
 
     def _turns(self, record: Record) -> list[Json]:
-        """Return for each turn of an episode the reached goals, and the agent's thought."""
+        """Return a list for each turn of an episode: the reached goals, and the agent's thought."""
         turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
         is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
         written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
@@ -195,7 +198,7 @@ class ExplorerData:
         return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
 
     def _attempts(self, record: Record) -> list[Json]:
-        """Return each attempt of a record as an answer of its own, or nothing for a single attempt."""
+        """Return each attempt of a record as a separate answer; an empty list for a single attempt."""
         number = len(record.attempts)
         attempts = [replace(keep_attempts(record, k), attempts=()) for k in range(1, number + 1)]
         return [self._answer(attempt) for attempt in attempts] if number > 1 else []
@@ -241,7 +244,10 @@ class ExplorerData:
         return None if error is None else [error.kind.value, error.step, self._text(error.detail)]
 
     def _step(self, step: StepReport) -> int:
-        """Return the number of a packed step: the fields of `StepReport` in the order of the page."""
+        """Store a step, with the fields of `StepReport` in the order that the page expects.
+
+        Return its index.
+        """
         texts = self._texts((step.action, step.outcome, step.reason, step.earlier))
         facts = self._texts(step.added), self._texts(step.removed)
         return self._pack("steps", [*texts, *facts, step.hidden_changes])
@@ -250,7 +256,7 @@ class ExplorerData:
         return self._pack("scenes", [self._tile(tile) for tile in tiles])
 
     def _tile(self, tile: Tile) -> int:
-        """Return the number of a packed tile: name, kind, marks, lines, and each zone with its tiles."""
+        """Store a tile: name, kind, marks, lines, and each zone with its tiles. Return its index."""
         name, marks, lines = self._text(tile.name), self._texts(tile.marks), self._texts(tile.lines)
         zones: list[Json] = [
             [self._text(label), [self._tile(item) for item in within]] for label, within in tile.zones.items()
@@ -258,7 +264,10 @@ class ExplorerData:
         return self._pack("tiles", [name, tile.kind, marks, lines, zones])
 
     def _operator(self, operator: OperatorReport) -> int:
-        """Return the number of a packed operator: name, status, clauses of each side, and violations."""
+        """Store an operator: name, status, clauses of precondition and effect, and rule violations.
+
+        Return its index.
+        """
         sides = [
             [self._texts(parts) for parts in (side.matched, side.additional, side.missing)]
             for side in (operator.precondition, operator.effect)
@@ -279,7 +288,7 @@ class ExplorerData:
         return self._number(kind, encode_for_script(packed))
 
     def _number(self, kind: str, item: str) -> int:
-        """Return the number of an item among the items of its kind. A new item gets the next number."""
+        """Return the index of an item in the list of its kind. A new item is added at the end."""
         numbers = self._numbers[kind]
         return numbers.setdefault(item, len(numbers))
 
@@ -289,7 +298,7 @@ def _array(items: Iterable[str]) -> str:
 
 
 def _spans(verdict: Verdict) -> list[Json]:
-    """Return the spans of an answer's text with their kinds; empty if all text was read unchanged."""
+    """Return the spans of an answer as lists (start, end, kind); empty if all text was read unchanged."""
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]
@@ -312,7 +321,7 @@ SCRIPTS = (
     "compare.js",
     "main.js",
 )
-"""Script files of the page, in order. A script may use the scripts before it."""
+"""Names of the page's script files, in order. A script may use the scripts before it."""
 
 
 def explorer_html(data: str) -> str:

@@ -23,25 +23,26 @@ _MIN_AXES = 3
 """Minimum number of axes of a panel; two axes enclose no area."""
 
 _MAX_MODELS_WITH_INTERVALS = 3
-"""Maximum number of models that are drawn with intervals."""
+"""Maximum number of models in the plot for which intervals are drawn."""
 
 _HEIGHT = 3.3
-"""Height of a panel, in inches."""
+"""Height of a panel with one world's results, in inches."""
 
 _LEGEND_ROW = 0.17
 
 _Axis: TypeAlias = tuple[Ability, str]
-"""An axis of the plot: an ability and one of its main metrics."""
+"""An axis of the plot: an ability and one of the ability's main metrics."""
 
 _Results: TypeAlias = Mapping[_Axis, RunSummary]
-"""Results of a model in a world: for each axis, its run."""
+"""Results of a model in a world: for each axis, the model's run of the ability."""
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw the main results of plain runs of a protocol, one panel per world.
 
-    Worlds with fewer than three metrics are left out; the result is None if no world is left. The nine models
-    with the highest means have colours, all others are grey. Up to three models have 95 % intervals as bands.
+    Worlds with fewer than three metrics are left out; the result is None if no world remains. The nine models
+    with the highest means have colours, all others are grey. If there are at most three models, bands show 95
+    % intervals.
     """
     worlds = {domain: _models_of(items) for domain, items in _group_by_domain(runs).items()}
     worlds = {domain: models for domain, models in worlds.items() if len(_axes_of(models)) >= _MIN_AXES}
@@ -64,7 +65,7 @@ def _group_by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
 
 
 def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
-    """Return the results of each model in a world, in the order of the runs."""
+    """Return the results in a world by model, in the order of the runs."""
     models: dict[str, dict[_Axis, RunSummary]] = {}
     for item in runs:
         for metric in declaration_of(item.key.ability).averaged_metrics:
@@ -79,7 +80,7 @@ def _axes_of(models: Mapping[str, _Results]) -> list[_Axis]:
 
 
 def _rank_models(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
-    """Return the models of all worlds, sorted by their mean percentage, highest first."""
+    """Return the names of models, sorted by the mean percentage of their results, highest first."""
     percents = group_pairs(
         (model, item.rates[metric].percent or 0.0)
         for models in worlds.values()
@@ -133,7 +134,7 @@ def _draw_band(
 
 
 def _label_of(axis: _Axis) -> str:
-    """Return the label of an axis in short lines; an ability with one metric has only its title."""
+    """Return the label of an axis in short lines: title of the ability, and metric if it has several."""
     ability, metric = axis
     declared, title = declaration_of(ability), "\n".join(ability_title(ability).split())
     return (

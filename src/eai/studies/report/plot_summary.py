@@ -1,4 +1,4 @@
-"""Draw one page for a model: its main results, reached goals and errors, by domain."""
+"""Draw a page with one model's main results, reached goals and errors, by domain."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 _MARKS = "osD^v"
 _LINE = 0.19
-"""Height of a line of a panel, in inches."""
+"""Height of a panel's line, which shows one metric, in inches."""
 
 _HEAD = 0.5
 """Height of a panel's title and margins, without its lines, in inches."""
 
 _FOOT = 0.75
-"""Height of the title and the legend, in inches."""
+"""Height of the page's title and legend, in inches."""
 
 _APART = 0.3
 """Distance between the marks of two domains on one line, as a share of the line's height."""
@@ -40,28 +40,28 @@ _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
     ("Goals that its plans reach, percent", ["goal_satisfaction"], ()),
     ("What goes wrong in its plans, percent of answers", _PLANS, (GRAMMAR, RUNTIME)),
 )
-"""Title of each panel, names of its tables, and groups of columns; empty for all groups."""
+"""Title of each panel, names of the tables that it shows, and groups of columns; empty for all groups."""
 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
-"""Lines of a panel: for each heading and column, the tables with the column and their row of the model."""
+"""Lines of a panel: for each heading and column, the tables with this column and the model's row in each."""
 
 _PAPERS = ("paper", "published")
 
 
 def list_models(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
-    """Return the models that have runs, each with its protocols, in the order of the tables."""
+    """Return pairs of a model that has runs and a protocol of these runs, in the order of the tables."""
     models = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
     return list(dict.fromkeys(models))
 
 
 def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | None:
-    """Draw the page of a model; return None if it has no numbers.
+    """Draw the page of a model; return None if the model has no numbers.
 
-    Rates are dots with 95 % intervals and their numbers. Each domain has a mark and a colour. The paper's
-    models are grey ticks, if the tables have them.
+    Rates are dots with 95 % intervals, with their values as text. Each domain has a mark and a colour. Grey
+    ticks are the paper's models, if the tables have them.
 
     Args:
-        tables: the tables of a report, of all protocols and domains.
+        tables: the tables of a report, for all protocols and domains.
         model: the model.
         protocol: the protocol.
     """
@@ -93,7 +93,7 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
 def _lines(
     shown: Sequence[tuple[Ranking, RankedModel]], names: Sequence[str], groups: Sequence[str]
 ) -> _Lines:
-    """Return the columns of the named tables as lines, by the title of their ability."""
+    """Return the lines of a panel from the named tables, by heading and column."""
     return group_pairs(
         ((ability_title(column.ability) if column.ability else column.group, column), (table, row))
         for name in names
@@ -105,7 +105,7 @@ def _lines(
 
 
 def _number_of(lines: _Lines) -> int:
-    """Return the number of lines that a panel needs, with one heading for each group."""
+    """Return the height of a panel in lines, including one line for the heading of each group."""
     return len(lines) + len({heading for heading, _ in lines})
 
 

@@ -1,8 +1,8 @@
-"""Plots of runs for papers. They need matplotlib, which is imported when a plot is drawn.
+"""Draw plots of runs for papers. Matplotlib is imported only when a plot is drawn.
 
 Lines show success by number of goals, and by length of the annotated plan. Stacked bars show the outcomes of
-each run's answers. Flows show how many answers are left after each stage, and how the others were lost.
-Matrices show shares by action and by predicate.
+each run's answers. Flows show how many answers remain after each stage of checks, and why other answers
+failed. Matrices show shares by action and by predicate.
 """
 
 from __future__ import annotations
@@ -47,22 +47,22 @@ LENGTHS_PER_BIN = 10
 """Number of plan lengths in one bin: 0-9, 10-19 and so on, as in the paper's figure."""
 
 _MAX_GOALS = 10
-"""Tasks with this number of goals or more share a bin."""
+"""Number of goals from which on all tasks share a bin."""
 
 _MAX_MODELS_WITH_INTERVALS = 3
-"""Maximum number of models in a panel with intervals."""
+"""Maximum number of models in a panel for which intervals are drawn."""
 _PANEL = (3.5, 2.5)
-"""Width (one column of a page) and height of a panel, in inches, so that fonts keep their size."""
+"""Width (one column of a page) and height of a panel, in inches, so that a page shows fonts unscaled."""
 _LEGEND_ROW = 0.17
 _LEGEND_COLUMNS = {1: 1, 2: 3}
 """Number of columns of the legend, by number of panels."""
 _MARKS = "os^Dv<>ph"
 _STYLES = ("-", "--", ":", "-.")
 _MODEL_DISTANCE = 0.09
-"""Horizontal distance between models with intervals, in bins."""
+"""Horizontal distance between the points of models with intervals, as a share of a bin's width."""
 
 Bins = Mapping[int, Cases]
-"""For each bin, the successes of one model; bins without tasks are left out."""
+"""Successes of one model's tasks, by lower bound of the bin; bins without tasks are left out."""
 
 
 _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
@@ -76,17 +76,19 @@ def add_plots(
     formats: Sequence[str],
     watching: Callable[[str, int], AbstractContextManager[ProgressCallback]],
 ) -> int:
-    """Draw all plots for which runs have numbers, add them to the end of ``report.md``, and count them.
+    """Draw all plots for which runs have numbers, and add them to the end of ``report.md``.
 
-    Nothing is clipped. No plot needs it, and names of clipping areas depend on digits that vary between
-    runs of the layout solver.
+    Return the number of plots.
+
+    No plot is clipped to an area. Names of clipping areas in SVG files depend on digits that vary between
+    runs of the layout solver, and equal input must give equal files.
 
     Args:
         out: folder of the report.
         runs: the runs, sorted by the order of their keys.
         pages: the tables for a summary page of each model; without tables there are no pages.
         formats: file formats of each plot, among `eai.results.plots.FORMATS`.
-        watching: shows the progress.
+        watching: function that shows the progress.
 
     Raises:
         EaiError: matplotlib is not installed.
@@ -141,7 +143,7 @@ def _draw_with_title(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Fig
 def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw success by number of goals and by length of the annotated plan, a line per model.
 
-    The result is None if neither is known or neither varies.
+    The result is None if both numbers are unknown or constant.
     """
     panels = [
         (
@@ -250,19 +252,19 @@ def _count(item: RunSummary, kind: AnswerOutcome) -> int:
 
 
 _MAX_NAMES = 40
-"""Maximum number of names that fit a page."""
+"""Maximum number of actions or predicates that fit a page."""
 
 _F1 = "F1 of clauses, percent"
 
 
 def draw_actions(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the shares by action of each model in one ability; None if they are unknown."""
+    """Draw the share of executed steps (or F1 of clauses) by action for each model; None if unknown."""
     label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
     return _draw({item.key.name: item.breakdown.by_action for item in runs}, label)
 
 
 def draw_predicates(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the shares by predicate of each model in one ability; None if they are unknown."""
+    """Draw the share of right goals (or F1 of clauses) by predicate for each model; None if unknown."""
     labels = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
     label = labels.get(runs[0].key.ability, "percent of goals reached")
     return _draw({item.key.name: item.breakdown.by_predicate for item in runs}, label)
@@ -278,7 +280,7 @@ def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None
 
 
 def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
-    """Return the most frequent names, sorted by name. Answers can contain any number of names."""
+    """Return the most frequent names, sorted. The limit is needed because answers can contain many names."""
     cases: dict[str, float] = {}
     for column in columns:
         for name, rate in column.items():
@@ -290,7 +292,7 @@ _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
 """Width and height of a model's panel, in inches."""
 _BETWEEN = (6.1, 180.0)
-"""Distance between the panels of two models: stages to the right, percent down."""
+"""Distance between the panels of two models: to the right in stages, down in percent of answers."""
 _STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),
@@ -301,15 +303,20 @@ _LOSSES = (
 )
 _TOP = 100.0
 _GAP = 9.0
-"""How far down the band of lost answers bends, in percent."""
+"""Height by which the band of lost answers bends down, in percent of answers."""
 _LINE = 9.0
-"""Height of a line of text, in percent. A label that would overlap the one before is moved below it."""
+"""Height of a line of text, in percent of answers.
+
+A label that would overlap the previous label is moved below that label."""
 
 _SMALLEST_LABELLED = 0.5
 
 
 def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the flow of answers of one ability, one panel per model; None if the ability has no plans."""
+    """Draw how many answers remain after each stage of checks, one panel per model.
+
+    The result is None if the ability has no plans.
+    """
     flows = [(item.key.name, flow) for item in runs if (flow := item.breakdown.flow) and flow["answers"]]
     if not flows:
         return None
@@ -325,7 +332,7 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]) -> None:
-    """Draw bands from left to right; a lost share bends down at the end of its stage."""
+    """Draw the answers as a band from left to right; the failed share bends down after each stage."""
     shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
     left, top = corner
     panel.text(left - 0.35, top + 27, clip_label(model), fontsize=9)
@@ -354,4 +361,4 @@ _OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
     ("actions", "By action (of fewer than five cases in brackets)", draw_actions),
     ("predicates", "By predicate (of fewer than five cases in brackets)", draw_predicates),
 )
-"""Plots of an ability: name, caption, and the function that draws it or returns None."""
+"""Plots of one ability's runs: name, caption, and the function that draws the plot or returns None."""

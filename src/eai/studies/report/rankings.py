@@ -1,12 +1,12 @@
-"""Rankings: rows of our models and the paper's, ranked, with the best numbers in bold and footnotes.
+"""Make rankings: tables of our models and the paper's models, with ranks, best numbers and footnotes.
 
 A ranking belongs to one domain under one protocol; readers see it as a `Table`. There are rankings for the
-paper's main tables, for experiments, and for the paper's other tables. The others compare a few models, or
-ways to ask; they keep the paper's order, in which a way to ask follows the one it is compared with.
+paper's main tables, for experiments, and for the paper's other tables. These other tables compare a few
+models, or ways to ask. They keep the paper's order, in which two compared ways to ask follow each other.
 
 Rows are runs, the paper's models and null models. The paper's printed figures appear only beside runs under
-the paper's protocol. Beside runs under another protocol there are the published answers, scored under that
-protocol.
+the paper's protocol. Beside runs under another protocol, the paper's models have the scores of their
+published answers under that protocol.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class Score(Estimate):
     """A number of a model in a ranking.
 
     Attributes:
-        certainty: the interval and its effective size; None for the paper's figures.
-        texts: texts of footnotes; the ranking numbers them.
-        coverage: number of answered tasks of the suites; None for the paper's figures.
+        certainty: the interval and the effective number of tasks; None for the paper's figures.
+        texts: texts of the number's footnotes; the ranking gives footnotes their numbers.
+        coverage: how many tasks of the suites are answered; None for the paper's figures.
     """
 
     certainty: Certainty | None = None
@@ -55,12 +55,12 @@ class Score(Estimate):
 
     @property
     def ranked(self) -> bool:
-        """Whether the number takes part in the comparison with other rows."""
+        """Whether the number may be compared with other rows, because enough tasks are answered."""
         return self.coverage is None or self.coverage.ranked
 
 
 RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
-"""Source of a row's numbers, in the order of rows with the same rank.
+"""Source of a row's numbers. Rows of equal rank are sorted by source in this order.
 
 - run: a run.
 - paper: the printed figures of the paper.
@@ -75,12 +75,12 @@ class RankedModel:
 
     Attributes:
         cells: column -> score.
-        coverage: number of answered tasks of the suites; None for the paper's figures.
+        coverage: how many tasks of the suites are answered; None for the paper's figures.
         harness: name of the harness in which the model acts.
         effort: the model's reasoning effort.
-        notes: footnotes on the row.
-        rank: rank by the ranking's primary column, shared by equals; None without a score in it, or if too
-            few tasks are answered.
+        notes: texts of the footnotes on the whole row.
+        rank: rank by the ranking's primary column; equal scores share a rank. None without a score in this
+            column, or if too few tasks are answered.
     """
 
     model: str
@@ -94,16 +94,16 @@ class RankedModel:
 
     @property
     def competes(self) -> bool:
-        """Whether the row may have a rank and the best number of a column."""
+        """Whether the row may have a rank, and its numbers may be marked as the best."""
         return self.source != "floor" and (self.coverage is None or self.coverage.ranked)
 
     @property
     def all_notes(self) -> list[str]:
-        """The footnotes on the row and on its numbers."""
+        """Texts of the footnotes on the row and on its numbers."""
         return [*self.notes, *(note for cell in self.cells.values() for note in cell.texts)]
 
     def table_cells(self, ranking: Ranking) -> tuple[Cell, ...]:
-        """Return the cells of the row in the table: `_FIRST_COLUMNS`, then its numbers."""
+        """Return the cells of the row in the table: those of `_FIRST_COLUMNS`, then the row's scores."""
         origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
         numbers = [replace(cell, notes=ranking.numbers(cell.texts)) for cell in self.cells.values()]
@@ -112,23 +112,23 @@ class RankedModel:
 
 
 Cells = Mapping[tuple["Ability | None", str], Score]
-"""Numbers of one model in one domain: (ability, metric) -> number."""
+"""Scores of one model in one domain, by ability (None for the average) and metric."""
 
 
 def cell_of(cells: Cells, column: MetricColumn) -> Score:
-    """Return the number of a column, or a cell without a number."""
+    """Return a model's score in a column, or an empty score."""
     return cells.get((column.ability, column.metric), Score(None))
 
 
 @dataclass(frozen=True, slots=True)
 class Ranking:
-    """One table of one domain under one protocol.
+    """One table of ranked models, for one domain under one protocol.
 
     Attributes:
-        columns: the columns with a number in some row, each with its footnotes.
+        columns: the columns with a number in some row, each with the texts of its footnotes.
         rows: the rows, by rank.
-        notes: all footnotes; the first has number 1.
-        primary: the column that ranks, even if it is not shown; None for a table without ranks.
+        notes: texts of all footnotes; the first footnote has number 1.
+        primary: the column by which rows are ranked, even if it is not shown; None for a table without ranks.
     """
 
     name: str
@@ -141,21 +141,22 @@ class Ranking:
     primary: MetricColumn | None = None
 
     def numbers(self, notes: Iterable[str]) -> tuple[int, ...]:
-        """Return the numbers of footnotes."""
+        """Return the numbers by which a table refers to some footnotes, sorted."""
         return tuple(sorted({self.notes.index(note) + 1 for note in notes}))
 
     @property
     def ranked_by(self) -> str:
-        """The text that names the column that ranks, for a caption; empty without one."""
+        """Text for a caption that names the column by which rows are ranked; empty without ranks."""
         if self.primary is None:
             return ""
         groups = [column.group for column in (*self.columns, self.primary)]
         return f", ranked by {_short_heading(self.primary, groups)}"
 
     def table(self) -> Table:
-        """Return the table that readers see; our numbers have intervals.
+        """Return the table that readers see. Our numbers have intervals; the paper's figures have none.
 
-        The definition is a caption, whose last sentence may be continued.
+        The table's definition is a caption without a final full stop, so that its last sentence may be
+        continued.
         """
         groups = [column.group for column in self.columns]
         columns = [
@@ -182,7 +183,10 @@ class Ranking:
         return table.drop(unused)
 
     def _caption(self) -> str:
-        """Return the caption. It names the protocol only if some row has numbers of ours."""
+        """Return the caption.
+
+        It names the protocol only if some row has other numbers than the paper's figures.
+        """
         title = f"{self.title}, {title_of(self.domain)}"
         if all(row.source == "paper" for row in self.rows):
             return f"{title}. Percent{self.ranked_by}"
@@ -196,21 +200,24 @@ _FIRST_COLUMNS = (
     Column("effort", "Effort", heading_without_group="effort", is_number=False),
     Column("answered", "Answered", heading_without_group="answered", is_number=True),
 )
-"""Columns before the numbers of a row."""
+"""Columns to the left of a row's scores."""
 
 _AGENT_COLUMNS = ("harness", "effort")
-"""Columns that are dropped if no row has a value in them."""
+"""Names of columns that are dropped if no row has a value in them."""
 
 
 def _short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
-    """Return a column's heading, with its group's name only if the label is ambiguous."""
+    """Return a column's heading, with the name of its group only if the label is ambiguous without it."""
     ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
     is_incomplete = column.label in ("State", "Relation", "Action", "Total")
     return f"{column.group}: {column.label}" if ambiguous or is_incomplete else column.label
 
 
 def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
-    """Return the column that ranks: the first column with one of the metrics, or else the first column."""
+    """Return the column by which rows are ranked.
+
+    It is the first column with one of the metrics, or else the first column.
+    """
     return next((column for name in primary for column in columns if column.metric == name), columns[0])
 
 
@@ -225,13 +232,13 @@ def rank_rows(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel
 
 
 def ranks_of(values: Sequence[float | None]) -> list[int | None]:
-    """Return the rank of each value: 1 for the greatest, shared by equals, and None for no value."""
+    """Return the rank of each value: 1 for the greatest, and None for no value. Equal values share a rank."""
     numbers = [value for value in values if value is not None]
     return [None if value is None else 1 + sum(other > value for other in numbers) for value in values]
 
 
 def mark_best(rows: Sequence[RankedModel]) -> list[RankedModel]:
-    """Return the rows with the best of each column marked, if a column has several numbers."""
+    """Return the rows with the best number of each column marked. A single number is not marked."""
     best: dict[MetricColumn, float] = {}
     for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
         values = [number for row in rows if (number := _comparable_value(row, row.cells[column])) is not None]
@@ -275,8 +282,8 @@ def run_rows(
     Args:
         columns: the columns.
         runs: the runs of one protocol and domain.
-        numbers: all numbers of each model, by the names of runs.
-        with_paper: whether the paper's rows, judged by another planner, are in the same table.
+        numbers: all scores of each model, by the name of the run.
+        with_paper: whether the table has rows of the paper, whose operators another planner judged.
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
@@ -306,7 +313,7 @@ def run_rows(
 
 
 def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
-    """Return all numbers of runs of one protocol and domain, by name, with the average over abilities."""
+    """Return all scores in one protocol and domain, by the name of the run, with averages over abilities."""
     by_name: dict[str, Cells] = {}
     for name, items in group_pairs((item.key.name, item) for item in runs).items():
         cells: dict[tuple[Ability | None, str], Score] = {
@@ -344,7 +351,10 @@ def _percents(cells: Cells) -> dict[AbilityMetric, float | None]:
 def paper_rows(
     places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
 ) -> Iterator[RankedModel]:
-    """Yield the paper's models; if two tables have a figure for a column, the first table counts."""
+    """Yield a row for each of the paper's models.
+
+    If two tables have a figure for a column, the first counts.
+    """
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
         cells = {column: _paper_cell(model, place, papers) for column, place in places.items()}
         if any(cell.value is not None for cell in cells.values()):
@@ -366,10 +376,10 @@ def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, .
 def read_packaged_rows(
     source: Literal["published", "floor"], columns: Sequence[MetricColumn], runs: Sequence[RunSummary]
 ) -> Iterator[RankedModel]:
-    """Yield the rows of a packaged table of models; its notes become footnotes.
+    """Yield the rows of a table of models that the package includes. Notes in the table become footnotes.
 
     Args:
-        source: the paper's models, whose published answers were scored, or null models.
+        source: kind of the rows: the paper's models by scores of their published answers, or null models.
         columns: the columns.
         runs: the runs of one protocol and domain that share a table with these rows. Models without scores
             under that protocol have no rows.
@@ -396,7 +406,7 @@ def read_packaged_rows(
 
 
 def _write_published_note(protocol: str, models: int) -> str:
-    """Return the footnote on the models whose published answers were scored."""
+    """Return the footnote on rows whose scores are those of published answers."""
     sha256 = paper_tables.hash_published_scores(protocol)
     return (
         f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
@@ -421,7 +431,7 @@ _LEFT_OUT = (
 
 
 def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
-    """Return all tables, by protocol and domain, in the order of the paper's tables.
+    """Return the tables of all runs, by protocol and domain, in the order of the paper's tables.
 
     Args:
         runs: the runs, sorted by the order of their keys.
@@ -447,7 +457,7 @@ def make_ranking(
     Args:
         spec: name and columns of the table.
         runs: the runs.
-        numbers: all numbers of the runs (`cells_by_model`).
+        numbers: all scores of the runs (`cells_by_model`).
         with_paper: whether the paper's models appear beside ours.
     """
     columns = tuple(
@@ -486,7 +496,7 @@ def _list_notes(rows: Iterable[RankedModel]) -> list[str]:
 
 
 def _add_missing_note(row: RankedModel, by: MetricColumn) -> RankedModel:
-    """Return a row with a footnote on missing abilities, if it has no number in the column that ranks."""
+    """Return the row. It gets a footnote on missing abilities if it has no number in the ranking column."""
     if row.cells[by].value is not None:
         return row
     lacking = [column for column, cell in row.cells.items() if cell.value is None]
@@ -497,12 +507,12 @@ def _add_missing_note(row: RankedModel, by: MetricColumn) -> RankedModel:
 
 
 def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
-    """Return a table for each suite with experiments, with the models that have some.
+    """Return a table of experiments (runs with study options) for each suite that has experiments.
 
-    The plain run of a model comes above its experiments, for comparison.
+    A table has only models with experiments. The plain run of a model comes above its experiments.
 
     Args:
-        runs: the runs, including plain ones, sorted by the order of their keys.
+        runs: the runs, including plain runs, sorted by the order of their keys.
     """
     suites = group_pairs((item.key[:3], item) for item in runs).values()
     return [table for group in suites if (table := _experiments_of(group)) is not None]
@@ -528,7 +538,7 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
 
 
 def other_paper_tables(runs: Sequence[RunSummary]) -> list[Ranking]:
-    """Return the paper's other tables, one per domain in the paper's order, below comparable runs.
+    """Return the paper's tables other than the main tables, with comparable runs above the paper's rows.
 
     Args:
         runs: the runs, sorted by the order of their keys.

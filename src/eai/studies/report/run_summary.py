@@ -1,4 +1,4 @@
-"""The summary of a run for a report: rates with intervals, and the outcomes of its answers."""
+"""Summarize a run for a report: rates with intervals, outcomes of answers, and cost."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ from eai.results.totals import Totals
 
 @dataclass(frozen=True, slots=True)
 class RunSummary:
-    """A run without its records.
+    """A summary of a run that replaces the run's records in reports.
 
     Attributes:
         coverage: share of the suite's tasks that are answered.
         excluded: reason -> number of tasks that it excludes from all rates.
-        repaired: number of answers that were read only after a repair of their text.
-        planners: names of the planners that judged operators; empty if none did, or in older records.
-        errata: effect of errata of the data; None if none were used.
+        repaired: number of answers whose text had to be corrected before it could be read.
+        planners: names of the planners that judged operators; empty without such verdicts, or in older
+            records.
+        errata: effect of corrections of the data set; None without corrections.
         data_sha256: digests of the data that answers were scored against, usually one.
         rates: metric -> rate.
-        certainties: metric -> certainty of the rate; None if it is not defined.
-        cases: main metric -> share of each task.
+        certainties: metric -> interval of the rate; None if no interval is defined.
+        cases: main metric -> contribution of each task.
         spent: tokens and cost of the answers, as far as records have them.
         per_success: effort and success of each answer (`eai.results.cost.cost_cases`).
-        unnamed: number of records that do not describe their tasks; each such task counts as independent.
+        unnamed: number of records without the name of their task; each such task counts as independent.
     """
 
     key: RunKey
@@ -52,7 +53,7 @@ class RunSummary:
 
 
 def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
-    """Return the runs that are not experiments: the ranked runs, compared with the paper's tables."""
+    """Return the runs without study options, which are ranked and compared with the paper's tables."""
     return [item for item in runs if item.key.is_plain]
 
 

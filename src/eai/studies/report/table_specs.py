@@ -20,11 +20,11 @@ _ORDER = (
     Ability.TRANSITION_MODELING,
 )
 _IN_TABLES = tuple([ability for ability in _ORDER if ability in PAPER_ABILITIES])
-"""The paper's abilities, in the order of its tables."""
+"""The abilities of the paper, in the order of the paper's tables."""
 
 
 def place_of_column(column: MetricColumn, domain: str) -> PaperColumn:
-    """Return the paper's column that shows the same metric in a domain."""
+    """Return the paper's column for the metric of a table's column, in a domain."""
     return PaperColumn(column.ability.value if column.ability else "", column.metric, domain)
 
 
@@ -33,10 +33,11 @@ class TableSpec:
     """The definition of one table.
 
     Attributes:
-        name: name for files.
-        title: title for readers.
+        name: name of the table in files.
+        title: title of the table for readers.
         columns: columns from left to right.
-        primary: metrics that may rank: the first with numbers does; otherwise the first column.
+        primary: metrics by which rows may be ranked. The first metric with numbers is used, or else the first
+            column.
     """
 
     name: str
@@ -112,7 +113,7 @@ def _paper_tables() -> tuple[TableSpec, ...]:
 
 
 def tables_of(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
-    """Return the tables of a report on some abilities: the paper's, and one for each other ability."""
+    """Return the tables of a report on some abilities: the paper's tables, and one for each other ability."""
     others = sorted(set(abilities).difference(PAPER_ABILITIES), key=ability_rank)
     return (*_paper_tables(), *map(_one_table, others))
 
@@ -125,7 +126,7 @@ def find_table(ability: Ability) -> TableSpec:
 
 
 def _operators_summary() -> TableSpec:
-    """Return the summary table of operators, which only the paper has."""
+    """Return the summary table of operators, in the layout of the paper."""
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))
     columns = tuple(
@@ -137,5 +138,5 @@ def _operators_summary() -> TableSpec:
 
 
 def columns_of(name: str) -> tuple[MetricColumn, ...]:
-    """Return the columns of one of the paper's tables, if a domain has them."""
+    """Return the columns of one of the paper's tables, from the first domain that has the table."""
     return next(spec.columns for spec in (*_paper_tables(), _operators_summary()) if spec.name == name)

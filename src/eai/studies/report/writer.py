@@ -1,6 +1,6 @@
 """Write a report into a folder: tables for readers and for programs.
 
-Programs read one JSON file, and one CSV file with a line per number.
+For programs there is one JSON file, and one CSV file with a line for each number.
 """
 
 from __future__ import annotations
@@ -45,16 +45,17 @@ def write_tables(
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
-    Experiments have tables of their own. With the paper, its other tables are added. If records have token
+    Experiments (runs with study options) have separate tables. If the paper is included, its other tables are
+    added. If records have token
     counts, ``cost.csv`` is written too.
 
     Args:
         folder: folder of the files.
         runs: all runs, including experiments.
         tables: the tables of the plain runs.
-        tex: returns all tables as LaTeX (`tables_tex`).
+        tex: function that returns all tables as LaTeX (`tables_tex`).
         with_paper: whether the paper's models appear beside ours.
-        prices: prices of tokens, for answers that have none recorded.
+        prices: prices of tokens, for answers without a recorded cost.
 
     Returns:
         the number of tables written.
@@ -84,8 +85,8 @@ def tables_tex(
 
     Args:
         tables: the tables.
-        models: the models; all if empty.
-        columns: headings of columns or of groups of columns, in any case; all if empty.
+        models: names of the printed models; all models if empty.
+        columns: headings of columns or of groups of columns, upper or lower case; all columns if empty.
         intervals: whether intervals are printed below the numbers.
 
     Raises:
@@ -138,7 +139,7 @@ def _slug(text: str) -> str:
 
 
 def rankings_json(tables: Sequence[Ranking]) -> str:
-    """Return all tables as JSON, each number with its fraction; percentages are unrounded."""
+    """Return all tables as JSON. Each number has its numerator and denominator; percentages are unrounded."""
     content: list[Json] = [
         {
             "name": table.name,
@@ -162,7 +163,7 @@ _COLUMNS = (
 
 
 def rankings_csv(tables: Sequence[Ranking]) -> str:
-    """Return all numbers of all tables as CSV, one per line; the header is always written."""
+    """Return the numbers of all tables as CSV, one number per line, with a header line."""
     lines = (
         _line(table, row, column, cell)
         for table in tables
@@ -190,7 +191,7 @@ def _line(table: Ranking, row: RankedModel, column: MetricColumn, cell: Score) -
 
 
 def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
-    """Yield numbers for CSV, with an interval split into its two bounds."""
+    """Yield the values of a CSV line by column, with an interval split into its two bounds."""
     for name, value in numbers.items():
         if name.startswith("interval"):
             low, high = value or (None, None)
@@ -201,7 +202,7 @@ def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
 
 
 def _numbers(cell: Score) -> dict[str, Any]:
-    """Return a number with its fraction and its certainty; unknown values are None."""
+    """Return a number's value, fraction and interval by name; unknown values are None."""
     sure = cell.certainty
     return {
         "percent": cell.value,
