@@ -23,20 +23,21 @@ _OBJECT = re.compile(r"{[^{}]*}")
 
 _NO_LIST = Unreadable("a section is not a list")
 _NO_CONDITION = Unreadable("a condition is empty, or not a list")
-"""Answers that crash the whole run of the reference."""
+"""Errors of answers that crash the whole run of the reference (the paper's package)."""
 
 Value: TypeAlias = object
-"""An element of an answer's list: a JSON value with tuples instead of lists."""
+"""Type of a condition in an answer: a JSON value with tuples instead of lists."""
 
 
 _ALLOWED_PART_COUNTS = (2, 3)
-"""Allowed numbers of parts of a condition: a predicate, and one or two objects."""
+"""Allowed numbers of elements of a condition: a predicate with one object or two objects."""
 
 
 def split_condition(condition: Value) -> tuple[Value, ...]:
-    """Return the parts of a condition without ``not``, the predicate first; none if it is no condition.
+    """Return a condition without ``not`` as a tuple: the predicate, then its objects.
 
-    As in the reference, a string counts as a list of letters.
+    The tuple is empty if the value is not a condition. As in the reference, a string counts as a list of
+    letters.
     """
     parts = _to_tuple(condition)
     if parts[:1] == ("not",):
@@ -45,7 +46,7 @@ def split_condition(condition: Value) -> tuple[Value, ...]:
 
 
 def _find_kind(predicate: Value) -> GoalKind | None:
-    """Return whether a predicate is a state or a relation, or None if it does not exist."""
+    """Return whether a predicate is a state or a relation, as a kind of goal; None if it does not exist."""
     if predicate in STATES:
         return GoalKind.STATE
     return GoalKind.RELATION if predicate in RELATIONS else None
@@ -54,8 +55,8 @@ def _find_kind(predicate: Value) -> GoalKind | None:
 def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     """Return the conditions that the reference finds in an answer.
 
-    Its quirks: it puts the whole answer in lower case and replaces apostrophes by quotation marks. It reads
-    only the text between the first opening brace and the next brace, and ignores the names of sections.
+    Its quirks: it changes the whole answer to lower case and apostrophes to quotation marks. It reads only
+    the text between the first opening brace and the next closing brace, and ignores the names of sections.
     Values of an unexpected type crash the whole run.
     """
     match = _OBJECT.search(text.lower().replace("'", '"').replace("toggledon", "toggled_on"))
@@ -74,15 +75,15 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
 
 
 class BehaviorGoalInterpretation(Scorer):
-    """Scores goals as the reference does: it compares the conditions of an answer with those of a task.
+    """Scores goals as the reference does: it compares an answer's conditions with those of a task.
 
     Its quirks:
 
-    * if several options meet equally many conditions, the first option counts;
-    * a condition in two goals counts twice, and so does a wrong condition that is stated twice;
+    * if several options (ways to meet a goal) contain equally many stated conditions, the first option
+    counts; * a condition in two goals counts twice, and so does a wrong condition that is stated twice;
     * ``nextto`` has a direction;
     * a wrong condition whose predicate does not exist is neither a state nor a relation;
-    * an unreadable answer predicts no condition.
+    * an unreadable answer counts as an answer without conditions.
     """
 
     def __init__(self, task: BehaviorTask) -> None:
@@ -134,7 +135,7 @@ class BehaviorGoalInterpretation(Scorer):
         )
 
     def _choose_options(self, stated: frozenset[Value]) -> list[tuple[Value, ...]]:
-        """Return for each goal the first option with most stated conditions."""
+        """Return for each goal the first option (way to meet it) with most stated conditions."""
         return [
             max(options, key=lambda option: sum([condition in stated for condition in option]))
             for options in self._goals

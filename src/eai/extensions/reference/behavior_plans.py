@@ -42,8 +42,8 @@ class _BehaviorPlanNotation(JsonPlans):
 class BehaviorActionSequencing(ActionSequencing):
     """Scores plans for a task of BEHAVIOR as the reference does.
 
-    An answer that cannot be executed leaves the initial state, and reaches the goals that hold in it. A plan
-    that fails after it has reached all goals succeeds.
+    If an answer cannot be executed, the goals that hold in the initial state count as reached. A plan that
+    fails after it has reached all goals succeeds.
     """
 
     def __init__(self, task: BehaviorTask) -> None:
@@ -58,7 +58,7 @@ class BehaviorActionSequencing(ActionSequencing):
         return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
 
     def _find_final_state(self, execution: Execution) -> State:
-        """Return the final state of a plan. An action on which the reference crashes is half done in it."""
+        """Return the final state of a plan. An action on which the reference crashes is executed in part."""
         trajectory = execution.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
@@ -86,9 +86,10 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
 
 
 def _read_json_steps(segment: str) -> list[WrittenStep] | None:
-    """Return the steps of a list that JSON and Python read alike, whose values are plain strings; else None.
+    """Return the steps of a list whose meaning in JSON and in Python is equal; None for any other list.
 
-    Most answers are such lists. Reading them as JSON makes scoring twice as fast.
+    All values must be plain strings. Most answers are such lists. Reading them as JSON makes scoring twice as
+    fast.
     """
     if "\\" in segment:
         return None
@@ -144,7 +145,7 @@ def _evaluate(node: ast.expr) -> object:
     An f-string counts as a literal if it has no replacement field.
 
     Raises:
-        ValueError, TypeError: the expression is of another form, or Python cannot evaluate it either.
+        ValueError, TypeError: the expression has another form, or Python cannot evaluate it.
     """
     match node:
         case ast.List(elements):
@@ -161,7 +162,7 @@ def _evaluate(node: ast.expr) -> object:
 
 
 def _evaluate_dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> dict[object, object]:
-    """Build a dictionary. An entry without a key (``**other``) adds the entries of another dictionary."""
+    """Build a dictionary. An entry without a key (``**name``) adds the entries of another dictionary."""
     dictionary: dict[object, object] = {}
     for key, node in zip(keys, values, strict=True):
         value = _evaluate(node)

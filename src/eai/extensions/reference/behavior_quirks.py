@@ -1,22 +1,20 @@
 """The BEHAVIOR domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
 Each function replaces checks or effects of the declared domain and names the place in the reference. Together
-they turn the declared domain into the domain of `eai-1.0.5`. The engine does not know them.
+they turn the declared domain into the domain of `eai-1.0.5`. The engine knows nothing of them.
 
-A goal holds if one of the ground options that bddl keeps holds. For goals, an object is inside its direct
-container only (``evolving_graph.py`` get_state_dict).
+A goal holds if one of its options holds: sets of ground conditions that the library bddl makes from the goal.
+For goals, an object is only inside its direct container (``evolving_graph.py`` get_state_dict).
 
-bddl tries only some of all options, since it has two limits (``bddl/utils.py``,
+bddl tries only some of all options, because it has two limits (``bddl/utils.py``,
 ``bddl/condition_evaluation.py``):
 
 * If quantifiers multiply options, it tries only the first 20 index vectors in order of their sum. Vectors
-that
-  do not exist count, too.
-* A pairing keeps the order of one side and tries the first 10 orders of the other side, because a generator
-is
-  used up after the first pass.
+  that point to no option count, too.
+* If objects are paired, it keeps the order of one side and tries the first 10 orders of the other side,
+  because a generator is empty after the first pass.
 
-So options are missing, and a plan that reaches a missing option fails.
+So options are missing, and a plan that meets only a missing option fails.
 """
 
 from __future__ import annotations
@@ -54,15 +52,16 @@ SUBGOAL_PRECEDENCE = (
     FaultKind.MISSING_STEP,
     FaultKind.AFFORDANCE,
 )
-"""Kinds of error by rank in the reference's subgoal decomposition: the first that occurs counts.
+"""Kinds of error in the order of their rank in the reference's subgoal decomposition.
 
-See ``checkers.py``, ``handle_compound_errors``.
+If an action has several errors, the first kind in this order counts. See ``checkers.py``,
+``handle_compound_errors``.
 """
 
 
 @cache
 def make_reference_domain() -> Domain:
-    """Return the domain with the reference's order of checks and all of its quirks."""
+    """Return the BEHAVIOR domain with the reference's order of checks and with all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
@@ -73,7 +72,7 @@ def make_subgoal_domain() -> Domain:
 
 
 def apply_aborted_action(state: State, action: Action) -> State:
-    """Return the state that the reference leaves when it aborts in an action (quirk `transfer_aborts`)."""
+    """Return the state that the reference leaves if it aborts in an action (quirk `transfer_aborts`)."""
     halves = _make_aborting_domain()
     return halves.apply(state, action) if action.operator in halves.compiled else state
 
@@ -84,7 +83,7 @@ def _make_aborting_domain() -> Domain:
 
 
 def _change_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
-    """Turn a change of an operator into a change of a domain."""
+    """Turn a function that changes an operator into a function that changes all operators of a domain."""
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
@@ -108,7 +107,7 @@ def other_hand_is_additional(operator: Operator) -> Operator:
 
 
 def navigation_aborts(domain: Domain) -> Domain:
-    """The reference accepts NAVIGATE_TO and BURN, but executing them is an error without a kind.
+    """The actions NAVIGATE_TO and BURN can be named, but executing them is an error without a kind.
 
     See ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
     """
@@ -151,7 +150,7 @@ def transfer_aborts(operator: Operator) -> Operator:
 
 
 def make_aborted_transfers() -> Iterator[Operator]:
-    """Yield transfers of contents as the reference aborts them, after it has moved the first content."""
+    """Yield operators that transfer contents until the reference aborts: they move only the first content."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
         moved = Let(o.C, first & ~p.floor(X), (*o.clear_support(o.C), Add(place(o.C, X))))
@@ -191,7 +190,7 @@ def one_label_per_pair(operator: Operator) -> Operator:
 
 
 def _overwrite_labels(effect: Effect) -> tuple[Effect, ...]:
-    """Return the effect, extended so that a new label deletes all other labels of its ordered pair."""
+    """Return an effect in which a new label, such as nextto, deletes all other labels of its ordered pair."""
     match effect:
         case Add(atom):
             labels = [label.name for label in p.LOOSE_RELATIONS]
@@ -229,7 +228,7 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     one_label_per_pair,
     freezes_anywhere,
 )
-"""All quirks, in the order in which they are applied."""
+"""All quirks (changes of the domain), in the order in which they are applied."""
 
 
 MAX_VECTORS = 20
@@ -239,7 +238,9 @@ _NamesOfVariables: TypeAlias = Mapping[str, str]
 
 
 def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
-    """Return the options of a closed BDDL condition that the reference tries, in its order.
+    """Return the options of a closed BDDL condition that the reference tries, in the reference's order.
+
+    An option is a list of ground conditions that together make the condition true.
 
     Raises:
         InputError: a variable is not bound, or BDDL has no such formula.
@@ -313,7 +314,7 @@ def _join_options(vectors: Iterable[Sequence[Option]]) -> list[Option]:
 
 
 def _negate_options(options: Sequence[Option]) -> list[Option]:
-    """Return all combinations that contain the negation of one condition of each option."""
+    """Return the options of a negation: each contains the negation of one condition of each given option."""
     return [
         tuple(choice)
         for choice in product(*[[f.Not(condition) for condition in option] for option in options])
@@ -325,10 +326,11 @@ def _list_first_orders(size: int, length: int) -> Iterator[tuple[int, ...]]:
 
 
 def _take_first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Option, ...]]:
-    """Yield the product of the sequences for the first `MAX_VECTORS` index vectors.
+    """Yield the elements of the product of the sequences for the first `MAX_VECTORS` index vectors.
 
-    Vectors are ordered by their sum, then lexicographically. The vector of all last indexes comes at the end
-    if the limit allows it. Vectors that point outside a sequence count towards the limit.
+    An index vector has an index into each sequence. Vectors are ordered by their sum, then lexicographically.
+    The vector of all last indexes comes at the end if the limit allows it. Vectors that point outside a
+    sequence count towards the limit.
     """
     highest = [len(sequence) - 1 for sequence in sequences]
     if any(last < 0 for last in highest):
@@ -352,12 +354,12 @@ def _list_vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
 
 
 def make_behavior_goal_test(task: Task) -> GoalTest:
-    """Return the reference's test of the goals of a task, by their truncated options."""
+    """Return the reference's test of a task's goals, which considers only the options that bddl tries."""
     return GoalTest(task, [_truncate_options(goal.formula, task.scene) for goal in task.goals])
 
 
 def _truncate_options(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return the condition that the reference tests for a goal: one of the truncated options holds."""
+    """Return the condition that the reference tests for a goal: one of the options that bddl tries holds."""
     return map_leaves(
         f.Or(tuple(map(f.And, list_truncated_options(formula, scene.names_of_category)))),
         _use_direct_container,

@@ -3,12 +3,12 @@
 Quirks of its reader:
 
 * every ``}}`` becomes one brace, and an answer ends at the first closing brace;
-* strings that contain ``agent`` or the name of a quantifier vanish;
+* strings that contain ``agent`` or the name of a quantifier are ignored;
 * a string is split at `` or ``, even inside brackets, and a random draw chooses one piece (see `subgoals`);
 * ``t-shirt`` becomes ``shirt``, which no scene has.
 
 The actions for a subgoal depend on the objects in the robot's hands (``state_action_translator.py``). Quirk:
-a hand that holds ``rag_10`` also counts as holding ``rag_1``, because the reference looks for a substring.
+a hand that holds ``rag_10`` also counts as holding ``rag_1``, because the reference searches for a substring.
 """
 
 from __future__ import annotations
@@ -80,11 +80,11 @@ _HOLDING: Mapping[str, str] = {p.in_right_hand.name: "RIGHT", p.in_left_hand.nam
 
 
 _Hands: TypeAlias = Mapping[str, int | None]
-"""Index of the object in each hand, ``LEFT`` and ``RIGHT``; None for an empty hand."""
+"""Index of the object in each hand, by ``LEFT`` and ``RIGHT``; None for an empty hand."""
 
 
 def read_hands(state: State) -> _Hands:
-    """Return the object in each hand in a state."""
+    """Return the index of the object in each hand in a state."""
     masks = {"LEFT": state.mask(p.in_left_hand.name), "RIGHT": state.mask(p.in_right_hand.name)}
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
@@ -96,7 +96,7 @@ def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlans:
 
 
 def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> SubgoalPlans:
-    """Return the plan for two literals that one action makes true, in the order of `_pair_literals`."""
+    """Return the plan that puts an object onto one object and next to another; it makes two literals true."""
     (thing, support), (one, other) = on.arguments, by.arguments
     neighbour = one if thing == other else other
     actions, hand = _take(thing, read_hands(state), state.scene)
@@ -131,7 +131,7 @@ def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scen
 
 
 def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
-    """Return the actions that take an object, and the hand: the left hand if only it is free."""
+    """Return the actions that take an object, and the hand: the left hand if only the left is free."""
     hand = _find_hand_with(thing, hands, scene)
     if hand is not None:
         return (), hand
@@ -146,7 +146,10 @@ def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
 
 
 def _pair_literals(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
-    """Return the support literal, then the ``nextto`` literal, if one action makes both true; else None."""
+    """Return two literals, sorted, if one action makes both true: first the support literal, then ``nextto``.
+
+    Return None if no action does.
+    """
     for on, by in ((first, second), (second, first)):
         if on.predicate in _SUPPORTING and by.predicate == "nextto" and on.truth and by.truth:
             return (on, by) if on.arguments[0] in by.arguments else None
@@ -166,10 +169,10 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
 class _BehaviorSubgoalNotation(BehaviorSubgoals):
-    """The reference's notation. The signature has no arities: `find_wrong_use` checks them."""
+    """The reference's notation of subgoals. Its signature has no arities: `find_wrong_use` checks them."""
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the published names. Parts of objects have no published name."""
+        """Return the names of the data set. Objects that are parts of other objects have no name."""
         predicates = dict.fromkeys((*map_category_predicates(scene), *PREDICATE_ARITIES))
         return make_lexicon(
             scene, Signature(predicates, dict.fromkeys(ACTION_ARITIES), None), map_published_names(scene)
@@ -179,8 +182,8 @@ class _BehaviorSubgoalNotation(BehaviorSubgoals):
 class BehaviorSubgoalDecomposition(ReferenceSubgoals):
     """Scores BEHAVIOR subgoals as the reference does.
 
-    Subgoals that are actions or need no action are skipped. An answer that is not executed reaches the goals
-    that hold in the initial state.
+    Subgoals that are actions or need no action are skipped. If an answer is not executed, the goals that hold
+    in the initial state count as reached.
     """
 
     def __init__(self, task: BehaviorTask, *, limits: ExplorationLimits | None = None) -> None:
@@ -203,7 +206,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return find_wrong_use(formula, self.lexicon.objects)
 
     def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planner of each literal, or of two literals that one action makes true."""
+        """Return the planner of each literal, or of each pair of literals that one action makes true."""
         atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []
         number = 0
@@ -222,11 +225,11 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
 
 def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
-    """Return the rejection of a formula that fails the reference's semantic check, or None.
+    """Return the rejection of an answer whose formula fails the reference's semantic check, or None.
 
-    The reference checks numbers of objects before their names, and states before actions. It raises an
-    exception, which counts as a parsing error, for a primitive without objects. It also does so for a
-    primitive whose arity is in no table, unless it has found a wrong number before.
+    The reference checks the number of objects before their names, and states before actions. It raises an
+    exception, which counts as a parsing error, for a predicate or action without objects. It also does so if
+    no table holds the arity of a predicate or action, unless it has already found a wrong number of objects.
     """
     parts = tuple(walk(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [

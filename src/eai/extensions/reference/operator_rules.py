@@ -70,13 +70,13 @@ _UNREADABLE = ErrorReport(
     FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
 )
 _UNBALANCED = "(()"
-_UNBALANCED_CLOSE = 1  # assumed offset of the first closing parenthesis in an unbalanced effect
+_UNBALANCED_CLOSE = 1  # the offset that the reference assumes if no parenthesis closes the list
 
 
 def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
     """Return the operators of an answer in order of first mention, or None for the reference's format error.
 
-    The result is empty, not None, for an answer without any operator.
+    An answer without any operator gives an empty result, not None.
     """
     content = _extract_text(answer)
     if content is None:
@@ -101,7 +101,7 @@ def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
 
 
 def _extract_text(answer: str) -> str | None:
-    """Return the text to search for operators, or None if the answer is JSON without a text."""
+    """Return the part of an answer that is searched for operators, or None for JSON without a text."""
     if answer.startswith(_FENCE):
         answer = answer[len(_FENCE) :].strip("`")
     text = answer.strip().replace("\n", "").replace("'", '"')
@@ -115,7 +115,7 @@ def _extract_text(answer: str) -> str | None:
 
 
 def _extract_list(content: str, position_of_key: int) -> str | None:
-    """Return the first balanced list after a position, or None if it does not close.
+    """Return the first balanced list (text in parentheses) after a position, or None if it does not close.
 
     Without an opening parenthesis, the reference starts at the beginning of the whole text. The character
     after the opening parenthesis counts as a parenthesis only if it closes the list at once.
@@ -133,19 +133,19 @@ def _extract_list(content: str, position_of_key: int) -> str | None:
 
 
 FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot search for operators")
-"""Why a task with a format error is excluded. No other exclusion depends on an answer."""
+"""Reason for which a task with a format error is excluded. No other exclusion depends on an answer."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReferenceRules(MatchingRules):
-    """Scores operators as the reference does. Caches for one domain compare and read equal texts once."""
+    """Scores operators as the reference does. The caches for one domain save comparing equal texts again."""
 
     counts_clauses: ClassVar[bool] = False
     reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
     read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
-        """Return the judgement on an answer. An answer with the reference's format error is excluded."""
+        """Return the judgement on an answer. A task with the reference's format error is excluded."""
         written = extract_as_reference(text)
         if written is None:
             return Judgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
@@ -155,7 +155,7 @@ class ReferenceRules(MatchingRules):
         )
 
     def judge_missing_answer(self, task: TransitionTask) -> Judgement:
-        """Count all required operators as missing. Gold operators do not replace a whole missing answer."""
+        """Count all required operators as missing. Without any answer, no gold operators replace them."""
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [
             _compare_operators(
@@ -168,11 +168,11 @@ class ReferenceRules(MatchingRules):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return the planner's result for each required operator, planned with all other gold operators.
+        """Return the planner's result for each required operator, in a domain with all other gold operators.
 
-        The result is None for an operator that the answer lacks: the reference counts it as a failure. It
-        skips answers with its format error (``evaluate_results_sequential``), so their result is empty. It
-        counts ``task_variate_control_precond``, but never fills it.
+        The result is None for an operator that the answer lacks; the reference counts it as a failure. The
+        reference skips answers with its format error (``evaluate_results_sequential``), so their mapping is
+        empty. Its count ``task_variate_control_precond`` is never filled.
         """
         written = extract_as_reference(text)
         if written is None:
@@ -243,7 +243,7 @@ _TOKEN = re.compile(r"[()]|[^()\s][^()]*")
 
 @dataclass(frozen=True, slots=True)
 class _Connective:
-    """A connective with its arguments. The first argument of a quantifier is the text of its variable."""
+    """A connective with its arguments. The first argument of a quantifier is the text of the variable."""
 
     head: str
     arguments: tuple[_Tree, ...]
@@ -258,7 +258,7 @@ class _UnreadableError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class _Comparison:
-    """The score of two compared trees, and their matched, additional and missing parts."""
+    """The score of two compared trees of conditions, and their matched, additional and missing subtrees."""
 
     score: float
     matched: tuple[_Tree, ...] = ()
@@ -304,7 +304,7 @@ def _parse(text: str) -> _Tree:
 
 
 def _combine(parts: list[_Tree]) -> _Tree:
-    """Return a closed list as a connective, or as a joined literal if its head is no connective."""
+    """Return the node for a closed list: a connective, or else one text of all its words."""
     if not parts:
         return _PADDING
     head, *arguments = parts
@@ -319,7 +319,10 @@ def _combine(parts: list[_Tree]) -> _Tree:
 
 
 def _align(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
-    """Pad and/or lists and rename bound variables of the gold side, from the top to another connective."""
+    """Pad ``and`` and ``or`` lists to equal length, and rename bound variables of the gold tree.
+
+    This goes down from the top and stops below any other connective.
+    """
     if isinstance(predicted, str) or isinstance(gold, str):
         return predicted, gold
     if predicted.head == gold.head and predicted.head in _QUANTIFIERS:
@@ -364,7 +367,7 @@ def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
 
 
 def _score_connective(predicted: _Connective, gold: _Connective) -> float:
-    """Return the score of two nodes with one head other than and/or. They match or fail as a whole."""
+    """Return the score of two nodes with equal heads other than and/or. They match as a whole or not."""
     match predicted.head:
         case "not":
             return _compare(predicted.arguments[0], gold.arguments[0]).score

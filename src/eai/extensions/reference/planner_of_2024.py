@@ -39,15 +39,15 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
-"""Atom that replaces every added atom with an unbound variable."""
+"""Atom that replaces every atom with an unbound variable in additions."""
 
 Names = frozenset[str]
 
 
 def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
-    """Bind every variable of an operator, or return why the reference's planner refused the operator.
+    """Bind every variable of an operator, or return why the planner of 2024 refused the operator.
 
-    It refused an unbound variable inside a ``forall`` of a condition. An ``exists`` under ``not`` is a
+    It refused an unbound variable inside a ``forall`` of a condition. An ``exists`` under ``not`` counts as a
     ``forall``.
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
@@ -67,7 +67,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
 
 
 def _remove_leaking_quantifiers(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.Formula:
-    """Remove each ``exists`` whose name is not in scope, and append its variable to ``leaked``."""
+    """Remove each ``exists`` whose variable has no binding outside, and append the variable to ``leaked``."""
     match formula:
         case f.Exists(variable, body) if variable.name not in scope.union([bound.name for bound in leaked]):
             leaked.append(variable)
@@ -80,7 +80,10 @@ def _remove_leaking_quantifiers(formula: f.Formula, scope: Names, leaked: list[f
 
 @dataclass(slots=True)
 class _Binder:
-    """Rewrites conditions and effects with unbound variables; ``refused`` collects names without a rule."""
+    """Rewrites conditions and effects with unbound variables.
+
+    ``refused`` collects the names of unbound variables for which the planner refused the operator.
+    """
 
     refused: list[str] = field(default_factory=list)
 
@@ -124,10 +127,10 @@ _REFUSED = frozenset({Violation.UNKNOWN_PREDICATE, Violation.WRONG_ARITY, Violat
 
 
 def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
-    """Read an operator and bind its variables, or return why the planner refuses its domain.
+    """Read an operator and bind its variables, or return why the planner refuses the operator's domain.
 
-    The result is None for an operator that the planner silently removes: it has no effect, or a parameter of
-    several types. The result depends only on the arguments, so it can be cached.
+    The result is None for an operator that the planner removes without a message: an operator without effect,
+    or with a parameter of several types. The result depends only on the arguments, so it can be cached.
     """
     try:
         return _read_checked(source, header)
@@ -136,7 +139,9 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
 
 
 def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
-    """Return the rewritten domain and problem. The atom ``fatal`` marks plans on which the planner crashed.
+    """Return the rewritten domain and problem.
+
+    The atom ``fatal`` in the result marks plans on which the planner of 2024 crashed.
 
     Args:
         header: the domain without operators.
@@ -190,7 +195,7 @@ def _read_checked(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
 
 
 def _read_parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
-    """Return the parameters, each name once; None if a parameter has several types."""
+    """Return an operator's parameters, each name once; None if a parameter has several types."""
     try:
         variables = PddlReader(text).variables(group)
     except PddlError as error:
@@ -222,7 +227,7 @@ def _list_bound_words(names: tuple[SExpr, ...]) -> list[str]:
 
 
 def _falsify_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
-    """Return the condition in which each type that is used as a predicate is false."""
+    """Return a condition after replacing each type that is used as a predicate by false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
     def change(leaf: f.Leaf) -> f.Formula:

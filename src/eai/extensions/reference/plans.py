@@ -1,8 +1,8 @@
-"""Explain how eai-eval 1.0.5 misreads plans.
+"""Explain how eai-eval 1.0.5 (the reference) misreads plans.
 
-It collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` vanishes, and steps in
-a model's reasoning count. Explanations list the steps that the reference misses or adds, and the verdict of
-``strict`` (`lossy_reading` in the documentation of the protocols).
+The reference collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` is lost, and
+steps in a model's reasoning count. Explanations list the steps that the reference loses or adds, and the
+verdict of ``strict`` (`lossy_reading` in the documentation of the protocols).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Unreadable, Verdict
 
 MAX_LISTED_STEPS = 5
-"""Maximum number of steps that a note lists."""
+"""Maximum number of steps that a note in an explanation lists."""
 
 
 def compare_with_strict(
@@ -29,7 +29,9 @@ def compare_with_strict(
     notation: PlanNotation,
     make_strict_scorer: Callable[[], ActionSequencing],
 ) -> Assessment:
-    """Add to the explanation of an assessment how the reading of ``strict`` differs; computed on request.
+    """Return the assessment with a longer explanation: how the reading of ``strict`` differs.
+
+    The explanation is computed on request.
 
     Args:
         assessment: the assessment under ``eai-1.0.5``.

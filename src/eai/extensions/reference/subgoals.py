@@ -1,8 +1,8 @@
 """Read and count subgoals as eai-eval 1.0.5 does in every domain (reference: ``subgoal_plan.py``).
 
-Random draws: the reference chooses between alternatives with Python's ``random.choice``. It calls it once for
-every subgoal that it keeps, even without alternatives, then once for every remaining ``or``. Its published
-runs set no seed. Here each answer starts with ``random.seed(0)``.
+Random draws: the reference chooses between alternatives with Python's ``random.choice``. It calls this
+function once for every subgoal that it keeps, even without alternatives, then once for every remaining
+``or``. The published runs set no seed. Here each answer starts with ``random.seed(0)``.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
 _COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""Kinds of error that count once for each entry of the report."""
+"""Kinds of error that count once for each entry of the reference's error report."""
 
 
 class ReferenceSubgoals(SubgoalDecomposition):
     """Scores subgoals as the reference does in every domain.
 
-    All subgoals of an answer form one text. The robot achieves its literals one after the other and never
-    tests whether they hold. Tasks without goals are scored like others. Each entry of the report counts as a
-    runtime error, except in answers that execute but miss the goal (``subgoal_eval_utils.py``).
+    All subgoals of an answer form one text. The robot makes its literals true one after the other; no test
+    decides whether they hold already. Tasks without goals are scored, too. Each entry of the error report
+    counts as a runtime error, except in answers that execute but miss the goal (``subgoal_eval_utils.py``).
     """
 
     def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
@@ -79,32 +79,32 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     @abstractmethod
     def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
-        """Draw one alternative of a subgoal, as plain text; None for a string that vanishes."""
+        """Draw one alternative of a subgoal, as text; None if the reference ignores the subgoal."""
 
     def _find_misuse(self, formula: f.Formula) -> RejectedAnswer | None:
-        """Return the rejection of a formula that uses a name wrongly, or None."""
+        """Return the rejection of an answer whose formula uses a name wrongly, or None."""
         return None
 
     @abstractmethod
     def _make_planners(self, literals: Sequence[f.Formula]) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planners of literals, in order, each with the number of its first literal."""
+        """Return the planners of literals in order, each with the index of its first literal."""
 
     def _program(self, literals: Sequence[f.Formula]) -> Program:
-        """Return the program that executes the plans one after the other, without any test."""
+        """Return the program for the search: it executes the plans in order, and never tests a literal."""
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners(literals)):
             program.append(Perform(plans, number, len(program) - 1))
         return program
 
     def halts(self, fault: Fault) -> bool:
-        """Whether the reference raises an exception for a fault. This counts as a parsing error.
+        """Whether the reference raises an exception for a fault, which then counts as a parsing error.
 
-        It raises for faults that it does not categorise.
+        It does so for faults to which it gives no kind.
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
     def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
-        """Run the search. One branch on which the reference raises an exception rejects the answer."""
+        """Run the search. An exception of the reference on any branch of the search rejects the answer."""
         try:
             outcome = super()._explore(compiled)
         except _HaltError as halt:
@@ -125,7 +125,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return _set_counted_errors(verdict, entries)
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
-        """Return only the reported branch, even if other branches reach more."""
+        """Return only the branch that the reference reports, even if other branches reach more goals."""
         return (outcome.reported,)
 
     def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
@@ -133,7 +133,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
 
 class _HaltError(Exception):
-    """The reference raises an exception when it reaches a subgoal. The text says why."""
+    """The reference raises an exception when it reaches a subgoal. The message says why."""
 
 
 def make_halting_planner(reason: str) -> SubgoalPlanner:
@@ -154,9 +154,9 @@ def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]
 def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | RejectedAnswer:
     """Parse the subgoals of an answer as one text.
 
-    The reference rejects an ``and`` that mixes parts with ``then`` and parts without, and it rejects unknown
-    names. The error that ends first in the text decides. Numbers and names of objects are checked later
-    (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
+    The reference rejects an ``and`` if some of its operands contain ``then`` and others do not, and it
+    rejects unknown names. If a text has both errors, the error that ends first in the text decides. The
+    number and the names of objects are checked later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
     """
     text = _THEN.join(subgoals)
     try:
@@ -174,7 +174,7 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
-    """Whether an ``and`` that mixes parts with and without ``then`` ends before any unknown name."""
+    """Whether an ``and`` whose operands contain ``then`` only in part ends before any unknown name."""
     temporal = temporal_parts(formula)
     if not temporal:
         return False
@@ -187,7 +187,7 @@ def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
 
 
 def _list_parts_by_end(formula: f.Formula) -> Iterable[f.Formula]:
-    """Return a formula and all its parts, in the order in which they end in the text."""
+    """Return a formula and all its subformulas, in the order in which they end in the text."""
     parts, pending = [], [formula]
     while pending:
         parts.append(pending.pop())
@@ -196,7 +196,10 @@ def _list_parts_by_end(formula: f.Formula) -> Iterable[f.Formula]:
 
 
 def read_output(text: str) -> list[str] | Unreadable:
-    """Return the stripped strings of ``output``. ``}}`` is one brace; the first brace ends the answer."""
+    """Return the strings of an answer's list ``output``, without blanks at their ends.
+
+    ``}}`` counts as one brace, and the first closing brace ends the answer.
+    """
     match = _OBJECT.search(text.strip().replace("}}", "}"))
     if match is None:
         return Unreadable("there is no JSON object")
@@ -233,7 +236,7 @@ def draw_literals(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
 
 
 def _find_negated(formula: f.Formula) -> f.Formula | None:
-    """Return the atom or action under an odd number of negations, or None for any other formula."""
+    """Return the negated atom or action of a formula, or None if the formula is no negated atom or action."""
     odd = False
     while isinstance(formula, f.Not):
         formula, odd = formula.operand, not odd

@@ -22,7 +22,7 @@ from eai.world.domain import Domain
 _FENCE = "```json"
 _NO_OBJECT = Unreadable("the answer is not a JSON object")
 _UNEXPECTED_TYPE = Unreadable("a section or an entry of it is not of the expected type")
-"""Answers that crash the whole run of the reference."""
+"""Error of answers that crash the whole run of the reference (the paper's package)."""
 
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
@@ -30,7 +30,7 @@ _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 class _VirtualHomeGoalNotation(VirtualHomeGoals):
     """The notation of goals, read as the reference reads it.
 
-    Its quirks:
+    Quirks of the reference:
 
     * it does not search prose for JSON, and removes only a code fence at the very start;
     * every apostrophe becomes a quotation mark;
@@ -59,12 +59,12 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
 
 
 class VirtualHomeGoalInterpretation(GoalInterpretation):
-    """Scores goals as the reference does: it compares the goals of an answer with those of a task.
+    """Scores goals as the reference does: it compares an answer's goals (predictions) with a task's goals.
 
     Its quirks:
 
-    * a name means the relevant object of its class with the largest id (the reference takes the last of a set
-      in hash order, which is this object for all published counts);
+    * a name means the relevant object of its class with the largest id (the reference takes the last element
+      of a set in hash order, which is this object for all published counts);
     * predictions with an unknown name and ill-formed entries are not counted;
     * several predictions can meet one action goal, which may make false negatives negative;
     * an unreadable answer misses no goal.
@@ -98,7 +98,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
-        """Count the predictions whose names are known."""
+        """Return the verdict on an answer. Only predictions whose names are known count."""
         named = self._resolve_names(goals)
         resolved_goals = [goal for goal in named if isinstance(goal, WrittenGoal)]
         matched = [goal for goal in resolved_goals if goal in self._needed]
@@ -131,7 +131,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
             yield f"left out as hallucination: there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
-        """Report for each goal whether a prediction equals it."""
+        """Return a report for each goal of the task: whether a prediction equals it."""
         named = frozenset(self._resolve_names(goals))
         reports = []
         for goal, (_, options) in zip(self.gold.goals, self._options, strict=True):
@@ -140,7 +140,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         return tuple(reports)
 
     def _resolve_names(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
-        """Return each prediction with the objects that its names mean, or else its first unknown name."""
+        """Return each prediction with the objects that its names denote, or with its first unknown name."""
         named: list[WrittenGoal | str] = []
         for goal in goals.goals:
             unknown = [name for name in goal.names if name not in self._objects]
@@ -156,7 +156,7 @@ def _kind_of_goal(goal: WrittenGoal) -> GoalKind:
 
 
 def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
-    """Return the goals of a section, without duplicates and empty entries.
+    """Return the goals in a section of an answer, without duplicates and empty entries.
 
     Raises:
         TypeError: the reference crashes on a value that it cannot iterate, index, measure or look up.
@@ -179,7 +179,7 @@ def _make_hashable(value: Any) -> object:
 
 
 def _read_field(field: str, value: Any) -> str:
-    """Return a field as text. A value that is no string becomes a text that equals no name or state.
+    """Return a field of a goal as text. A value of another type becomes a text that equals no name or state.
 
     Raises:
         TypeError: the reference crashes on an action that is no string, or on an unhashable name.

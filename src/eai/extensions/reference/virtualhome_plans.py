@@ -3,10 +3,9 @@
 Quirks of its goal test:
 
 - The loop over relation goals ends at the first goal that holds (``scene_evaluate_wID``): at most one counts.
-- Action goals are searched as substrings of the text of all actions. The first alternative that occurs
-counts,
-  not the earliest position (``check_order_with_or_score``). The search ends at the first goal without a
-  match.
+- Action goals are searched as substrings in the text of all actions. If a goal has alternatives, the first
+  alternative that occurs counts, not the one that occurs earliest (``check_order_with_or_score``). The search
+  ends at the first goal without a match.
 - Action goals are searched in the order of a set of strings, which changes from run to run. Verdicts use the
   order of hash seed 0: alphabetical order for the 13 tasks with two action goals.
 """
@@ -65,7 +64,7 @@ class _VirtualHomeGoalTest(GoalTest):
     def find_reached(
         self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
-        """Return for each goal whether it counts as reached. Only the first reached relation goal counts."""
+        """Return for each goal whether it counts as reached. Only the first relation goal counts."""
         reached = list(super().find_reached(final, actions, execution))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
@@ -78,7 +77,7 @@ class _VirtualHomeGoalTest(GoalTest):
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
     def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
-        """Return the action goals before the first goal without a match."""
+        """Return the indices of the action goals before the first goal without a match."""
         text = " ".join(actions)
         position = 0
         for count, number in enumerate(self._order):
@@ -90,7 +89,7 @@ class _VirtualHomeGoalTest(GoalTest):
 
 
 NOT_ACCEPTED = ("PLUGIN", "PLUGOUT", "RELEASE")
-"""Actions that the prompt offers, but the reference's vocabulary test rejects (``valid_actions``)."""
+"""Names of actions that prompts offer, but the reference's vocabulary test rejects (``valid_actions``)."""
 
 GOLD_TEST = "the data set's own final state fails the reference's goal test"
 EQUALS_SCRIPT = "the plan equals the data set's script, which the reference counts as a failure"
@@ -108,7 +107,8 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
 
     Args:
         with_ids: whether plans name objects by class and id, as in release 1.0.5, or by class only, as in the
-            answers of the paper. Each version expects one form in all answers. None decides for each answer.
+            paper's answers. Each of both versions expects all answers in its form. If None, each answer is
+            read in its own form.
     """
 
     def __init__(self, *, with_ids: bool | None = None) -> None:
@@ -126,7 +126,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
         return pair_all_ids(plan)
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return the lookup of objects by name. It knows only the relevant objects of the task.
+        """Return a function from a name to the index of a relevant object of the task, or None.
 
         A name with an id is looked up as one text (``check_no_hallucination_in_arg``).
         """
@@ -142,8 +142,8 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
 class VirtualHomeActionSequencing(ActionSequencing):
     """Scores plans for a task of VirtualHome as the reference does.
 
-    A task is excluded if its annotated final state fails the goal test. A plan that equals the script of the
-    data set is not executed and reaches no goal. A plan that fails after it has reached all goals succeeds.
+    A task is excluded if its final state in the data set fails the goal test. A plan that equals the data
+    set's plan is not executed and reaches no goal. A plan that fails after it has reached all goals succeeds.
     """
 
     def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
@@ -200,9 +200,10 @@ class VirtualHomeActionSequencing(ActionSequencing):
 
 
 def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
-    """Whether every name of a plan is a class, as in the script: the reference compares texts, not objects.
+    """Whether a plan names every object by its class, as the data set's plan does.
 
-    ``["food", "egg_1003"]`` names the object of ``["food_egg", "1003"]``, but with another text.
+    The reference compares texts, not objects. ``["food", "egg_1003"]`` names the object of
+    ``["food_egg", "1003"]``, but with another text.
     """
     return all(
         not isinstance(word, ObjectWithId) or word.name == scene.objects[index].category
@@ -231,12 +232,12 @@ def has_mostly_ids(answers: Iterable[str]) -> bool:
 def read_plan(text: str) -> WrittenPlan | Unreadable:
     """Return the steps that the reference finds in an answer, in order (``load_json_preserving_order``).
 
-    A step with an empty list (``"STANDUP": []``) vanishes. Text around the steps is ignored. Only a code
-    fence at the very start is removed.
+    A step with an empty list (``"STANDUP": []``) is lost. Text around the steps is ignored. Only a code fence
+    at the very start is removed.
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
-    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later; a shorter text is faster to search
+    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and a shorter text is searched faster
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))
     if not written:

@@ -1,8 +1,9 @@
 """The VirtualHome domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
 Each function replaces checks or effects of the declared domain and names the place in the reference. Together
-they turn the domain of protocol `strict` into the domain of `eai-1.0.5`. The engine does not know them. The
-first of several objects is the first in the iteration order of a Python set of ids.
+they turn the domain of protocol `strict` into the domain of `eai-1.0.5`. The engine knows nothing of them. If
+an object has several containers, supports or neighbours, the first of them is the first in the iteration
+order of a Python set of ids.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 @cache
 def make_reference_domain() -> Domain:
-    """Return the domain with the reference's order of checks and all of its quirks."""
+    """Return the VirtualHome domain with the reference's order of checks and with all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 def find_first_target(state: State, predicate: str, source: int, wanted: int) -> int:
-    """Return the first target of a relation that is in the mask ``wanted``, as a mask; 0 for no target."""
+    """Return the first target of a relation among ``wanted`` as a bit mask; 0 if no target is wanted."""
     targets = state.relation(predicate).row(source) & wanted
     if targets & (targets - 1) == 0:
         return targets
@@ -43,11 +44,11 @@ def find_first_target(state: State, predicate: str, source: int, wanted: int) ->
 
 
 def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
-    """Return the targets of a relation in the iteration order of a Python set of ids.
+    """Return the targets of an object in a relation, in the iteration order of a Python set of ids.
 
-    The set got the targets that actions added first, then those of the initial scene. Initial targets are
-    inserted by ascending id, not in the order of the data set's file. This gives the same first target for
-    every object that a task can be about.
+    The set contains first the targets that actions added, then those of the initial scene. Initial targets
+    are inserted by ascending id, not in the order of the data set's file. This gives the same first target
+    for every object that a task can be about.
     """
     relation = state.relation(predicate)
     mask = relation.row(source)
@@ -59,10 +60,10 @@ def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
 
 
 def _find_room(state: State, arguments: tuple[int, ...]) -> int:
-    """Return the room of an object as a mask, 0 for no room (reference: ``_get_room_node``).
+    """Return the room of an object as a bit mask, 0 for no room (reference: ``_get_room_node``).
 
-    If an object is inside several objects, its room is the first of them that is a room. Otherwise the search
-    follows the container upwards; if a container has several containers, it follows the first.
+    If the object has several containers, its room is the first of these containers that is a room. If it has
+    one container, the search goes on upwards from this container, always to the first container.
     """
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
@@ -99,7 +100,10 @@ def _use_set_order(derived: DerivedPredicate) -> DerivedPredicate:
 
 
 SET_ORDER_VOCABULARY = Vocabulary(p.VOCABULARY.predicates, tuple(map(_use_set_order, p.VOCABULARY.derived)))
-"""The vocabulary with the reference's lookups. It stores equal facts, so both share states."""
+"""Vocabulary in which derived relations use the order of Python sets, as in the reference.
+
+It stores the facts that the vocabulary of `strict` stores, so states can be shared.
+"""
 
 
 def list_relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
@@ -119,11 +123,11 @@ SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
     ~p.seat_full(X): (FALSE,),
     ~p.bed_full(X): (FALSE,),
 }
-"""Failed condition -> the conditions that the reference searches in earlier states, if they differ."""
+"""Mapping from a failed condition to the conditions that the reference searches in earlier states instead."""
 
 
 def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
-    """Turn a change of a check into a change of a domain. None removes the check."""
+    """Turn a function that changes a check into a function that changes a domain. None removes the check."""
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
@@ -139,7 +143,7 @@ def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callabl
 
 
 def first_of_a_hash_table(domain: Domain) -> Domain:
-    """Several containers, supports or neighbours of an object have the order of a Python set of ids.
+    """The containers, supports or neighbours of an object have the order of a Python set of ids.
 
     See ``environment.py``, ``EnvironmentGraph``.
     """
@@ -147,7 +151,7 @@ def first_of_a_hash_table(domain: Domain) -> Domain:
 
 
 def held_objects_stay_behind(domain: Domain) -> Domain:
-    """Held objects stay in the room that the character leaves, and their contents leave them.
+    """Held objects stay in the room that the character leaves, and their contents leave the held objects.
 
     See ``execution.py``, ``WalkExecutor``.
     """
@@ -166,14 +170,14 @@ def grabbing_empties(domain: Domain) -> Domain:
 
 @_change_checks
 def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
-    """The order test searches for other conditions than the check, or for none (`SEARCHED_CONDITIONS`).
+    """The test for wrong order searches earlier states for another condition than the check's, or for none.
 
-    See ``execution.py``, ``update_missing_precond``.
+    See `SEARCHED_CONDITIONS`; ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
     if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
-        sought = (FALSE,)  # the check for a knife in the hand
+        sought = (FALSE,)  # this check requires a knife in the hand
     return check if sought is None else replace(check, history_conditions=sought)
 
 
@@ -265,4 +269,4 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     looks_not_implemented,
     no_room_aborts,
 )
-"""All quirks, in the order in which they are applied."""
+"""All quirks (changes of the domain), in the order in which they are applied."""

@@ -47,14 +47,14 @@ ACTIONS_FOR_STATE = {
     "PLUGGED_OUT": ("PLUGOUT",),
     "CLEAN": ("WIPE", "WASH"),
 }
-"""Actions that reach each state of an object. No action reaches any other state."""
+"""Actions that bring an object into a state, by the state. No action leads to any other state."""
 
 ACTIONS_ON_HELD_OBJECT = frozenset({"DRINK", "EAT", "READ"})
 ACTIONS_AFTER_TURNING = frozenset({"LOOKAT", "WATCH"})
 
 
 def make_state_plans(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
-    """Return the plans that make an atom true; none if no action can."""
+    """Return the plans that make an atom true; no plans if no action can."""
     if len(arguments) == 1:
         (x,) = arguments
         return [
@@ -136,9 +136,9 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     def halts(self, fault: Fault) -> bool:
         """Whether the reference raises an exception for a fault.
 
-        It also raises for a missing step that it cannot name, such as SIT without a free seat
+        It also does so for a missing step that it cannot name, such as SIT without a free seat
         (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 calls this a missing step,
-        because action sequencing has its own order test (``simulation/evolving_graph/checker.py``).
+        because action sequencing has its own test for wrong order (``simulation/evolving_graph/checker.py``).
         """
         return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 
@@ -157,7 +157,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         return super()._explore(compiled)
 
     def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planner of each literal. A literal that cannot be translated ends the search."""
+        """Return the planner of each literal. At a literal that cannot be translated, the search ends."""
         return [(number, self._make_planner(literal)) for number, literal in enumerate(literals)]
 
     def _make_planner(self, literal: Formula) -> SubgoalPlanner:
