@@ -84,10 +84,9 @@ class _Focus:
     def visible_texts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
         """Return the facts that the report on an action shows, as texts.
 
-        These facts are about objects that matter to the task.
-
-        If a relation holds in both directions, the fact is shown only if goals or the action name both
-        objects. Otherwise an object that moves would be reported with each of its many neighbours.
+        These facts are about objects that matter to the task. If a relation holds in both directions, its
+        fact is listed only if goals or the action contain both objects. Otherwise an object that moves would
+        be reported with each of its many neighbours.
         """
         meant = frozenset({*self.goals, *handled})
         together = frozenset(facts)

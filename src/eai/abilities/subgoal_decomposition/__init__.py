@@ -1,1 +1,1 @@
-"""Subgoal decomposition: the model answers with a sequence of subgoals, to be executed (paper, section 3)."""
+"""Subgoal decomposition: the model answers with a sequence of subgoals to execute (paper, section 3)."""

@@ -1,13 +1,13 @@
-"""Build programs for the search from subgoals, in any domain.
+"""Translate subgoals of any domain into programs, whose executions are searched.
 
-A subgoal is a formula of the whole language. A condition on one state is achieved as a unit and then tested.
-All alternatives are tried: each part of an ``or``, each object of an ``exists``. A ``forall`` requires all
+A subgoal is any formula. A condition on one state is achieved as a unit and then tested. All alternatives are
+tried: each operand of an ``or``, each object of an ``exists``. A ``forall`` requires all
 objects of its class. The name of a class stands for any of the task's objects of that class. An action is
 executed.
 
-A short formula can ask for millions of literals, because quantifiers and alternatives multiply. So literals
-are counted before anything is expanded, and a subgoal with too many is rejected, on every machine in the same
-way.
+A short formula can require millions of literals, because quantifiers and alternatives multiply. So literals
+are counted before a formula is expanded. A subgoal with too many literals is rejected, on every machine
+alike.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
-"""Maximum number of literals of a subgoal, and of all its alternatives together."""
+"""Maximum number of literals in a test of a subgoal, and in all its alternatives together."""
 
 TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
 
 
 class _QuantifierRange:
-    """The objects that quantifiers of subgoals range over, and the number of literals that result.
+    """Finds the objects that quantifiers in subgoals range over, and counts the resulting literals.
 
     Args:
         task: the task.
@@ -89,7 +89,7 @@ class _QuantifierRange:
         An empty class counts as one object, since formulas inside and around the quantifier are evaluated.
 
         Raises:
-            InputError: there are more than `MAX_LITERALS`.
+            InputError: there are more than `MAX_LITERALS` literals.
         """
         match formula:
             case f.Exists(variable, body) | f.ForAll(variable, body) | f.Exactly(_, variable, body):
@@ -106,10 +106,10 @@ class _QuantifierRange:
     def count_alternative_literals(self, formula: f.Formula) -> int:
         """Return the number of literals of all alternatives of a formula in negation normal form.
 
-        An alternative counts as at least one literal, even if it requires nothing of an empty class.
+        An alternative counts as at least one literal, even if it requires none because a class is empty.
 
         Raises:
-            InputError: there are more than `MAX_LITERALS`, or a test looks at more.
+            InputError: there are more than `MAX_LITERALS` literals, or a test evaluates more.
         """
         self.count_literals(formula)
         return _check_limit(
@@ -117,7 +117,7 @@ class _QuantifierRange:
         )
 
     def _count_alternatives(self, formula: f.Formula) -> int:
-        """Return the number of alternatives, counted up to one more than `MAX_LITERALS`."""
+        """Return the number of alternatives of a formula, but at most `MAX_LITERALS` plus one."""
         match formula:
             case f.And(parts):
                 choices = prod(map(self._count_alternatives, parts))
@@ -152,13 +152,13 @@ def _check_limit(number: int) -> int:
 
 
 MAX_INSTRUCTIONS = 20_000
-"""Maximum number of instructions of a program. Alternatives multiply if names mean several objects."""
+"""Maximum number of instructions of a program. A name with several objects multiplies alternatives."""
 
 _LITERALS_PER_ACTION = 100
 """Number of literals whose tests cost as much as one applied action."""
 
 _MAX_EXCLUSION_LITERALS = 100
-"""Maximum number of literals of a subgoal, over all alternatives, that are tested for exclusion."""
+"""Maximum number of literals, in all alternatives of a subgoal, up to which mutual exclusion is tested."""
 
 _MAX_CACHED_SUBGOALS = 32
 """Maximum number of cached subgoals of a task."""
@@ -183,13 +183,14 @@ _NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it bri
 class _Requirement:
     """A condition that must hold.
 
-    Requirements are compared by identity, so that a requirement of many alternatives is not hashed for each.
+    Requirements are compared by identity, since hashing one with many alternatives takes long.
 
     Attributes:
         holds: tests the condition.
         check: the check that fails if the condition does not hold.
         effort: cost of the test, in applied actions.
-        refused: returns a check that says why no state can meet the condition by any alternative, or None.
+        refused: returns a check with the reason why no state can meet the condition, or None without a
+            reason.
     """
 
     holds: Holds
@@ -207,7 +208,7 @@ class Programs:
     Args:
         task: the task.
         lexicon: the vocabulary of subgoals.
-        refinement: finds the actions for subgoals.
+        refinement: finds the actions that achieve subgoals.
         distinguished: operators whose use matters to the goal.
     """
 
@@ -289,7 +290,7 @@ class Programs:
         return _Requirement(StateTest(meaning, self.task.scene), check(why), effort, cache(find_refusal))
 
     def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
-        """Return a planner of actions that fail as additional steps because an alternative holds already.
+        """Return a planner for a subgoal that holds already: its actions fail as additional steps.
 
         If several alternatives hold, the one with the fewest such actions counts.
         """
@@ -305,7 +306,7 @@ class Programs:
     def _make_planner(self, literals: tuple[GroundAtom, ...], required: _Requirement) -> SubgoalPlanner:
         """Return a planner that makes literals true and meets a requirement.
 
-        If no state can meet it, there is no plan.
+        If no state can meet the requirement, the planner returns no plan.
         """
         made = cache(
             lambda: self._refinement.make_planner(
@@ -336,7 +337,7 @@ class _ProgramBuilder:
         self._extent = programs.extent
 
     def quantify_classes(self, subgoal: f.Formula) -> f.Formula:
-        """Replace the names of classes in a subgoal by variables for an object of the class."""
+        """Replace each name of a class in a subgoal by a variable for an object of the class."""
         names = dict.fromkeys(
             term
             for part in walk(subgoal)
@@ -359,7 +360,7 @@ class _ProgramBuilder:
         Args:
             formula: the part.
             number: number of the subgoal, from 0.
-            then: number of the instruction that follows.
+            then: number of the instruction that runs next.
         """
         if _speaks_of_states(formula):
             return self._add_condition(formula, number, then)
@@ -384,7 +385,10 @@ class _ProgramBuilder:
                 raise _not_executable(formula)
 
     def _add_together(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        """Add actions in order, before or after the conditions that must hold when all of them are done."""
+        """Add actions in order, and conditions that must hold when all actions are done.
+
+        The conditions are achieved before or after the actions.
+        """
         states = [part for part in parts if _speaks_of_states(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
@@ -401,8 +405,8 @@ class _ProgramBuilder:
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
         """Add a condition on one state: achieve an alternative, then test the condition.
 
-        If it holds already, by any alternative, nothing is done. If the condition is the complete subgoal
-        (``is_all``), the subgoal may be an additional step.
+        If the condition holds already, nothing is done. In this case the subgoal counts as an additional step
+        if the condition is the complete subgoal (``is_all``).
         """
         observed = self._drop_unobserved(formula)
         self._extent.count_alternative_literals(observed)
@@ -426,7 +430,7 @@ class _ProgramBuilder:
         return self._add(Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort))
 
     def _list_alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
-        """Yield the literals of each alternative. A part that can only be tested has no literals."""
+        """Yield the literals of each alternative of a formula. Parts without an action have none."""
         match formula:
             case f.And(parts):
                 for chosen in product(*map(self._list_alternatives, parts)):
@@ -445,7 +449,7 @@ class _ProgramBuilder:
                 yield () if literal is None else (literal,)
 
     def _drop_unobserved(self, formula: f.Formula) -> f.Formula:
-        """Replace atoms by true if the domain does not observe them."""
+        """Replace atoms by true if their predicates are not observed in the domain."""
         match formula:
             case f.And(parts) | f.Or(parts):
                 return type(formula)(tuple([self._drop_unobserved(part) for part in parts]))
@@ -477,7 +481,7 @@ def _require(required: _Requirement, number: int, then: int) -> Require:
 
 
 def _speaks_of_states(formula: f.Formula) -> bool:
-    """Whether a formula is about one state and contains no action."""
+    """Whether a formula concerns a single state and contains no action."""
     return is_state_formula(formula) and not any(isinstance(part, f.Occurs) for part in walk(formula))
 
 

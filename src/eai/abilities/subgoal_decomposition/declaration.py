@@ -34,11 +34,12 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
 def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
-    """Return the contributions of one answer to each rate.
+    """Return what one answer adds to each rate.
 
-    An answer that cannot be executed counts by its category, or as a wrong number of arguments if that is its
-    error. Errors during execution count as the verdict says, or as its `SummaryCounts` say. ``granularity``
-    is the number of actions that the search added, for each subgoal for which actions were executed.
+    An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
+    Errors during execution count as in the verdict's `SummaryCounts`, or else as in the verdict.
+    ``granularity`` is the number of actions that the search added, divided by the number of subgoals with
+    executed actions.
     """
     category = verdict.category
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER

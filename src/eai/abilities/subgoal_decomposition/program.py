@@ -1,4 +1,4 @@
-"""Programs: the subgoals of an answer as instructions for the search, or why they cannot be executed."""
+"""Programs: the subgoals of an answer as instructions for the search, or the reason for their rejection."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TOO_FAR = Check(
     f"it takes more than {MAX_ACTIONS} actions: the states in between must be subgoals, too",
     id="too_many_actions",
 )
-"""The check that a subgoal fails if it needs more actions than allowed."""
+"""The check that fails if a subgoal needs more actions than allowed."""
 
 
 class SubgoalPlans(NamedTuple):
@@ -36,9 +36,9 @@ class SubgoalPlans(NamedTuple):
 
     Attributes:
         plans: the plans, which are all tried; empty if nothing must be done.
-        effort: number of actions that were applied to states to find the plans.
-        failed_check: why the subgoal fails without any action; None if it does not.
-        has_failed: whether no plan reaches the subgoal although its objects are of the right kind.
+        effort: number of actions that the search for plans applied to states.
+        failed_check: the check by which the subgoal fails without any action; None if it does not fail so.
+        has_failed: whether no plan reaches the subgoal, although its objects are of the right kind.
     """
 
     plans: Sequence[ActionSequence]
@@ -72,7 +72,7 @@ class Require(NamedTuple):
 
     Attributes:
         holds: tests the subgoal.
-        check: the check that fails if it does not hold.
+        check: the check that fails if the subgoal does not hold.
         subgoal: number of the subgoal, from 0.
         then: number of the next instruction.
         effort: cost of the test, in applied actions.
@@ -91,7 +91,7 @@ class Fork(NamedTuple):
     Attributes:
         targets: returns the numbers of the next instructions in a state.
         subgoal: number of the subgoal, from 0.
-        effort: cost of finding them, in applied actions.
+        effort: cost of finding these numbers, in applied actions.
     """
 
     targets: Callable[[State], Sequence[int]]
@@ -100,7 +100,7 @@ class Fork(NamedTuple):
 
 
 Instruction: TypeAlias = Perform | Require | Fork | None
-"""Type of an instruction; None stands for the end, after all subgoals."""
+"""An instruction of a program; None stands for the end of the answer, after all subgoals."""
 
 Program: TypeAlias = Sequence[Instruction]
 """A sequence of instructions, which run from the last to the first.
@@ -115,8 +115,8 @@ class CompiledAnswer:
     """An answer that can be executed.
 
     Attributes:
-        subgoals: its subgoals.
-        program: their program.
+        subgoals: the subgoals.
+        program: the program that executes the subgoals.
         repairs: names of the repairs that reading needed.
         spans: parts of the text and how each was treated.
     """
@@ -136,10 +136,10 @@ class RejectedAnswer:
     """An answer that cannot be executed.
 
     Attributes:
-        category: its category.
-        error: the error.
+        category: the answer's outcome, such as unparseable.
+        error: the error that makes the answer impossible to execute.
         repairs: names of the repairs that reading needed.
-        misused_names: the names that are not allowed.
+        misused_names: the names whose use is not allowed.
         spans: parts of the text and how each was treated.
     """
 
@@ -168,10 +168,10 @@ _PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
 
 
 def reject_names(offences: Sequence[MisusedName], repairs: tuple[str, ...]) -> RejectedAnswer:
-    """Return the rejection of an answer with names that are not allowed.
+    """Return the rejection of an answer that uses names in ways that are not allowed.
 
-    Its error is the first misused name: unknown predicates come first, then wrong arities, then unknown
-    objects.
+    Its error is the first misused name. Unknown predicates are reported before wrong numbers of arguments,
+    and these before unknown objects.
     """
     subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence[1].kind))
     wrong_number = worst.kind == "wrong_arity"

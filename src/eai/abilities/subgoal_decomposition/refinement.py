@@ -2,7 +2,7 @@
 
 A subgoal gets at most `MAX_ACTIONS` actions. An action that changes the world makes a part of the subgoal
 true. Three other kinds of actions (`Role`) may prepare it: *movement*, *taking* an object of the subgoal into
-a hand, and, if nothing else helps, *releasing* an object. So a distant goal of the task cannot be a subgoal.
+a hand, and, if nothing else helps, *releasing* an object. So a distant goal of the task fails as a subgoal.
 The shortest plan is taken. If several plans have this length, the search over the answer tries each. Effort
 is limited by a number of applied actions, never by time. Operators and objects are tried in their order.
 (Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded number of
@@ -37,7 +37,7 @@ from eai.world.state import Scene, State
 _MAX_TESTED_LITERALS = 200_000
 """Maximum number of literals that one search may test.
 
-For a subgoal with very many literals fewer actions are applied.
+For a subgoal with very many literals, the search therefore applies fewer actions.
 """
 
 
@@ -46,11 +46,12 @@ class _SearchNeeds(NamedTuple):
 
     Attributes:
         state: the start state.
-        wanted: actions that may reach the subgoal, with the mask of the parts that each is for.
-        touched: for each operator the mask of the parts that it can change.
+        wanted: mapping from actions that may reach the subgoal to the mask of the parts that each may
+            achieve. A part is a literal of the subgoal; the mask has a bit for each part.
+        touched: mapping from the name of an operator to the mask of the parts that it can change.
         named: the objects in the subgoal.
-        objects: the objects that actions may be about.
-        candidates: cache of the candidate actions.
+        objects: the objects that actions may use.
+        candidates: cache of the search's candidates, by action.
         wider: returns further actions that may reach the subgoal by means of other objects; None if the
             subgoal is an action itself.
     """
@@ -73,7 +74,7 @@ class Refinement:
 
     Args:
         domain: the domain.
-        budget: maximum number of actions that a search may apply, for each literal of a subgoal.
+        budget: maximum number of actions that a search may apply to states, for each literal of the subgoal.
 
     Attributes:
         domain: the domain.
@@ -87,7 +88,7 @@ class Refinement:
         self._budget = budget
 
     def brings_about(self, literal: GroundAtom) -> bool:
-        """Whether any action changes the predicate of a literal."""
+        """Whether any action of the domain changes the predicate of a literal."""
         return bool(self._repertoire.find_writers(literal.predicate))
 
     def make_planner(
@@ -107,9 +108,9 @@ class Refinement:
 
         Args:
             literals: the literals of the subgoal.
-            holds: tests the subgoal, which may say more than its literals.
+            holds: tests the complete subgoal, which may require more than its literals.
             scene: the scene.
-            objects: the objects that actions may be about.
+            objects: the objects that actions may use.
             distinguished: operators whose use matters to the goal.
             test_effort: cost of a test of the subgoal, in applied actions.
         """
@@ -142,9 +143,9 @@ class Refinement:
         return plans
 
     def find_needless(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
-        """Return actions that would make literals true and fail as additional steps, since the literals hold.
+        """Return actions for literals that hold already. The actions fail as additional steps.
 
-        For each literal this is the first such action. Returns None if one of the literals does not hold.
+        The result has the first such action for each literal, or is None if a literal does not hold.
         """
         if not all(self._repertoire.make_test(literal, state.scene)(state) for literal in literals):
             return None
@@ -158,7 +159,10 @@ class Refinement:
         return tuple(needless)
 
     def make_action_planner(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
-        """Return a planner for an action: the shortest plan that ends with it, or only the failing action."""
+        """Return a planner for a subgoal that is an action: the shortest plan must end with this action.
+
+        If no plan makes the action possible, the planner returns the failed attempt.
+        """
         goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
         named = list_objects([action.arguments], scene)
 
@@ -176,10 +180,10 @@ class Refinement:
     def _list_permitted(self, need: _SearchNeeds) -> Iterator[Permitted]:
         """Yield sets of permitted actions, each wider than the one before.
 
-        The first set is about the named objects only. The second may release any object. The third may also
-        go to any object, and change any object if the literal leaves the object open. If the domain has
-        movement but the subgoal does not depend on the position, the third set is limited to any tool.
-        Without movement, as in most of PDDL, it allows all fitting objects.
+        Actions of the first set use only the objects in the subgoal. Actions of the second set may also
+        release any object. Actions of the third set may also go to any object, and change any object that the
+        literal leaves open. If the domain has movement but the subgoal does not depend on the position, only
+        tools are added. Without movement, as in most of PDDL, all fitting objects are added.
         """
         helping, movement = self._repertoire.find_supporters(_operator_names(need.wanted))
         moves, changes = self._split_movement(need.wanted, need)
@@ -207,7 +211,7 @@ class Refinement:
     def _split_movement(
         self, wanted: Mapping[Action, int], need: _SearchNeeds
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
-        """Split the wanted actions into movement for the sake of its destination, and other actions."""
+        """Split the wanted actions into movement to a wanted position, and other actions."""
         leading = need.wider is not None
         moves = {a: p for a, p in wanted.items() if leading and self._role(a) is Role.MOVEMENT}
         changes = {action: parts for action, parts in wanted.items() if action not in moves}
@@ -216,7 +220,7 @@ class Refinement:
     def _actions_of_role(
         self, operators: Iterable[Operator], role: Role, objects: Sequence[int]
     ) -> dict[Action, int]:
-        """Return the actions of a role about different objects, as helpers that serve no part directly."""
+        """Return the actions of a role on different objects. They only prepare, so their masks are 0."""
         return {
             Action(o.name, arguments): 0
             for o in operators

@@ -1,8 +1,8 @@
-"""The repertoire of a domain: the role of each operator, its conditions and its effects.
+"""The repertoire of a domain: for each operator its role in a search, its conditions and its effects.
 
-It follows from the declaration and holds for all scenes, so it is computed once. Results about a predicate
-are computed on the first request and cached: there are at most as many tables as predicates, positive or
-negated, with equal or different objects. Threads that ask at the same time get equal results. A
+It depends only on the domain's declaration, so it is computed once for all scenes. Results about a predicate
+are computed on the first request and cached, apart for positive and negated literals and for equal and
+different objects. Threads that compute a result at the same time get equal results. A
 `CandidateAction` is an action by an operator in one search.
 """
 
@@ -44,21 +44,21 @@ Holds: TypeAlias = Callable[[State], bool]
 """Function that tests a condition in a state."""
 
 _AGENT = 0
-"""Number of the agent in an `_OperatorPattern`. The objects of the literal are numbered from 1."""
+"""Number of the agent in an `_OperatorPattern`. The objects of the literal have numbers from 1 on."""
 
 _MAX_FITTING_ACTIONS = 10_000
-"""Maximum number of actions by one operator for a literal that leaves their objects open."""
+"""Maximum number of actions of one operator for a literal that does not determine all of their objects."""
 
 
 MAX_LISTED = 100_000
-"""Maximum number of actions by one operator in a search."""
+"""Maximum number of actions of one operator in a search."""
 
 
 class _CheckKind(Enum):
-    """Kinds of checks of an operator, by the actions that can change their truth.
+    """Kinds of checks of an operator. They differ in the actions that can change a check's truth value.
 
-    `FIXED`: no action can. `COMMON`: some action can, but the truth is the same for all objects and all
-    positions of the agent. `REST`: all other checks.
+    `FIXED`: no action can. `COMMON`: some action can, but the truth value depends neither on the operator's
+    objects nor on the agent's position. `REST`: all other checks.
     """
 
     FIXED = "fixed"
@@ -71,15 +71,17 @@ class _OperatorInfo(NamedTuple):
 
     Attributes:
         operator: the compiled operator.
-        role: its role.
-        movable: for each check, and then for the things that it tries, whether movement can change the truth.
-        fixable: for each check whether movement can establish it so that the action becomes possible. False
-            for checks that fail because the action is not needed, and for the things that it tries.
+        role: the operator's role in a search.
+        movable: for each check whether movement can change its truth value; the last item is about the
+            effects that the operator only tries.
+        fixable: for each check whether movement can make it true so that the action becomes possible. False
+            for
+            checks that fail because the action is not needed. The last item is about tried effects: False.
         fixed_checks_hold: tests the checks that no action can change.
         common_checks_hold: tests the checks that are the same for all objects and positions.
         rest_checks_hold: tests all other checks.
-        unmovable_checks_hold: tests the other checks that movement cannot establish, without the things that
-            it tries.
+        unmovable_checks_hold: tests those of the other checks that movement cannot make true, without tried
+            effects.
     """
 
     operator: CompiledOperator
@@ -93,7 +95,7 @@ class _OperatorInfo(NamedTuple):
 
 
 _OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
-"""Name and arguments of an operator that may make a literal true.
+"""Name of an operator that may make a literal true, and the numbers of the objects that are its arguments.
 
 An argument is None if the literal leaves it open.
 """
@@ -108,9 +110,10 @@ class Repertoire:
     Attributes:
         operators: the operators by name.
         movement: the operators that move the agent, without duplicates.
-        with_tools: names of the other operators that have an argument which no effect mentions.
-        find_writers: returns the operators that change a predicate (cached).
-        find_supporters: returns the operators that support others (cached).
+        with_tools: names of operators that do not move the agent and have a tool: an argument in no effect.
+        find_writers: takes a predicate and returns the operators that change it (cached).
+        find_supporters: takes names of operators and returns the operators that can make them possible
+            (cached).
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -145,12 +148,15 @@ class Repertoire:
         )
 
     def _find_writers(self, predicate: str) -> Sequence[Operator]:
-        """Return the operators that change the stored predicates behind a predicate, in declared order."""
+        """Return the operators that change a predicate or the stored predicates from which it is derived.
+
+        They are in declared order.
+        """
         sources = self._sources([Atom(predicate)])
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
     def find_touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
-        """Return the mask of literals that each operator can change, by the operator's name."""
+        """Return a mapping from the name of an operator to the mask of the literals that it can change."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
             for operator in self.find_writers(literal.predicate):
@@ -158,10 +164,10 @@ class Repertoire:
         return touched
 
     def make_test(self, literal: GroundAtom, scene: Scene) -> Holds:
-        """Return the test of a literal. The meaning of its predicate is compiled once."""
+        """Return a function that tests a literal in a state. Each predicate is compiled only once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind(scene, literal.arguments)
-        return lambda state: truth(state, [*binding])  # a copy, since quantifiers write into the binding
+        return lambda state: truth(state, [*binding])  # copied, since quantifiers write into the list
 
     def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, Truth]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])
@@ -175,17 +181,17 @@ class Repertoire:
         others: Sequence[int] = (),
         fitting: State | None = None,
     ) -> dict[Action, int]:
-        """Return the actions that may make literals true, each with the mask of the literals that it is for.
+        """Return the actions that may make literals true, each with the mask of these literals.
 
-        The actions are about the objects of a literal, all different, or about others if the literal leaves
-        the object open. Position, direction and posture of the agent are changed by movement only.
+        The arguments are objects of a literal, all different, or other objects if the literal leaves them
+        open. Only movement may change position, direction and posture of the agent.
 
         Args:
             literals: the literals.
             scene: the scene.
-            others: other objects.
-            fitting: a state. If given, actions that a fixed check forbids are left out, and an action may be
-                about one object twice.
+            others: objects that open arguments may also have.
+            fitting: a state or None. A state leaves out actions that a fixed check forbids, and allows
+                actions that have the same object twice.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
@@ -215,7 +221,10 @@ class Repertoire:
     def _find_fitting(
         self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
-        """Return the arguments with which the fixed checks of an operator hold. Some arguments are given."""
+        """Return the tuples of arguments with which an operator's fixed checks hold.
+
+        ``given`` has the arguments that are fixed, and None for other arguments.
+        """
         taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = mask_of(objects)
@@ -237,7 +246,7 @@ class Repertoire:
         return tuple(patterns)
 
     def _find_supporters(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
-        """Return the operators that establish the conditions of others, directly or through further ones.
+        """Return the operators that can make other operators possible, directly or through further operators.
 
         The first result has operators that take or release objects. The second has the names of operators
         that move the agent.
@@ -279,7 +288,7 @@ class Repertoire:
         candidates: Sequence[Operator],
         asks: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
-        """Return the candidates that change conditions of the operators or of other such candidates."""
+        """Return the candidates that change a condition of the operators, or of another such candidate."""
         supporting: list[Operator] = []
         asking = list(operators)
         while asking:
@@ -297,7 +306,10 @@ class Repertoire:
 
 
 def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
-    """Yield all tuples of different objects for arguments, in the order of objects; some are fixed before."""
+    """Yield all tuples of different objects for an operator's arguments, in the order of objects.
+
+    Arguments that are not None stay unchanged.
+    """
     if not given:
         yield ()
         return
@@ -309,12 +321,12 @@ def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iter
 
 
 def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
-    """Return the objects in some arguments, each once, without the agent."""
+    """Return the objects in several tuples of arguments, each object once, without the agent."""
     return tuple(dict.fromkeys([i for indices in arguments for i in indices if i != scene.agent]))
 
 
 def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
-    """Return the objects of the parameters for which an effect makes a change, or None if it does not."""
+    """Return for which objects of its parameters an effect makes a change, or None if it never does."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
     return match_atom(effect.atom, change.arguments, _number_named)
@@ -346,11 +358,11 @@ class CandidateAction(NamedTuple):
     Attributes:
         action: the action.
         info: its operator.
-        binding: binding of the operator's variables to its objects, for one search.
+        binding: the values of the operator's variables, for one search.
         possible: cache of `is_possible_now`, by state.
         results: cache of `compute_result`, by state.
-        parts: mask of the parts of the goal that the action is for; 0 if it prepares another action.
-        touched: mask of the parts that it can change.
+        parts: mask of the parts of the goal that the action may achieve; 0 if it prepares another action.
+        touched: mask of the parts that the action can change.
     """
 
     action: Action
@@ -367,33 +379,33 @@ class CandidateAction(NamedTuple):
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
     def assign_parts(self, parts: int, touched: int) -> CandidateAction:
-        """Return the action with the masks of the parts that it is for and that it can change."""
+        """Return this candidate with the masks of the parts that it may achieve and that it can change."""
         return CandidateAction(
             self.action, self.info, self.binding, self.possible, self.results, parts, touched
         )
 
     @property
     def is_achiever(self) -> bool:
-        """Whether the action changes the world. It then serves a part of the goal and nothing else."""
+        """Whether the action changes the world. Such an action only achieves a part of the goal."""
         return self.info.role is Role.CHANGE
 
     def is_possible(self, state: State) -> bool:
-        """Whether all checks hold."""
+        """Whether all checks of the action hold."""
         return self.info.operator.is_possible(state, self.binding)
 
     def is_ever_possible(self, state: State) -> bool:
-        """Whether the fixed checks hold. They are the same in all states of the episode."""
+        """Whether the fixed checks hold. If so, they hold in all states of the episode."""
         return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_now(self, state: State) -> bool:
-        """Whether the other checks hold. The fixed and the common checks must hold."""
+        """Whether the remaining checks hold, provided that the fixed and the common checks do."""
         is_possible = self.possible.get(state)
         if is_possible is None:
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return is_possible
 
     def can_movement_enable(self, state: State) -> bool:
-        """Whether movement can establish all failing checks. The fixed and the common checks must hold."""
+        """Whether movement can make all failing checks true, provided that fixed and common checks hold."""
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
         return not self.info.operator.tries or all(self.info.fixable[i] for i in self.find_failing(state))
@@ -408,14 +420,14 @@ class CandidateAction(NamedTuple):
     def find_failing(self, state: State) -> list[int]:
         """Return the numbers of the failing checks.
 
-        The number after the last check stands for the things that it tries.
+        The number after the last check stands for the effects that the action only tries.
         """
         checks = self.info.operator.checks
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
         return numbers if numbers or self.is_possible(state) else [len(checks)]
 
     def count_unmovable_failures(self, state: State, enough: int) -> int:
-        """Return the number of failing checks that movement cannot change, counted up to ``enough``."""
+        """Return the number of failing checks that movement cannot change. Counting stops at ``enough``."""
         count = 0
         for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
             if not moved and not check.holds(state, self.binding):
@@ -431,7 +443,7 @@ class CandidateAction(NamedTuple):
 
 
 def is_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
-    """Whether an action fails as an additional step."""
+    """Whether an action fails as an additional step, because its effect holds already."""
     failures = operator.find_failures(state, operator.bind(state, action.arguments))
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)
 
