@@ -1,9 +1,10 @@
 """Find the option of a goal with the largest share of met conditions (paper, section 2, ability 3).
 
 An option is a ground conjunction that satisfies the goal; `eai.logic.choice` describes the options of a goal.
-The share is a ratio of two sums, so the best options of all parts together are not the best option. It is
-found by Dinkelbach's method (1967): choose the option of the greatest linear value, which is easy part by
-part, let the new share set the weights of met and unmet conditions, and repeat until the share stays.
+A goal has parts, and an option combines a choice of conditions from each part. The share is a ratio of two
+sums, so the best choices of single parts together are not the best option. Dinkelbach's method (1967) finds
+it: choose the option with the greatest linear value, which is easy part by part, let the new share set the
+weights of met and unmet conditions, and repeat until the share stays.
 
 Options are never listed. Parts without common conditions are chosen independently. A condition that several
 parts can choose counts once, and no option contains a condition and its negation. So the solver keeps, for
@@ -28,13 +29,13 @@ from eai.logic.matching import heaviest_matching
 from eai.logic.trace import positions_in
 
 _MAX_SETS = 2_000
-"""Maximum number of cached sets of common conditions; with more sets the share is a lower bound."""
+"""Maximum number of sets of common conditions that are kept; with more sets the share is a lower bound."""
 
 _MAX_UNPRUNED_SETS = 64
-"""Maximum number of sets without a search for dominated sets."""
+"""Maximum number of sets for which no search for dominated sets is made."""
 
 _MAX_RIVALS = 8
-"""Number of best sets that each set is compared with in the search for dominated sets."""
+"""Number of sets of greatest value with which each set is compared in the search for dominated sets."""
 
 
 class _MetShare(NamedTuple):
@@ -85,10 +86,10 @@ class _BestOption:
             self._table = compiler.table(AllOf(choices))
 
     def __call__(self, true: int, others_met: int = 0) -> _MetShare:
-        """Return the best share; 0 of 1 if there is no option.
+        """Return the largest share of met conditions; 0 of 1 if there is no option.
 
         Args:
-            true: the atoms that are true, as a mask.
+            true: the atoms that are true, as a bit mask.
             others_met: number of the further conditions that are met.
         """
         best, is_exact = _MetShare(0, 1), True
@@ -126,10 +127,10 @@ class _BestOption:
 
 
 _Counted: TypeAlias = "int | AllOf[_Counted] | AnyOf[_Counted] | Choose[_Counted] | Pairing[_Counted]"
-"""A choice with numbers for its conditions."""
+"""A choice whose conditions are represented by their numbers."""
 
 _SetValues: TypeAlias = dict[int, int]
-"""The greatest value of the other conditions, for each set of common conditions as a mask."""
+"""Mapping from sets of common conditions, as bit masks, to the greatest value of the other conditions."""
 
 
 class _OptionSearch:
@@ -155,7 +156,7 @@ _FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
 
 
 def _simplify(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
-    """Return a choice with numbered conditions and without nested conjunctions."""
+    """Return a choice with numbers in place of conditions, and without nested conjunctions."""
     match choice:
         case LiteralChoice(literal):
             return _number(literal, numbers)
@@ -187,7 +188,7 @@ def _mask(numbers: Iterable[int]) -> int:
 
 
 def _positive(atoms: int) -> int:
-    """Return the mask of all conditions that are not negations."""
+    """Return the bit mask of all conditions that are not negations."""
     return ((1 << 2 * atoms) - 1) // 3
 
 
@@ -196,12 +197,12 @@ def _negations(conditions: int, positive: int) -> int:
 
 
 def _contradicts(conditions: int, positive: int) -> bool:
-    """Whether a set contains a condition and its negation."""
+    """Whether a set of conditions contains a condition and its negation."""
     return bool(conditions & conditions >> 1 & positive)
 
 
 def _members(part: _Counted) -> Sequence[_Counted]:
-    """Return the direct parts of a part."""
+    """Return the direct parts of a part of a goal."""
     match part:
         case int():
             return ()
@@ -225,7 +226,7 @@ class _Compiler:
         self._all = self._count(AllOf(tuple(choices)))
 
     def _count(self, part: _Counted) -> Counter[int]:
-        """Count how often each atom occurs, and note atoms that members of a joint choice share."""
+        """Count how many parts mention each atom, and note atoms that members of a joint choice share."""
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
                 return Counter()
@@ -294,7 +295,10 @@ class _Compiler:
         return table
 
     def _order_members(self, members: list[tuple[_FindSets, Counter[int]]]) -> list[tuple[_FindSets, int]]:
-        """Order members so that conditions close early; return each member with the conditions it closes."""
+        """Order the members of a part so that common conditions close early.
+
+        A condition closes after its last member. Return each member with the conditions that close after it.
+        """
         steps = []
         seen: Counter[int] = Counter()
         left = list(members)
@@ -306,11 +310,11 @@ class _Compiler:
         return steps
 
     def _find_open(self, count: Counter[int]) -> list[int]:
-        """Return the common atoms of some parts that other parts have too."""
+        """Return the atoms of some parts that other parts mention, too."""
         return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
 
     def _find_closed(self, count: Counter[int]) -> int:
-        """Return the common conditions of some parts that no other part has."""
+        """Return the common conditions of some parts that no other part mentions."""
         atoms = [atom for atom, times in count.items() if atom in self._common and times == self._all[atom]]
         return _mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
@@ -343,7 +347,7 @@ class _Compiler:
     def _pair_by_sets(
         self, count: int, rows: Sequence[Sequence[_SetValues]], search: _OptionSearch
     ) -> _SetValues:
-        """Return the best sets of a pairing, row by row, for every set of used columns."""
+        """Return the best sets of a pairing, row by row, for every set of columns used so far."""
         best: dict[int, _SetValues] = {0: {0: 0}}
         for row in rows:
             wider = {taken: dict(sets) for taken, sets in best.items()}
@@ -362,7 +366,7 @@ class _Compiler:
         return last
 
     def _join(self, left: _SetValues, right: _SetValues) -> _SetValues:
-        """Return the unions of the sets of two members; contradictions are dropped."""
+        """Return all unions of a set of one member and a set of the other, without contradictory unions."""
         joined: _SetValues = {}
         for one, value in left.items():
             for other, further in right.items():
@@ -381,7 +385,7 @@ class _Compiler:
         return lambda search: _close(table(search), closed, search)
 
     def _prune(self, sets: _SetValues, search: _OptionSearch) -> _SetValues:
-        """Return the sets without dominated sets, and at most `_MAX_SETS` of them."""
+        """Return the sets of conditions without dominated sets, and at most `_MAX_SETS` of them."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
         rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.value(each))
@@ -425,14 +429,14 @@ def _any_of(members: Sequence[_FindSets]) -> _FindSets:
 
 
 def _improve(best: _SetValues, others: _SetValues) -> None:
-    """Add sets to `best`; a set in both keeps the greater value."""
+    """Add sets of conditions with their values to `best`; a set in both keeps the greater value."""
     for conditions, value in others.items():
         if value > best.get(conditions, value - 1):
             best[conditions] = value
 
 
 def _close(sets: _SetValues, closed: int, search: _OptionSearch) -> _SetValues:
-    """Remove closed conditions from the sets, and add their values."""
+    """Remove conditions from the sets that no further part can choose, and add their values."""
     if not closed:
         return sets
     best: _SetValues = {}

@@ -1,4 +1,4 @@
-"""The English of a benchmark's tasks, and goals that nobody would request.
+"""The English words for a benchmark's tasks, and a list of goals that nobody would request.
 
 The words come from a file of the benchmark's package. This module adds words of instructions that are equal
 in every world, and changes the form of sentences.
@@ -94,7 +94,7 @@ class English:
 
 
 PLAIN_ENGLISH = English()
-"""English with words made of names only. No goal is odd."""
+"""English whose words are the names of predicates and categories. No goal is implausible."""
 
 
 def read_english(package: str) -> English:
@@ -115,22 +115,22 @@ REQUESTS = ("Please", "Your task is to", "I would like you to")
 """The beginnings of an instruction that states an action."""
 
 SEE_TO_IT = "see to it that"
-"""The words that turn a sentence into a request."""
+"""Beginnings that turn a sentence into a request."""
 
 EVERY, EXACTLY, OWN = (
     ("every", "each"),
     ("exactly", "precisely"),
     ("{a} {noun} of its own", "a separate {noun}"),
 )
-"""Several words for the same."""
+"""Equal wordings of the quantifiers in goals."""
 
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"
 
 NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
-"""The words that join two sentences of a goal over time."""
+"""Words for goals over time; all but the first join two sentences."""
 
 NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
-"""Numbers that are written as words."""
+"""Mapping from the numbers that are written as words to these words."""
 
 _MAX_PICKS = 12
 _PLURAL = {"is": "are", "has": "have", "holds": "hold", "faces": "face"}
@@ -153,16 +153,16 @@ class PhraseStyle(NamedTuple):
         return PhraseStyle(rng.randrange(_MAX_PICKS), rng.random() < 0.5)
 
     def choose(self, several: Sequence[str]) -> str:
-        """Return the wording of this style among several."""
+        """Return the wording that this style picks from several equal wordings."""
         return several[self.pick % len(several)]
 
 
 USUAL_STYLE = PhraseStyle()
-"""The style with the usual wordings."""
+"""The style that always picks the usual wording."""
 
 
 def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
-    """Return sentences for a predicate in the singular, the usual one first: ``{x} is on top of {y}``."""
+    """Return sentences that state a predicate, the usual one first, as in ``{x} is on top of {y}``."""
     sentences = english.says.get(predicate)
     if sentences is not None:
         return sentences
@@ -178,7 +178,7 @@ def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
 
 
 def inflect(sentence: str, *, negated: bool = False, several: bool = False, never: bool = False) -> str:
-    """Return a sentence negated, with "never", or in the plural."""
+    """Return a sentence changed on request: negated, with "never", or in the plural."""
     first, verb, *rest = sentence.split(" ")
     is_short = verb in ("is", "has")
     if never:

@@ -1,4 +1,4 @@
-"""Test which goals of a task a plan reaches, and count reached goals by kind."""
+"""Test which goals of a task a plan reaches, and count the reached goals of each kind."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 
 ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
-"""Variables for the objects of an action. Their spaces keep them apart from the variables of any formula."""
+"""Names of variables for the objects of an action. Formulas cannot use them, because they contain spaces."""
 
 
 _MAX_CACHED_SHARES = 1_000
@@ -30,10 +30,12 @@ _MAX_CACHED_SHARES = 1_000
 
 
 class StateTest:
-    """A closed formula on one state, compiled for a scene. Objects in the formula go by their names.
+    """A formula about one state, without free variables, compiled for a scene.
+
+    Objects in it go by their names.
 
     Attributes:
-        truth: evaluates the formula in a state with a copy of `binding`, which quantifiers write to.
+        truth: evaluates the formula in a state with a copy of `binding`, into which quantifiers write.
         binding: the binding without objects of an action.
 
     Raises:
@@ -52,7 +54,7 @@ class StateTest:
 
         `arguments` are the objects of the action executed in that state.
         """
-        binding = self.binding.copy()  # quantifiers write into it, in any number of threads
+        binding = self.binding.copy()  # quantifiers write into it, in several threads
         if arguments:
             binding[1 : 1 + len(arguments)] = arguments
         return self.truth(state, binding)
@@ -62,9 +64,9 @@ class GoalTest:
     """The goals of a task, compiled for tests. Any number of threads may use one test.
 
     A goal about states is reached if it holds in the final state, a goal over time if it holds on the whole
-    execution (`eai.logic.semantics`). Action goals must be met in their order: the longest run of goals that
-    the actions meet counts, and of equally long runs the one that is met first. An answer that never ran
-    reaches no goal.
+    execution (`eai.logic.semantics`). Action goals must be met in their order: the longest series of goals
+    that the actions meet counts; if several are equally long, the series that is met first. An answer that
+    never ran reaches no goal.
 
     Args:
         task: the task.
@@ -100,7 +102,7 @@ class GoalTest:
         """Return for each goal, in order, whether a plan reaches it.
 
         Args:
-            final: the final state of the plan.
+            final: the state after the plan.
             actions: the names of the executed actions, in order.
             trajectory: the whole execution; None if nothing was executed.
         """
@@ -151,7 +153,10 @@ class GoalTest:
         return _OptionConditions(self._task)
 
     def tally_by_kind(self, reached: tuple[bool, ...]) -> GoalTallies:
-        """Return the numbers of reached goals by kind. `reached` says for each goal whether it is reached."""
+        """Return the numbers of reached goals and of all goals, by kind.
+
+        `reached` has for each goal, in order, whether it is reached.
+        """
         tallies = self._tally_cache.get(reached)
         if tallies is None:
             satisfied = [_to_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
@@ -161,7 +166,7 @@ class GoalTest:
     def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Return the indices of the action goals that the actions meet.
 
-        Each goal is given by its alternatives.
+        The argument has the alternative actions of each goal.
         """
         return find_longest_run(goals, actions)
 
@@ -193,12 +198,12 @@ class _OptionConditions:
         self.none_met = Share(0, max(1, self._best(0).total))
 
     def find_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
-        """Return the share of conditions met in the best option.
+        """Return the share of met conditions in the option with the largest share.
 
-        `reached` says for each goal, in order, whether it is reached. It decides goals that are one
+        `reached` has for each goal, in order, whether it is reached. It decides goals that count as one
         condition.
         """
-        binding = self._binding.copy()  # definitions write into it, in any number of threads
+        binding = self._binding.copy()  # definitions write into it, in several threads
         true = 0
         for number, truth in enumerate(self._truths):
             if truth(final, binding):
@@ -215,7 +220,7 @@ class _OptionConditions:
 
 
 def _choice(goal: Goal, scene: Scene) -> Choice | None:
-    """Return the options of a goal, or None if the goal is one condition."""
+    """Return the options of a goal, or None if the goal counts as one condition."""
     if goal.is_over_time:
         return None
     try:
@@ -241,7 +246,8 @@ def alternative_actions(goal: Goal) -> tuple[str, ...]:
 def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
     """Return the goals of a task that remain after some actions.
 
-    Each action goal in turn is met by the next of the actions that is among its alternatives.
+    An action goal is met by one of its alternative actions. The action goals are met in order, each by the
+    first such action after the one that met the goal before.
     """
     wanted = list(task.goals_of(GoalKind.ACTION))
     for name in actions:
@@ -251,13 +257,13 @@ def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
 
 
 def find_longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
-    """Return the indices of the longest run of goals that the actions meet in order.
+    """Return the indices of the longest series of goals that the actions meet in order.
 
-    The earliest of equal runs.
+    If several series are equally long, the one that is met first is returned.
     """
     if _are_met_in_turn(goals, actions):
         return tuple(range(len(goals)))
-    # for each length: the run of goals that is met first, and the number of actions it takes
+    # for each length, the series of goals that is met first, and the number of actions until then
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(goals):
         for met, start in reversed(best):
@@ -274,7 +280,7 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 def _count_halves(goal: Goal) -> tuple[int, int, int]:
-    """Return the halves that a goal counts as a state, a relation and an action goal."""
+    """Return the numbers of halves with which a goal counts as a state, a relation and an action goal."""
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
     binary = {len(part.arguments) > 1 for part in walk(goal.formula) if isinstance(part, Atom)}

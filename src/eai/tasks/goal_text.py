@@ -1,4 +1,4 @@
-"""Goals as formulas or as text in the syntax of subgoals, checked in their scene; tasks with goals."""
+"""Read goals as text in the syntax of subgoals, check them in their scene, and make tasks with goals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from eai.world.state import Scene, State
 
 
 def lexicon_of_goals(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon of goals: the declared names. Actions in goals may lack their objects."""
+    """Return the lexicon for texts of goals: the declared names. Actions in goals may lack their objects."""
     lexicon = make_declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)

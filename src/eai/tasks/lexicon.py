@@ -77,13 +77,13 @@ class FormulaLexicon:
         )
 
     def names_action(self, operator: str) -> bool:
-        """Whether texts can name an action of the domain."""
+        """Whether texts have a name for an action of the domain."""
         return self._action_words.get(operator, operator) in self.signature.actions
 
     def candidate_predicates(self, arity: int, first: str) -> Iterator[str]:
-        """Yield the domain's predicates with an arity that texts can name.
+        """Yield the domain's predicates that have a given arity and a name in texts.
 
-        The predicate `first` comes first.
+        If the predicate `first` is among them, it comes first.
         """
         words = [w for w, n in self.signature.predicates.items() if n == arity and w not in self.unobserved]
         names = dict.fromkeys([self.predicates.get(w, w) for w in words if w not in self.categories])
@@ -112,7 +112,7 @@ class FormulaLexicon:
         return Action(self.actions.get(formula.action, formula.action), arguments)
 
     def is_class(self, name: str) -> bool:
-        """Whether a name stands for any object of a class."""
+        """Whether a name is the name of a class. Such a name stands for any object of the class."""
         return name not in self.objects and name not in self.unobserved_objects
 
     def is_unobserved(self, formula: f.Formula) -> bool:
@@ -181,7 +181,10 @@ def _rename_leaf(
 
 
 def objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
-    """Return the names of objects and of the classes of a scene. A class stands for any of its objects."""
+    """Return the names of the objects and classes of a scene.
+
+    The name of a class stands for any of its objects.
+    """
     return frozenset([*objects, *[thing.category for thing in scene.objects]])
 
 

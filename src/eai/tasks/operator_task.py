@@ -45,7 +45,7 @@ class OperatorLibrary:
 
 
 ActionsOf: TypeAlias = Callable[[Task, Sequence[PlanStep]], Sequence[Action]]
-"""Returns the actions that steps of gold operators stand for in a task.
+"""Function that returns the actions of a task for which the steps of a plan with gold operators stand.
 
 The actions end before the first step that stands for no action.
 """
@@ -87,20 +87,21 @@ class TransitionTask:
 
 
 _gold = lru_cache(maxsize=256)(read_action)
-"""Reads a gold operator. The cache helps because many tasks ask for the same operator."""
+"""Read a gold operator from its text. The cache helps because many tasks ask for the same operator."""
 
 
 def make_transition_tasks(
     domain: Domain, tasks: Mapping[str, Task], categories: Mapping[str, Category] | None = None
 ) -> dict[str, TransitionTask]:
-    """Return the tasks of transition modeling of a domain, by id, in the order of the tasks.
+    """Return a mapping from ids to the tasks of transition modeling of a domain, in the order of its tasks.
 
-    Tasks that are known to have no plan are left out, as no operators lead to their goal.
+    Tasks that are known to have no plan are left out, because no operators lead to their goal.
 
     Args:
-        domain: the declaration.
+        domain: the declaration of the domain.
         tasks: the domain's tasks.
-        categories: categories of some predicates, by PDDL name; `default_categories` gives all others.
+        categories: mapping from PDDL names of some predicates to their categories; `default_categories` gives
+            all others.
     """
     chosen_tasks = {
         task_id: task for task_id, task in tasks.items() if _conditions(task) and task.unsolvable is None
@@ -135,7 +136,7 @@ def make_transition_tasks(
 def _find_exported_actions(
     exported: ExportedProblem, task: Task, steps: Sequence[PlanStep]
 ) -> Sequence[Action]:
-    """Return the actions that were exported as steps, up to the first step without such an action."""
+    """Return the actions of an exported plan, up to the first step that stands for no action."""
     actions = []
     for step in steps:
         try:
@@ -177,7 +178,7 @@ def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
 
 
 def _operators(plan: Sequence[Action], exported: ExportedProblem, library: OperatorLibrary) -> Iterator[str]:
-    """Return the operators of a plan in the order of the domain; all operators if the plan is empty."""
+    """Return the operators in a plan, in the order of the domain; all operators if the plan is empty."""
     used = {exported.step(action).action for action in plan} or set(library.operators)
     return (name for name in library.operators if name in used)
 

@@ -1,4 +1,4 @@
-"""Options: typed settings of runs and files, each with a meaning and limits.
+"""Options: typed settings of runs and files, each with a description and limits.
 
 `describe_misfit` turns a validation error into a message for the person who wrote the value.
 """
@@ -31,19 +31,19 @@ _EXPECTED = {
     "int_from_float": "expected a whole number",
 }
 _BRANCHES = ("str", "list[str]")
-"""Names that pydantic appends to the path of a value that may have several types."""
+"""Names of types that pydantic appends to the path of a value if the value may have several types."""
 
 
 def describe_misfit(
     error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
 ) -> str:
-    """Return the first error of a validation: its path in the value, the expectation, and the actual value.
+    """Return the first error of a validation in words: the path of the value, the expectation, and the value.
 
     Args:
         error: the error of pydantic.
-        known: the allowed names of members. The message suggests the name nearest to an unknown one.
+        known: the allowed names of members. If a name is unknown, the message suggests the most similar name.
         within: the path of the value in an enclosing structure, outermost first.
-        whole: the name of the value in messages about all of it.
+        whole: the name of the whole value, for messages about all of it.
     """
     first = error.errors()[0]
     path = [*within, *map(str, first["loc"])] or [whole]
@@ -61,7 +61,7 @@ def describe_misfit(
 
 
 def _describe_input(value: Any) -> str:
-    """Return a short value as the end of a message; an empty text for a long value."""
+    """Return the end of a message, which shows the value if it is short; an empty text for a long value."""
     shown = repr(value)
     return f", found {shown}" if len(shown) <= 60 else ""
 
@@ -74,7 +74,7 @@ def _remove_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:
 
 
 Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
-"""Arguments of a model. Its keys and other secrets are written to no file."""
+"""Arguments of a model. Keys and other secrets among them are never written to a file."""
 
 
 class Options(BaseModel):

@@ -14,11 +14,11 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 
 FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Action]]"
-"""Searches for a plan: `find_plan`, or a function that caches its results."""
+"""Function that searches for a plan: `find_plan`, or a function that caches its results."""
 
 
 def to_planning_goal(task: Task) -> PlanningGoal:
-    """Return the goals of a task for the planner: conditions on the final state, and actions in order.
+    """Return the goals of a task in the planner's form: conditions on the final state, and actions in order.
 
     Goals over time are left out.
     """
@@ -35,7 +35,7 @@ def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> Sea
 
 
 def why_no_plan(end: SearchEnd) -> str:
-    """Return why a search found no plan, or an empty text if it found a plan."""
+    """Return the reason why a search found no plan, or an empty text if it found a plan."""
     match end:
         case SearchEnd.SOLVED:
             return ""

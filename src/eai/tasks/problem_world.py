@@ -1,4 +1,4 @@
-"""Read PDDL files as a declared domain and its tasks, and problems in PDDL or BDDL in a benchmark's world."""
+"""Read PDDL files as a domain with tasks, and PDDL or BDDL problems about a benchmark's world."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _SUFFIX = ".pddl"
 
 
 def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
-    """Read the only domain below a folder, and all other ``.pddl`` files as its problems.
+    """Read the only domain file below a folder, and all other ``.pddl`` files below it as problems.
 
     Raises:
         InputError: not exactly one file begins with a domain, or a file cannot be read, as in `open_pddl`.
@@ -56,12 +56,13 @@ def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
 
 
 def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]:
-    """Return the domain in a file, and the problems in a file or in all ``.pddl`` files of a folder, by name.
+    """Return the domain in a file, and its problems by name.
 
-    The id of a task is the name of its problem, or the name of its file if several problems share a name.
+    They are in a file, or in all ``.pddl`` files of a folder. The id of a task is the name of its problem, or
+    the name of its file if several problems share a name.
 
     Raises:
-        InputError: a file cannot be read. The message names each file, the line and what was expected.
+        InputError: a file cannot be read. The message names each file, the line and the expected text.
     """
     return _open(domain_file, lambda: _problem_paths(domain_file, problems))
 
@@ -115,7 +116,7 @@ Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
 
 
 ProblemWorld: TypeAlias = tuple[PddlDomain, Callable[[PddlProblem], tuple[State, Meaning]]]
-"""The names that problems may use, and a function that reads a problem with only these names.
+"""A domain with the names that problems may use, and a function that reads a problem with these names.
 
 The function returns the initial state, and a function that converts the problem's conditions.
 """
@@ -141,17 +142,18 @@ def _make_predicate(name: str, arity: int) -> PddlPredicate:
 
 @dataclass(frozen=True)
 class _DeclaredNames:
-    """A declaration with the spelling of problems. Its objects have the categories of its tasks.
+    """A declared domain with its names as problems spell them. Its objects have the categories of its tasks.
 
     Attributes:
         domain: the declaration.
         header: the names of the declaration as problems spell them.
         predicates: the declared predicate of each spelled name.
         kinds: the category of each predicate that states a category.
-        performed: the operator of each predicate that states that an action was executed.
-        order: the predicate of the order of objects; empty if there is none.
+        performed: the operator of each predicate which states that an action was executed.
+        order: the predicate which states the order of two objects; empty if problems have no such predicate.
         categories: the category of each type.
-        names: the declared name of an object, by spelling and category; other objects keep their spelling.
+        names: mapping from spelling and category to the declared name of an object; other objects keep their
+            spelling.
         agent: the acting object, which problems need not declare.
     """
 
@@ -190,7 +192,7 @@ class _DeclaredNames:
         return WorldObject(self.names.get((item.name, category), item.name), category)
 
     def _meaning(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-        """Return a condition with the names of the declaration."""
+        """Return the condition with the spelled names replaced by those of the declaration."""
 
         def meant(term: f.Term) -> f.Term:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term

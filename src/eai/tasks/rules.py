@@ -30,7 +30,7 @@ _EXPLANATIONS = (
     ("is_a(", "is_a(x, k) says that x is of kind k."),
     (" or ", "\"And\" binds more tightly than \"or\", and \"or\" than \"implies\"."),
 )  # fmt: skip
-"""The explanation of each notation in rules, by a sign that the notation contains."""
+"""Mapping from a sign to the explanation of the notation in rules that contains it."""
 _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes false"}
 
 
@@ -64,7 +64,7 @@ class DomainRules:
 
     @cached_property
     def hidden_memory(self) -> frozenset[str]:
-        """The stored predicates that can change and are never shown."""
+        """The stored predicates that operators can change but prompts never show."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
 
@@ -76,7 +76,7 @@ class DomainRules:
 
     @cached_property
     def changed_predicates(self) -> Mapping[str, frozenset[str]]:
-        """The visible predicates that each operator changes, by the name of the operator."""
+        """Mapping from the name of each operator to the visible predicates that it changes."""
         return {
             operator.name: frozenset(find_written_predicates(operator.effects)) - self.hidden_memory
             for operator in self.operators
@@ -112,7 +112,7 @@ class DomainRules:
         return "\n".join(lines)
 
     def summarize(self, operator: Operator) -> str | None:
-        """Return an operator with its conditions and effects; None if prompts must not state its rules."""
+        """Return an operator's conditions and effects as text; None if prompts must not state its rules."""
         if operator.name not in self.operator_names:
             return None
         lines = [operator_title(operator)]
@@ -127,7 +127,7 @@ class DomainRules:
         return [text for name, text in self._definitions.items() if not self._reads_memory([name])]
 
     def write_heads(self, operators: Collection[str]) -> str:
-        """Return some operators with their parameters only."""
+        """Return the text of some operators, with their parameters only."""
         return "\n".join([_head(operator) for operator in self.operators if operator.name in operators])
 
     @cached_property
@@ -136,7 +136,7 @@ class DomainRules:
 
     @cached_property
     def _reads(self) -> Mapping[str, Sequence[str]]:
-        """The predicates in the conditions of each operator."""
+        """Mapping from each operator to the predicates in its conditions."""
         return {operator.name: predicates_of(*conditions_of(operator)) for operator in self.operators}
 
     def _can_be_shown(self, operator: Operator) -> bool:
@@ -150,7 +150,7 @@ class DomainRules:
         return not self.hidden_memory.isdisjoint(find_stored_predicates(names, self.domain.vocabulary))
 
     def _find_derived(self, names: Iterable[str]) -> list[str]:
-        """Return the derived predicates among some names and in their definitions, each once."""
+        """Return the derived predicates among some names, and all that their definitions use, each once."""
         derived_names: dict[str, None] = {}
         pending = list(names)
         while pending:
@@ -177,7 +177,7 @@ class DomainRules:
         return [*self._effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
 
     def _effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
-        """Yield the lines of effects in order.
+        """Yield the lines of text for effects, in order.
 
         Successive additions share a line, and so do successive deletions.
         """
@@ -210,7 +210,7 @@ class DomainRules:
 
     @cached_property
     def _definitions(self) -> Mapping[str, str]:
-        """The definition of each derived predicate that a formula defines."""
+        """Mapping from each derived predicate that a formula defines to its definition."""
         meanings = [(predicate, find_definition(predicate)) for predicate in self.domain.vocabulary.derived]
         return {
             predicate.name: _definition(predicate, defined)
@@ -220,7 +220,7 @@ class DomainRules:
 
 
 def explain_notation(rules: str) -> str:
-    """Return the explanations of the notations that occur in some rules."""
+    """Return explanations of the notations that occur in some rules."""
     return " ".join([words for sign, words in _EXPLANATIONS if sign in rules])
 
 
@@ -241,7 +241,7 @@ def _definition(derived: DerivedPredicate, defined: Defined) -> str:
 
 
 def _text_of(formula: f.Formula) -> str:
-    """Return a formula as text without empty parts. A membership reads ``is_a(x, lamp)``."""
+    """Return a formula as text. Trivial parts are left out, and a membership reads ``is_a(x, lamp)``."""
     return print_ltl(_simplify(formula))
 
 

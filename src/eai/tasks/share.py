@@ -16,7 +16,7 @@ class Share(NamedTuple):
 
 
 class GoalTallies(NamedTuple):
-    """The satisfied goals among all goals, for each of the three kinds of goal."""
+    """Shares of satisfied goals: a share for each of the three kinds of goal."""
 
     state: Share
     relation: Share

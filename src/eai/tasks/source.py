@@ -1,4 +1,4 @@
-"""The source of the tasks of a benchmark, and digests of the content of tasks."""
+"""The settings with which tasks of a benchmark are opened, and digests of the content of tasks."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class ErrataChoice(str, Enum):
-    """The choice whether to correct errors in the data of a benchmark."""
+    """The choice whether to correct known errors in the data of a benchmark."""
 
     CURRENT = "current"
     NONE = "none"
@@ -80,7 +80,7 @@ class Source:
 
 
 USUAL_SOURCE = Source()
-"""The default settings: the user's store, current errata, and any planner."""
+"""The default settings: the user's store of downloaded data, current errata, and any planner."""
 
 
 class TaskSet(Mapping[str, T_co]):
@@ -108,11 +108,11 @@ class TaskSet(Mapping[str, T_co]):
 
 
 OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
-"""Opens the tasks of a benchmark, and downloads the data set if it is missing."""
+"""Function that opens the tasks of a benchmark, and downloads the data set if it is missing."""
 
 
 def given(*tasks: Task) -> OpenTasks[Task]:
-    """Return a function that opens tasks defined in a program.
+    """Return an opener for tasks that a program has made, instead of a data set.
 
     Raises:
         InputError: two tasks have the same id, or an argument is not a task.
@@ -127,9 +127,9 @@ def given(*tasks: Task) -> OpenTasks[Task]:
 
 
 def task_sha256(task: Task) -> str:
-    """Return the digest of a task's content. It is equal on every machine.
+    """Return the SHA-256 digest of a task's content, which is equal on every machine.
 
-    The content includes parts that no agent sees.
+    The content includes data that no agent sees, such as the task's own plan.
     """
     return _digest(_content(task))
 
@@ -145,7 +145,7 @@ def _content(task: Task) -> tuple[object, ...]:
 
 
 def once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
-    """Return an opener that opens the tasks of each store once in a process, as building them takes long."""
+    """Return an opener that opens the tasks of each data store only once, as building them takes long."""
     opened: dict[Path, TaskSet[T]] = {}
 
     @wraps(opener)

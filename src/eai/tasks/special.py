@@ -8,10 +8,10 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Impossible:
-    """A task that an answer may call impossible, rightly or not.
+    """Marks a task that an answer may call impossible, rightly or not.
 
     Attributes:
-        missing: the missing facts that leave the goals out of reach; empty if there is a plan.
+        missing: the facts whose absence puts the goals out of reach; empty if there is a plan.
     """
 
     missing: tuple[str, ...]
@@ -19,7 +19,9 @@ class Impossible:
 
 @dataclass(frozen=True, slots=True)
 class Ambiguous:
-    """A task about which an answer may ask a question. Prompts state its goals by the instruction alone.
+    """Marks an ambiguous task, about which an answer may ask a question.
+
+    Prompts state its goals only by the instruction.
 
     Attributes:
         fits: the names of the objects that the instruction may mean; the meant object is first.
@@ -30,7 +32,7 @@ class Ambiguous:
 
 @dataclass(frozen=True, slots=True)
 class Hazards:
-    """A task with hazards: its last goals, one for each hazard, forbid events.
+    """Marks a task with hazards: events that its last goals forbid, one goal for each hazard.
 
     Attributes:
         hazards: the names of the hazards.
@@ -42,4 +44,4 @@ class Hazards:
 
 
 Special: TypeAlias = Impossible | Ambiguous | Hazards
-"""The reason why a task is special: it allows answers without a plan, or its goals forbid hazards."""
+"""How a task is special: it allows answers without a plan, or its goals forbid hazards."""

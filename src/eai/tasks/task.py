@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from eai.world.state import Scene, State
 
 TaskExclusion = NewType("TaskExclusion", str)
-"""Reason for leaving a task out of all statistics. A task makes it (`Task.exclude`), never an answer."""
+"""Reason for leaving a task out of all statistics.
+
+It depends on the task (`Task.exclude`), never on an answer.
+"""
 
 NO_GOALS = "the task has no goals"
 """The reason for excluding a task without goals: no answer to it can fail."""
@@ -31,7 +34,7 @@ class GoalKind(str, Enum):
 
 
 class Category(str, Enum):
-    """The paper's categories of predicates and, but for the last, of tasks."""
+    """The paper's categories of predicates. All but the last are also categories of tasks."""
 
     OBJECT_STATES = "object_states"
     OBJECT_ORIENTATION = "object_orientation"
@@ -39,11 +42,11 @@ class Category(str, Enum):
     SPATIAL_RELATIONS = "spatial_relations"
     NON_SPATIAL_RELATIONS = "non_spatial_relations"
     OBJECT_TOOLS = "object_tools"
-    """Predicates that make an object a tool; the paper's tables count them in the total only."""
+    """Names of predicates that make an object a tool; the paper's tables count them in the total only."""
 
 
 CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJECT_TOOLS])
-"""The categories that tables show."""
+"""The categories of predicates that tables show."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +133,7 @@ class Task:
 
     @property
     def prompted(self) -> Task:
-        """The task with only those goals that prompts state."""
+        """The task with only the goals that prompts state."""
         if not self.prompts_state_goals:
             return replace(self, goals=())
         is_untold = isinstance(self.special, Hazards) and self.special.untold
@@ -138,22 +141,25 @@ class Task:
 
     @property
     def asked_goals(self) -> tuple[Goal, ...]:
-        """The goals without those that forbid hazards."""
+        """The goals of the task except those that forbid hazards."""
         hazards = len(self.special.hazards) if isinstance(self.special, Hazards) else 0
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals. No new goal may be about a hazard."""
+        """Return the task with other goals. The new goals must not be about hazards."""
         special = None if isinstance(self.special, Hazards) else self.special
         return replace(self, goals=goals, special=special)
 
     def exclude(self, reason: str) -> TaskExclusion:
-        """Return the reason for leaving this task out of all statistics, whatever is answered."""
+        """Return the reason for leaving this task out of all statistics, or None. Answers do not matter."""
         return TaskExclusion(reason)
 
     @property
     def plan_exclusion(self) -> TaskExclusion | None:
-        """Why statistics of plans exclude the task: it has no goals or no plan. Otherwise None."""
+        """The reason why statistics of plans exclude the task: it has no goals or no plan.
+
+        None if they include it.
+        """
         reason = self.unsolvable if self.goals else NO_GOALS
         return None if reason is None else self.exclude(reason)
 
@@ -167,7 +173,7 @@ class Task:
 
 
 def goal(formula: Formula) -> Goal:
-    """Return a formula as a goal of the right kind.
+    """Return the goal with a formula, whose kind follows from the formula.
 
     A formula with actions is an action goal, and a formula with relations is a relation goal. Any other
     formula is a state goal. A goal over time is never an action goal.

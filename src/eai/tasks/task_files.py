@@ -29,12 +29,12 @@ ENDINGS = (".jsonl", ".jsonl.gz")
 """The endings of the names of task files."""
 
 _LEADING_ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
-"""Matches the id at the beginning of a line, so that the rest of the line need not be parsed."""
+"""Pattern of a line that begins with the id of its task, so that the rest of the line need not be parsed."""
 
 
 @dataclass(frozen=True, slots=True)
 class _FileLine:
-    """A line of a file with its number and content."""
+    """A line of a task file: its file, its number and its content."""
 
     file: Path
     line: int
@@ -61,7 +61,10 @@ class _TaskFiles:
     sha256: str
 
     def tasks(self, domain: Domain) -> TaskSet[Task]:
-        """Return the tasks. `domain` is the declaration of their base."""
+        """Return the tasks of the files.
+
+        `domain` is the declaration of the benchmark in whose world they are.
+        """
         return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
 
     def _task(self, place: _FileLine, domain: Domain) -> Task:
@@ -73,7 +76,7 @@ class _TaskFiles:
 
 
 def open_task_files(path: Path) -> _TaskFiles:
-    """Return the tasks of a file, or of all task files in a folder, by name.
+    """Return the tasks of a file, or of all task files in a folder.
 
     Raises:
         InputError: there is no file or no task, an id is missing or repeated, or the first line is wrong. The
@@ -98,7 +101,7 @@ def open_task_files(path: Path) -> _TaskFiles:
 
 
 def task_file_content(lines: Iterable[str]) -> bytes:
-    """Return the uncompressed content of a task file."""
+    """Return the content of a task file, decompressed if necessary."""
     return "".join(f"{line}\n" for line in lines).encode()
 
 
@@ -175,7 +178,7 @@ def _find_broken_goals(task: Task) -> Iterator[str]:
 
 
 def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield messages if `missing` wrongly claims that no plan exists, or that a plan exists."""
+    """Yield messages if the member `missing` wrongly claims that a plan exists or that none exists."""
     if task.has_no_plan and task.script:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
     elif task.has_no_plan and not is_impossible(task, domain):
@@ -185,7 +188,7 @@ def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
 
 
 def read_task_file_lines(path: Path) -> Iterator[_FileLine]:
-    """Yield the lines of a task file, or of all task files in a folder, by name.
+    """Yield the lines of a task file; or of all task files in a folder, sorted by file name.
 
     Raises:
         InputError: a file cannot be read.
@@ -194,7 +197,7 @@ def read_task_file_lines(path: Path) -> Iterator[_FileLine]:
 
 
 def find_task_files(path: Path) -> list[Path]:
-    """Return the task files in a folder, by name, or the path itself if it is a file.
+    """Return the task files in a folder, sorted by name, or the path itself if it is a file.
 
     Raises:
         InputError: the folder contains no task files.
@@ -221,7 +224,7 @@ def _read_lines(file: Path, content: bytes) -> Iterator[_FileLine]:
 
 
 def _id(place: _FileLine) -> str:
-    """Return the id of a task. The whole line is parsed only if it does not begin with the id."""
+    """Return the id of the task in a line. The whole line is parsed only if it does not begin with the id."""
     match = _LEADING_ID.match(place.content)
     if match is not None:
         return match[1].decode(errors="replace")

@@ -34,7 +34,7 @@ _NonEmptyText: TypeAlias = Annotated[str, Field(min_length=1)]
 
 
 def _add_descriptions(schema: dict[str, Any]) -> None:
-    """Put the meanings in the docstring into the JSON schema of a line."""
+    """Put the descriptions in the class's docstring into the JSON schema of a line."""
     schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
     for name, meaning in read_meanings(_TaskLine.__doc__, "Attributes").items():
         schema["properties"][name]["description"] = meaning
@@ -87,12 +87,12 @@ class _TaskLine(BaseModel):
 
 
 def json_schema() -> dict[str, JsonValue]:
-    """Return the JSON Schema of a line."""
+    """Return the JSON Schema of a line of a task file."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_TaskLine.model_json_schema()}
 
 
 def read_line(text: str | bytes) -> _TaskLine:
-    """Return the content of a line.
+    """Parse a line of a task file, and check the types of its members.
 
     Raises:
         InputError: the line is not JSON, or a member is wrong. The message names the member and its expected
@@ -120,7 +120,7 @@ def _refuse_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def task_from_line(line: _TaskLine, domain: Domain) -> Task:
-    """Return the task of a line.
+    """Return the task that a parsed line describes.
 
     Raises:
         InputError: a name in the line is not declared. The message names the member and the expected names.

@@ -19,14 +19,14 @@ from eai.world.state import Fact
 from eai.world.vocabulary import Predicate, parameter_names
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
-"""Returns the name of an object of a task in a prompt."""
+"""Function that returns the name of an object of a task, as prompts use it."""
 
 _MEANING = (
     (FaultKind.AFFORDANCE, "impossible where"),
     (FaultKind.MISSING_STEP, "not yet possible while"),
     (FaultKind.ADDITIONAL_STEP, "needless where"),
 )
-"""The words for the failure of a check in prompts, by kind of fault, in the order of the paper."""
+"""For each kind of fault, in the paper's order, the words before the condition of the failure."""
 
 
 def find_declared_name(task: Task, index: int) -> str:
@@ -85,7 +85,10 @@ class Wording:
         return f"{explain_notation(rules)}\n{rules}"
 
     def describe_rules_of(self, each: str) -> str:
-        """Return the heading above `describe_operators`. `each` is the word for an action."""
+        """Return the heading above `describe_operators`.
+
+        `each` is the singular of the heading's word for actions.
+        """
         if self.rules is None:
             return f"the reasons for which {each} can fail"
         return f"what {each} requires and changes"
@@ -130,7 +133,7 @@ class Wording:
 
     @cached_property
     def goal_listings(self) -> tuple[FactListing, ...]:
-        """The listing of facts for each predicate of goals, in order."""
+        """The listings of facts for predicates of goals: how a prompt writes the facts of each predicate."""
         return self._listings(self.predicates)
 
     @cached_property
@@ -139,16 +142,19 @@ class Wording:
         return (*self.goal_listings, *self._listings(self.static))
 
     def _listings(self, names: Iterable[str]) -> tuple[FactListing, ...]:
-        """Return the listings of predicates. With exact rules a fact may repeat an object."""
+        """Return the listings of facts for predicates.
+
+        With exact rules, both objects of a fact may be equal.
+        """
         repeated = self.rules is not None
         return tuple([make_listing(self.domain.vocabulary, name, repeated=repeated) for name in names])
 
     def write_fact(self, task: Task, fact: Fact) -> str:
-        """Return a fact about objects of a task."""
+        """Return a fact about objects of a task as text."""
         return self.write_fact_about(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
 
     def write_fact_about(self, predicate: str, names: Iterable[str]) -> str:
-        """Return a fact about objects with given names."""
+        """Return a fact about objects with given names as text."""
         return f"{self._name(predicate)}({', '.join(names)})"
 
     def describe_goals(self, task: Task) -> str:
@@ -168,7 +174,7 @@ class Wording:
 
 
 def prompt_objects(task: Task) -> list[int]:
-    """Return the objects that a prompt mentions: objects that an answer may name, and the agent."""
+    """Return the objects that a prompt mentions: the objects that an answer may name, and the agent."""
     agent = () if task.scene.agent is None else (task.scene.agent,)
     return list(dict.fromkeys((*task.relevant, *agent)))
 

@@ -1,4 +1,4 @@
-"""Render our own prompts from a domain's declaration.
+"""Render our own prompts from a domain's declaration; the data set's prompts are read from files instead.
 
 Prompts of transition modeling show the heads of operators that the answer must complete.
 """
@@ -28,7 +28,7 @@ from eai.world.vocabulary import parameter_names
 MAX_SHOWN_TYPES = 300
 """Maximum number of types of a domain that prompts print in full.
 
-Of larger domains they print relevant parts.
+Prompts of larger domains print only their relevant types and predicates.
 """
 
 MAX_EXAMPLE_OPERATORS = 2
@@ -37,12 +37,12 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Templates of questions that an answer may decline, with the endings of their explanations' names."""
+"""Templates of questions that an answer may decline, each with the endings of its explanations' names."""
 
 _WORD = re.compile(r"[^\s()]+")
 
 Example: TypeAlias = Callable[[str], str]
-"""Returns the data set's own answer to a task, by id."""
+"""Function that returns the data set's own answer to a task, given the task's id."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +70,9 @@ class Questions:
 
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
-    """Return the prompt of every task, by id.
+    """Return a mapping from ids of tasks to their prompts.
 
-    The example in each prompt is the first task with another title.
+    The example in each prompt is the first task whose title differs.
     """
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
@@ -108,9 +108,9 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
 
 
 def render_task(questions: Questions, belief: Belief, templates: Templates) -> Prompt:
-    """Return the prompt about a task as it is believed to be.
+    """Return the prompt about a task as the model believes it to be.
 
-    The belief may differ from the given questions.
+    The belief may differ from the belief in `Questions`.
     """
     task = belief.task
     other = _example_for(task.title, questions)
@@ -136,7 +136,7 @@ def _question(name: str, wording: Wording, belief: Belief, templates: Templates)
 
 
 def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
-    """Return the goals of a task, and the subgoals on the way to them if there are any."""
+    """Return the text of a task's goals, and of the subgoals on the way to them if there are any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
         return goals
@@ -144,7 +144,7 @@ def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
 
 
 def initial_text(wording: Wording, belief: Belief) -> str:
-    """Return the text that states the start of a task as it is believed to be."""
+    """Return the text that states the initial state of a task as the model believes it to be."""
     return Template(belief.initial).safe_substitute(initial=wording.describe_initial(belief.task))
 
 
@@ -173,7 +173,7 @@ def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> lis
 
 
 def make_samples(wording: Wording) -> Mapping[str, str]:
-    """Return examples for formats of answers: predicates and actions of the domain with their parameters."""
+    """Return examples that explain the answer's format: predicates and actions with their parameters."""
     arity = wording.domain.vocabulary.arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
     examples = [(written, *parameter_names(arity(name) or 0)) for name, written in names.items()]
@@ -194,9 +194,10 @@ def make_samples(wording: Wording) -> Mapping[str, str]:
 
 
 def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) -> dict[str, Prompt]:
-    """Return the prompt of every task, by id. The example shows operators that the task does not ask for.
+    """Return a mapping from ids of tasks to their prompts.
 
-    If a domain has very many types, only the predicates of these operators and of both goals are shown.
+    The example shows operators that the task does not ask for. If a domain has very many types, only the
+    predicates of these operators and of both goals are shown.
 
     Raises:
         InputError: a template of the user cannot be used.
@@ -219,7 +220,7 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
 
 
 def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[str]) -> Set[str] | None:
-    """Return the names in operators and in the goals of two tasks; None if the domain is printed in full."""
+    """Return the names in operators and in the goals of two tasks; None to print the domain in full."""
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
         return None
@@ -239,7 +240,7 @@ def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[s
 
 
 def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
-    """Return the domain with only these predicates and the types in a text."""
+    """Return the domain with only some predicates, and only the types that occur in a text."""
     if names is None:
         return header
     words = {*_WORD.findall(text), *(item.type for item in header.constants)}
@@ -254,7 +255,7 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
 def _operator_question(
     task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
 ) -> str:
-    """Return the problem, with initial facts of these names only, and the operators' heads."""
+    """Return the text of the problem, with initial facts of some predicates, and the operators' heads."""
     heads = "\n".join(
         f"(:action {name}\n  :parameters {task.domain.operators[name].parameters}\n"
         "  :precondition ()\n  :effect ())"
@@ -286,7 +287,7 @@ def _other_operators(
 def _example(
     other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
 ) -> str:
-    """Return some operators of another task with the answer, or an empty text without operators."""
+    """Return the example: some operators of another task with the answer; an empty text without operators."""
     if not operators:
         return ""
     answer = json.dumps({"output": "\n".join(other.domain.operators[name].pddl for name in operators)})

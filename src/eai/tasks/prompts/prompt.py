@@ -35,7 +35,7 @@ questions to go through.
 """
 
 VARIANTS: Sequence[PromptSet] = ("eai-brief", "eai-careful")
-"""The further wordings of our prompts, by the names in records and tables."""
+"""The further wordings of our prompts. Records and tables use these names."""
 
 
 class Image(NamedTuple):
@@ -127,7 +127,10 @@ class PromptFiles:
 
     @staticmethod
     def from_prompts(prompts: Mapping[str, Prompt]) -> PromptFiles:
-        """Return prompts in the format of such files. All prompts must have the same system message."""
+        """Return prompts as the content of files in the format of the data set.
+
+        All must have one system message.
+        """
         rows = [{"identifier": task_id, "llm_prompt": prompt.user} for task_id, prompt in prompts.items()]
         system = next((prompt.system for prompt in prompts.values()), None)
         settings = None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
@@ -137,7 +140,7 @@ class PromptFiles:
         """Return the files with corrected questions.
 
         Args:
-            correct: returns the corrected question, given an identifier and its question.
+            correct: function from an identifier and its question to the corrected question.
         """
         rows = json.loads(self.prompts)
         for row in rows:
@@ -145,7 +148,7 @@ class PromptFiles:
         return replace(self, prompts=json.dumps(rows, indent=4).encode())
 
     def read_prompts(self, task_id_of: Callable[[str], str | None]) -> dict[str, Prompt]:
-        """Return the prompts by task id, in the order of the file."""
+        """Return a mapping from task ids to prompts, in the order of the file."""
         settings = {} if self.system is None else json.loads(self.system)
         system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
         rows = [(row["identifier"], row["llm_prompt"]) for row in json.loads(self.prompts)]
@@ -196,7 +199,7 @@ class GoalSection:
     write: Callable[[Belief], str]
 
     def find(self, question: str) -> str:
-        """Return the section of a question.
+        """Return the section of a question that states the goals.
 
         Raises:
             InputError: the question has no such section.
@@ -205,7 +208,7 @@ class GoalSection:
         return question[start:end]
 
     def replace(self, question: str, belief: Belief) -> str:
-        """Return the question with the section for a belief.
+        """Return the question with this section rewritten for a belief.
 
         Raises:
             InputError: the question has no such section.

@@ -27,7 +27,7 @@ def template_names() -> frozenset[str]:
 
 @cache
 def _read_packaged(name: str, variant: str) -> str:
-    """Return the text of a packaged template; the text of the variant if the variant has this template."""
+    """Return the text of a packaged template, in the variant's wording if it has this template."""
     file = _FOLDER / _VARIANTS / variant / name
     file = file if variant and file.is_file() else _FOLDER / name
     return file.read_text(encoding="utf-8").removesuffix("\n")
@@ -38,8 +38,8 @@ class Templates:
     """The packaged templates. The user may replace single templates.
 
     Attributes:
-        folder: the folder of the user's templates, with the names of ours; None if there is none.
-        variant: the set of prompts whose wording is used; the plain wording if it has no such template.
+        folder: the folder of the user's templates, with the names of ours; None if the user has no templates.
+        variant: the set of prompts whose wording is used; a template that it lacks has the plain wording.
     """
 
     folder: Path | None = None
