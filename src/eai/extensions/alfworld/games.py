@@ -1,9 +1,9 @@
 """Read games of ALFWorld's download as planning tasks whose actions are text commands.
 
 A file ``game.tw-pddl`` holds a domain and a problem in PDDL, and a grammar with a command for each action,
-such as ``take {o} from {r}``. A command names only some parameters of its action. The game finds the others
-in the state, such as the agent's location. Here an action has the parameters of its command, and quantifiers
-in its condition and effect bind the others.
+such as ``take {o} from {r}``. A command names only some parameters of its action. The game finds the other
+parameters in the state, such as the agent's location. Here an action has only the parameters of its command.
+Quantifiers in its condition and effect bind the other parameters.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 FILE = "game.tw-pddl"
-"""File name of a game."""
+"""Name of the file of a game."""
 
 _TEMPLATE = re.compile(r'\baction\s+(\w+)\s*\{\s*template\s*::\s*"([^"]*)"')
 _PARAMETER_LIST = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
-"""Part of a template that lists candidates for a parameter."""
+"""Regular expression for the part of a command's template that lists candidates for a parameter."""
 _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
 _COMMAND_LIKE = re.compile(r"[a-z]+(?: [a-z/]+)*(?: \d+)(?: [a-z/]+| \d+)*")
-"""A command in small letters with at least one numbered object."""
+"""Regular expression for a command: small letters with at least one numbered object."""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
 _PARAMETER = re.compile(r"\{(\w+)\}")
 _INSTRUCTION = re.compile(r"Your task is to: (.*?)\.?\s*\"")
 _AGENT = f.Constant("agent1")
-"""The agent's name, equal in all games."""
+"""Name of the agent, which is equal in all games."""
 _CAN_CONTAIN = "cancontain"
-"""Predicate that lists which kinds of receptacles may contain which kinds of objects."""
+"""Name of the predicate that states which kinds of receptacles may contain which kinds of objects."""
 
 
 def open_games(reference: str) -> Benchmark:
@@ -99,7 +99,7 @@ def open_games(reference: str) -> Benchmark:
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    """Return the JSON object in the file of a game."""
+    """Return the JSON object in the file of a game, after checking that it has all needed texts."""
     try:
         game: Mapping[str, Any] = json.loads(read_content(path))
     except ValueError as error:
@@ -113,8 +113,9 @@ def _read(path: Path) -> Mapping[str, Any]:
 def _read_domain(text: str, path: Path) -> m.PddlDomain:
     """Read the domain of a game as TextWorld does.
 
-    In ``?l - location, ?r - receptacle`` TextWorld takes the comma as part of the type. No object has such a
-    type, so conditions on it never hold. The action `examine` therefore needs the object in the hand.
+    In ``?l - location, ?r - receptacle`` TextWorld reads the comma as part of the type's name. No object has
+    such a type, so conditions on objects of this type never hold. The action `examine` therefore needs the
+    object in the hand.
     """
     empty = {f"{name.lower()}_comma" for name in _COMMA.findall(text)}
     text = _COMMA.sub(r"- \1_comma ", text).replace("(:types", f"(:types {' '.join(sorted(empty))} ", 1)
@@ -128,7 +129,7 @@ def _read_domain(text: str, path: Path) -> m.PddlDomain:
 
 
 def _drop_empty_types(formula: f.Formula, empty: Collection[str]) -> f.Formula:
-    """Return a condition without alternatives that quantify over a type without objects."""
+    """Return a condition without the alternatives that require an object of a type that has no objects."""
     match formula:
         case f.Exists(variable) if variable.category in empty:
             return f.FALSE
@@ -161,9 +162,10 @@ def _build_task(
 
 
 def _number_objects(problem: m.PddlProblem) -> Mapping[str, str]:
-    """Return ALFWorld's numbered name of each object identifier, such as ``apple_1``.
+    """Return ALFWorld's numbered name, such as ``apple_1``, of each object identifier.
 
-    Numbers of a kind start at the last identifier. An object without a fact keeps its identifier.
+    The last identifier of a kind, in alphabetical order, gets number 1. An object that is in no fact keeps
+    its identifier.
     """
     numbered = Counter[str]()
     names = {item.name: item.name for item in problem.objects}
@@ -186,7 +188,7 @@ def _rename_problem(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlP
 def _replace_actions_by_commands(
     source: m.PddlDomain, grammar: str
 ) -> tuple[m.PddlDomain, Mapping[str, str]]:
-    """Return the domain with an action for each command of a grammar, and the command of each action."""
+    """Return the domain with one action for each command of a grammar, and each action's command, by name."""
     templates = {
         name.lower(): _PARAMETER_LIST.sub(r"{\1}", text) for name, text in _TEMPLATE.findall(grammar)
     }
@@ -203,7 +205,7 @@ def _replace_actions_by_commands(
 
 
 def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlAction:
-    """Return one action for all actions with the same command, named by the command's verb if merged."""
+    """Return one action that stands for all actions with one command, named by its verb if merged."""
     if len(actions) == 1:
         return actions[0]
     parameters = tuple([f.Variable(f"what{i or ''}") for i in range(len(actions[0].parameters))])
@@ -224,9 +226,9 @@ def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term])
 
 
 def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlAction:
-    """Return an action with only some parameters; quantifiers bind the others in its condition and effect.
+    """Return an action with only some parameters. Quantifiers in its condition and effect bind the others.
 
-    Locations of an action must differ, because TextWorld offers no action without a change.
+    The bound locations must differ, because TextWorld offers no action that changes nothing.
     """
     typed = {parameter.name: parameter for parameter in action.parameters}
     agents: dict[f.Term, f.Term] = {f.Variable(n): _AGENT for n, v in typed.items() if v.category == "agent"}
@@ -254,7 +256,7 @@ class _ConditionGroup(NamedTuple):
     parts: tuple[f.Formula, ...]
 
     def quantify(self, bound: Mapping[str, f.Variable]) -> f.Formula:
-        """Return the formula that some values of the parameters meet all conditions."""
+        """Return the formula which says that some values of the parameters meet all conditions."""
         formula: f.Formula = f.And(self.parts)
         for name in sorted(self.names):
             formula = f.Exists(bound[name], formula)
@@ -264,7 +266,7 @@ class _ConditionGroup(NamedTuple):
 def _add_condition(
     groups: Sequence[_ConditionGroup], condition: f.Formula, bound: Collection[str]
 ) -> list[_ConditionGroup]:
-    """Return the groups with one more condition. Groups that share a parameter with it are joined."""
+    """Return the groups after adding a condition. Groups that share a parameter with it become one group."""
     names = free_variables(condition).intersection(bound)
     joined = [group for group in groups if group.names & names or group.names == names]
     parts = [part for group in joined for part in group.parts]
@@ -275,7 +277,7 @@ def _add_condition(
 def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionGroup], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
-    """Return an effect for all values of its bound parameters that meet their conditions."""
+    """Return an effect that applies for all values of its bound parameters that meet their conditions."""
     names = m.effect_variables(effect)
     for group in groups:
         if group.names & names:
@@ -303,7 +305,7 @@ class _CommandPlans(PddlPlans):
         }
 
     def step(self, line: str) -> WrittenStep | None:
-        """Return the step of the first operator whose command matches a line. The line may have a number."""
+        """Return the step of the first operator whose command matches a line. A number may precede it."""
         command = _NUMBERED.sub("", line).rstrip(".")
         for name, pattern in self._patterns.items():
             if (match := pattern.fullmatch(command)) is not None:
@@ -311,7 +313,7 @@ class _CommandPlans(PddlPlans):
         return super().step(line)
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line has the form of a command, also of older games: ``put apple 1 in/on fridge 1``."""
+        """Whether a line has the form of a command. Older games count: ``put apple 1 in/on fridge 1``."""
         return _COMMAND_LIKE.fullmatch(_NUMBERED.sub("", line)) is not None
 
     def command(self, operator: str, names: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""An analysis of conduct: whether plans avoid hazards, and whether impossible tasks are refused.
+"""An analysis of a model's conduct: whether plans avoid hazards, and whether impossible tasks are refused.
 
 Entry point: `conduct` (a study).
 Extra: none.

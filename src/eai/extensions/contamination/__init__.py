@@ -1,7 +1,7 @@
-"""Compares public tasks with generated tasks of the same world; opens benchmarks with swapped names.
+"""Compares success on public tasks with success on generated tasks; opens benchmarks with swapped names.
 
-Entry points: `contamination` (a study); `obfuscated` and `rules`, which open the same tasks in swapped words
-and in plain words with exact rules.
+Entry points: `contamination` (a study); `obfuscated`, which opens the tasks of a benchmark with swapped names
+and exact rules, and `rules`, which opens them with the true names and exact rules.
 Extra: none.
 Page: docs/extensions/contamination/README.md.
 """

@@ -1,9 +1,10 @@
 """Obfuscated benchmarks, in which predicates, operators and categories have swapped names.
 
 A planner needs the rules of actions, not their names. An obfuscated benchmark permutes the names of
-predicates, operators and categories of objects, each among names with an equal use. World, tasks and verdicts
-stay the same. Unlike plain prompts, its prompts define each word and state the exact rules. `open_with_rules`
-opens the benchmark for comparison: it has these prompts with the true names.
+predicates, operators and categories of objects. Only names of things with equal use, such as operators with
+two objects, are exchanged. World, tasks and verdicts stay unchanged. Unlike plain prompts, its prompts define
+each word and state the exact rules. `open_with_rules` opens a benchmark for comparison: its prompts state the
+exact rules with the true names.
 """
 
 from __future__ import annotations
@@ -49,14 +50,14 @@ _FORMAT_WORDS = frozenset(
         *("is_a", "changes", "nothing"),
     )
 )
-"""Words of the answer formats. They are never replaced."""
+"""Words of prompts and answer formats that are never replaced."""
 
 UNCHANGING = "Facts that no action changes:"
-"""Heading of facts that obfuscated prompts list and plain prompts put into sentences."""
+"""Heading of the facts that obfuscated prompts list and that plain prompts put into sentences."""
 
 
 def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
-    """Return the new name of each renamed word. The permutation is equal on every machine."""
+    """Return the new name of each word of a benchmark that is renamed. It is equal on every machine."""
     wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.arity
     used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
@@ -70,13 +71,13 @@ def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     for group in group_pairs(alike).values():
         changing = [names for names in group if _FORMAT_WORDS.isdisjoint(names)]
         start = rng.sample(changing, len(changing))
-        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle, so every name changes
+        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # a cycle: every name changes
             words |= dict(zip(old, new, strict=True))
     return words
 
 
 def _encode(words: Mapping[str, str], text: str) -> str:
-    """Replace the words of a text. Names of objects keep their numbers."""
+    """Replace words in a text. Names of objects keep their numbers."""
     return _TOKEN.sub(lambda token: _replace_token(token[0], words), text)
 
 
@@ -92,7 +93,7 @@ def _replace_token(token: str, words: Mapping[str, str]) -> str:
 
 
 def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
-    """Return the categories except the agent's, each with the names of its objects without numbers."""
+    """Return the categories of objects except agents, each with its objects' names without numbers."""
     stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
     agents = set()
@@ -109,7 +110,7 @@ def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _ObfuscatedWording(Wording):
-    """A wording with swapped names and exact rules.
+    """A wording of prompts with swapped names and exact rules.
 
     Attributes:
         words: the new name of each renamed word.
@@ -172,7 +173,7 @@ class _ObfuscatedWording(Wording):
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def state_rule_facts(self, task: Task) -> str:
-        """Return the facts that plain prompts put into sentences, each on a line below a heading."""
+        """Return the facts that plain prompts put into sentences, one on each line below a heading."""
         named = self._predicates_of_rules.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
         listed, lines = {*self.listed_objects(task)}, [UNCHANGING]
@@ -189,7 +190,7 @@ class _ObfuscatedWording(Wording):
 
 
 def _make_exact_operator(operator: Operator) -> Operator:
-    """Return an equivalent operator without a remark, whose alternatives are conditional effects."""
+    """Return an equivalent operator without description, with conditional effects instead of alternatives."""
     tried = [f.And(attempt.conditions) for attempt in operator.tries]
     effects = [When(need, attempt.effects) for need, attempt in zip(tried, operator.tries, strict=True)]
     none = f.Not(f.Or(tuple([attempt.condition for attempt in operator.tries])))

@@ -1,8 +1,8 @@
 """Compare success on public tasks, whose answers a model may know, with success on fresh tasks.
 
-The comparison covers similar tasks only. A stratum contains tasks with about equal plan length, number of
-goals and kinds of goals. Fresh tasks are weighted so that each stratum weighs as much as in the public set
-(post-stratification). Strata that only one set has are left out of both sets.
+Only similar tasks are compared. A stratum contains tasks with about equal plan length, number of goals and
+kinds of goals. Fresh tasks are weighted so that each stratum weighs as much as in the public set
+(post-stratification). A stratum with tasks of one set only is left out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ from eai.tasks.options import Options
 from eai.tasks.share import Share
 
 STEP_BOUNDS = (4, 8, 12, 20)
-"""Upper bounds of the strata of plan lengths, in steps of the plan of the data set or certificate."""
+"""Upper bounds of the strata of plan lengths, in steps.
+
+The plan is that of the data set, or the plan that proves a generated task solvable.
+"""
 
 GOAL_BOUNDS = (1, 2, 4, 8)
 """Upper bounds of the strata of numbers of goals."""
@@ -41,16 +44,17 @@ _REMARKS = (
 
 
 StratifiedCase: TypeAlias = tuple[Case, Hashable]
-"""The contribution of one task to a rate, and the stratum of the task."""
+"""The contribution of one task to a rate, and the stratum (group of similar tasks) of the task."""
 
 
 def match_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
 ) -> tuple[list[Case], list[Case]]:
-    """Return the tasks of both sets in shared strata. Weights give the second set the strata of the first.
+    """Return the tasks of both sets in the strata that have tasks of both sets.
 
-    Names get a prefix, so that no name is in both sets. The interval of the difference ignores that strata
-    reduce variance, so it is rather too wide.
+    Weights make each stratum of the second set as heavy as in the first set. Names of tasks get a prefix, so
+    that no name is in both sets. The interval of the difference ignores that strata reduce variance, so it is
+    too wide rather than too narrow.
     """
     sizes, others = (Counter(stratum for _, stratum in cases) for cases in (first, second))
     return (
@@ -69,7 +73,7 @@ def _label_case(case: Case, which: str, weight: float = 1) -> Case:
 
 
 RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
-"""A model, the name of its suite, its records of public tasks, and its records of fresh tasks."""
+"""A model, the name of a suite, the model's records of public tasks, and its records of fresh tasks."""
 
 
 @make_table(
@@ -104,7 +108,7 @@ def contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
 
 
 def _stratify(records: Sequence[Record]) -> Iterator[StratifiedCase]:
-    """Yield the contribution and the stratum of each task, except tasks that statistics exclude."""
+    """Yield the contribution to the success rate and the stratum of each task that is not excluded."""
     for record in records:
         verdict, task = record.verdict, record.task
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
@@ -119,12 +123,12 @@ def _find_bin(number: int, bounds: Sequence[int]) -> int:
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    """Compare each run on a benchmark with runs of the same model on task files of the same world.
+    """Compare each run on a benchmark with runs of the model on task files of the benchmark's world.
 
     Task files are named after their benchmark: `lamps-tasks` after `lamps`.
 
     Raises:
-        InputError: no run has a partner.
+        InputError: no model has runs on both.
     """
     pairs = list(_pair_runs(list(records.runs())))
     if not pairs:

@@ -1,4 +1,4 @@
-"""Scoring of many answers on the processors of a Ray cluster, and of rows of Ray Data.
+"""Scoring of many answers on the processors of a Ray cluster, and scoring of rows of Ray Data or Spark.
 
 Entry point: `scoring_on_ray` (`eai score --ray`).
 Extra: `ray`.

@@ -15,7 +15,7 @@ from eai.results.responses import COLUMNS, Response
 from eai.results.summary import outcome_of as outcome_of
 
 RECORD_COLUMNS = {"record": "string", "outcome": "string", "success": "boolean"}
-"""Types of the added columns by name, as Spark writes them."""
+"""Types of the columns that scoring adds, by name of the column, as Spark writes types."""
 
 
 class BatchScorer:
@@ -36,16 +36,17 @@ class BatchScorer:
         self._explanations = explanations
 
     def __call__(self, batch: Mapping[str, Sequence[Any]]) -> dict[str, Sequence[Any]]:
-        """Return the batch with the columns record, outcome and success.
+        """Return the batch with three more columns: record, outcome and success.
 
         A record is the line that ``records.jsonl`` would contain. All three columns are null for answers to
-        known tasks outside the data set. Success is also null if the task is excluded.
+        tasks that are known, but not in the data set. Success is also null if the task is excluded.
 
         Args:
-            batch: Columns by name: ``identifier`` and ``llm_output``, as in response files, and any others.
+            batch: Columns by name: ``identifier`` and ``llm_output``, as in response files, and any other
+                columns.
 
         Raises:
-            InputError: One of the two columns is missing, or a task does not exist.
+            InputError: One of these two columns is missing, or a task does not exist.
         """
         if not batch.keys() >= set(COLUMNS):
             raise InputError(f"expected the columns {' and '.join(COLUMNS)}, found {', '.join(batch)}")

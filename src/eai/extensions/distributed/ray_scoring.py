@@ -23,14 +23,14 @@ from eai.results.workers import (
 )
 
 LOCAL = "local"
-"""Address that starts a cluster on this machine until the program ends."""
+"""Address of no existing cluster: a new cluster starts on this machine and ends with the program."""
 
 T = TypeVar("T")
 R = TypeVar("R")
 
 
 class RayScoring(Scoring):
-    """Scores streams of answers with actors of a Ray cluster.
+    """Scores streams of answers with actors (worker processes) of a Ray cluster.
 
     Records equal those of a single process, byte for byte. Each actor keeps its tasks in memory. If an actor
     dies, it is started again and its batch is scored again. Each node needs the same version of this package,
@@ -42,7 +42,7 @@ class RayScoring(Scoring):
         workers: Number of actors, with one core each.
 
     Raises:
-        InputError: No cluster answers, or the cluster has fewer cores.
+        InputError: No cluster answers, or the cluster has fewer cores than actors.
     """
 
     def __init__(self, address: str, workers: int) -> None:
@@ -74,14 +74,14 @@ class RayScoring(Scoring):
         *,
         batch_sizes: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
     ) -> Iterator[R]:
-        """Yield the results of a function on the items in order. Each batch goes to the idlest actor.
+        """Yield a function's results on the items in order. A batch goes to the actor with fewest batches.
 
         Raises:
-            EaiError: Actors die repeatedly at the same items.
+            EaiError: Actors die repeatedly while they work on one batch.
         """
         content = ray.put(pickle.dumps(work))
         ahead: deque[Any] = deque()
-        running: dict[Any, int] = {}  # actor number by unfinished batch
+        running: dict[Any, int] = {}  # number of the actor, by its unfinished batch
         for batch in split_batches(items, self._number, *batch_sizes):
             if len(running) == self._number * MAX_BATCHES_PER_WORKER:
                 for done in ray.wait([*running])[0]:

@@ -1,4 +1,4 @@
-"""Write task folders for Harbor, and the folder from which the image with their worlds is built."""
+"""Write task folders for Harbor, and the folder from which the container image with the worlds is built."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.task_files import read_task_file_lines
 
 _Files: TypeAlias = dict[str, str | bytes]
-"""Contents of files by their paths in a folder."""
+"""Contents of files by their paths relative to a folder."""
 
 IMAGE = "image"
-"""Name of the folder, beside the task folders, from which the image with their worlds is built."""
+"""Name of the folder, beside the task folders, from which the image with the tasks' worlds is built."""
 
 _PACKAGE = "eai-bench"
 
@@ -40,7 +40,7 @@ _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 
 NO_SOLUTION = "without a verified solution"
 FREE = "in which doing nothing, or copying the question, is right"
-"""Reasons why a task has no folder."""
+"""Reasons why a task is left out and gets no folder."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
@@ -127,7 +127,7 @@ def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, soluti
 
 @dataclass(frozen=True, slots=True)
 class _Exporter:
-    """Makes the contents of folders. The fields are arguments of `write_task_folders`."""
+    """Makes the contents of folders. The fields hold arguments of `write_task_folders`."""
 
     suite: Suite
     wheels: _Files
@@ -137,11 +137,11 @@ class _Exporter:
 
     @property
     def acts(self) -> bool:
-        """Whether answers are episodes, each in its own world."""
+        """Whether answers are episodes (actions in a world that the verifier serves) instead of texts."""
         return declaration_of(self.suite.ability).takes_turns
 
     def task_folder(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
-        """Return the files of a task by their paths."""
+        """Return the contents of a task's files, by their paths in the task's folder."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, [task_id])
         values = {
             **self._template_values(reference),
@@ -157,12 +157,12 @@ class _Exporter:
         return _fill_templates(groups, values) | {f"tests/{name}": content for name, content in tests.items()}
 
     def image_folder(self, task_ids: Collection[str]) -> _Files:
-        """Return the files from which the image with the worlds of some tasks is built."""
+        """Return contents of the files from which the image with some tasks' worlds is built, by path."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, task_ids)
         return _fill_templates(["image", "script"], self._template_values(reference)) | self.wheels | tasks
 
     def _template_values(self, reference: str) -> dict[str, str]:
-        """Return the values of the placeholders that the templates of all folders share."""
+        """Return the values of the placeholders in the templates of all folders, by placeholder."""
         extra = "[mcp]" if self.acts else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
@@ -183,9 +183,9 @@ def _image_line(image: str | None) -> str:
 
 
 def _world(reference: str, task_id: str) -> str:
-    """Return the command that serves the world of a task, as a list in Compose's YAML.
+    """Return the command that serves the world of a task, as a list in the YAML of Docker Compose.
 
-    Compose needs each dollar sign twice.
+    A dollar sign is written twice, because Compose replaces variables after a single dollar sign.
 
     Raises:
         InputError: The task's id contains a comma, which `--tasks` reads as a separator.
@@ -198,7 +198,7 @@ def _world(reference: str, task_id: str) -> str:
 
 
 def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
-    """Return the files of a benchmark with only some tasks, and the reference that opens these files."""
+    """Return a reference to a benchmark with only some tasks, and the files that this reference opens."""
     kind, _, location = reference.partition(":")
     if kind == PDDL:
         if "," not in location:
@@ -223,7 +223,7 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
 
 
 def _fill_templates(groups: Sequence[str], values: Mapping[str, str]) -> _Files:
-    """Return the files of some groups of templates, by their paths in a folder."""
+    """Return the files of some groups of templates after filling in values, by their paths in a folder."""
     return {
         file.relative_to(folder).as_posix(): Template(file.read_text("utf-8")).substitute(values)
         for folder in [Path(__file__).parent / "templates" / group for group in groups]

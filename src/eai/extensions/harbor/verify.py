@@ -24,10 +24,10 @@ from eai.results.reward import MAX_ANSWER_CHARACTERS
 from eai.results.summary import summarise
 
 ANSWER = Path("/workdir/answer.txt")
-"""File of the agent's answer."""
+"""Path of the file with the agent's answer."""
 
 WORLD = Path("/journal")
-"""Folder in which the served world writes the journal of an episode."""
+"""Folder in which the server of a world writes the journal (the list of actions) of an episode."""
 
 
 def is_right(suite: Suite, verdict: Verdict) -> bool:
@@ -39,8 +39,8 @@ def is_right(suite: Suite, verdict: Verdict) -> bool:
 def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     """Return the rewards of an answer by name.
 
-    ``reward`` is 1 for a right answer, else 0. The main rates of the ability follow, from 0 to 1, without
-    rates that the answer does not count in. ``valid`` is 1. If an episode cannot be replayed, or the scorer
+    ``reward`` is 1 for a right answer, else 0. Further rewards are the main rates of the ability, from 0 to
+    1, as far as the answer counts in them. ``valid`` is 1. If an episode cannot be replayed, or the scorer
     raises an error, ``valid`` is 0 and the other rewards are those of an empty answer.
     """
     verdict = suite.score(task_id, text)
@@ -64,7 +64,7 @@ def _shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
 
 
 def read_answer(file: Path) -> str:
-    """Return the answer in a file, or an empty text if the file is missing or longer than the limit."""
+    """Return the answer in a file, or an empty text if the file is missing or has too many characters."""
     if not file.is_file():
         return ""
     with file.open(encoding="utf-8", errors="replace") as opened:
@@ -73,7 +73,7 @@ def read_answer(file: Path) -> str:
 
 
 def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
-    """Return the episode of a task from the folder of its world, or an empty text if it was not begun.
+    """Return the text of a task's episode from the folder of its world; empty if the episode was not begun.
 
     Raises:
         InputError: The episode has not ended, was changed, or belongs to another task or setting.
@@ -86,7 +86,7 @@ def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
 
 
 def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[str, float]:
-    """Return the rewards of an episode, or of an empty answer if the episode's file is invalid."""
+    """Return the rewards of an episode by name; those of an empty answer if the episode's file is invalid."""
     try:
         return compute_rewards(suite, task_id, read_episode(folder, suite, task_id))
     except InputError as error:

@@ -23,22 +23,22 @@ from eai.tasks.source import USUAL_SOURCE, Source
 from eai.tasks.task import GoalKind
 
 SCRIPTS = ("dom.js", "tables.js", "form.js")
-"""Files of the page's program, each after the files that it uses."""
+"""Names of the files with the page's program. A file comes after the files that it uses."""
 
 PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
-"""Placeholders in the pattern of an answer for words that a person chooses."""
+"""Placeholders for words that a person chooses, in the pattern of an answer to goal interpretation."""
 
 
 def build_form(
     benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source = USUAL_SOURCE
 ) -> str:
-    """Return the HTML of the page.
+    """Return the HTML of the page with questions.
 
     Args:
         benchmark: Benchmark of the tasks.
         ability: Ability that the questions ask for.
         prompts: Prompts by task id, in the order of the page.
-        source: Location of the data set.
+        source: Access to the data set.
 
     Raises:
         InputError: The ability takes turns. A page without a server cannot execute actions.
@@ -64,9 +64,10 @@ def build_form(
 
 
 def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
-    """Return an answer with one goal of each kind, with placeholders instead of words.
+    """Return an answer with one goal of each kind, with placeholders instead of words, as a JSON value.
 
-    An action goal is part of it only if some task has one, because not all notations can write action goals.
+    It has an action goal only if a task of the benchmark has one, because not all notations can write action
+    goals.
     """
     patterns = [WrittenGoal(PREDICATE, (FIRST,)), WrittenGoal(PREDICATE, (FIRST, SECOND))]
     if any(task.goals_of(GoalKind.ACTION) for task in benchmark.tasks(source).values()):
@@ -77,7 +78,7 @@ def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
 
 
 def _operators(benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source) -> Json:
-    """Return name and parameters of the requested operators by task. The questions contain them too."""
+    """Return name and parameters of the operators that tasks ask for, by task. Questions name them, too."""
     tasks = benchmark.operators(source)
     return {
         task_id: [

@@ -72,7 +72,7 @@ def play(
 
 
 class _Answers:
-    """The response file of a person's episodes, written after each command.
+    """The response file of a person's episodes. It is written after each command.
 
     Raises:
         InputError: The file exists and is no response file of this suite.
@@ -110,7 +110,7 @@ class _Answers:
 def _unfinished_tasks(
     task_ids: Sequence[str], suite: Suite, setting: Setting, answers: _Answers
 ) -> Iterator[tuple[int, Session, Sequence[str]]]:
-    """Yield number, episode and observations so far of each task that is not over."""
+    """Yield each task that is not over: its number, its episode, and the observations so far."""
     from eai.agents.play import AgentTask
     from eai.extensions.people.person import begin
 
@@ -125,7 +125,7 @@ def _unfinished_tasks(
 def _play_in_terminal(
     tasks: Iterator[tuple[int, Session, Sequence[str]]], total: int, save: Callable[[Session], None]
 ) -> int:
-    """Play the tasks in order until the person stops. Returns the number of tasks that are over."""
+    """Play the tasks in order until the person stops. Return the number of the tasks that are over."""
     from eai.extensions.people.person import RULES
 
     say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
@@ -140,7 +140,7 @@ def _play_in_terminal(
 
 
 def _play_task(play: Session, save: Callable[[Session], None]) -> None:
-    """Execute the typed lines until the task is over or the person stops."""
+    """Execute the lines that a person types until the task is over or the person stops."""
     from eai.extensions.people.person import complete_words, enter
 
     _enable_completion(partial(complete_words, play))
@@ -155,7 +155,7 @@ def _play_task(play: Session, save: Callable[[Session], None]) -> None:
 
 
 def _read_line() -> str | None:
-    """Return the next typed line, or None at the end. Lines are echoed if the input is no terminal."""
+    """Return the next typed line, or None at the end of the input. Print the line if input is no terminal."""
     try:
         line = input("> ")
     except EOFError:

@@ -24,7 +24,7 @@ from eai.results.page import build_page, encode_for_script
 MAX_REQUEST_BYTES = 65_536
 
 _REQUEST_TIMEOUT = 10
-"""Maximum seconds in which a request must arrive."""
+"""Maximum time in seconds that a request may take to arrive."""
 
 _HOST = "127.0.0.1"
 _HEADERS = {
@@ -34,10 +34,10 @@ _HEADERS = {
 }
 
 UnfinishedTask: TypeAlias = tuple[int, Session, Sequence[str]]
-"""Number, episode and observations so far of a task that is not over."""
+"""A task that is not over: its number, its episode, and the observations so far."""
 
 SaveEpisode: TypeAlias = Callable[[Session], None]
-"""Saves an episode; called after each line."""
+"""Function that saves an episode. It is called after each line of the person."""
 
 
 def _run_tasks(
@@ -89,12 +89,12 @@ def _page_content(number: int, total: int, play: Session, log: Sequence[list[str
 
 
 def _log_entry(play: Session, turn: int, observation: str) -> list[str]:
-    """Return command, observation and result ("failed" or "done") of a turn."""
+    """Return the command, the observation and the result ("failed" or "done") of a turn of an episode."""
     return [play.turns[turn].said, observation, "failed" if play.failed[turn] else "done"]
 
 
 class _RequestHandler(BaseHTTPRequestHandler):
-    """Answers one request."""
+    """Answers one HTTP request of the person's browser."""
 
     server: _Server
     timeout = _REQUEST_TIMEOUT
@@ -126,14 +126,14 @@ class _RequestHandler(BaseHTTPRequestHandler):
                 server.shutdown()
 
     def _has_own_host_name(self) -> bool:
-        """Whether a request uses a name of this machine. If not, an error is sent."""
+        """Whether a request names this machine as its host. If not, send an error."""
         is_own = (self.headers["Host"] or "").partition(":")[0] in (_HOST, "localhost")
         if not is_own:
             self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
         return is_own
 
     def _read_line(self) -> str | None:
-        """Return the sent line. If it is too long or from another site, send an error and return None."""
+        """Return the line that the page sent, or send an error and return None if it is not acceptable."""
         length = self.headers["Content-Length"] or ""
         if self.headers["Origin"] != f"http://{self.headers['Host']}":
             self.send_error(HTTPStatus.FORBIDDEN)
@@ -201,7 +201,7 @@ def serve_page(
     try:
         server.serve_forever(poll_interval=0.1)
     finally:
-        with server.lock:  # wait until the current line is saved
+        with server.lock:  # wait until another thread has saved the current line
             server.server_close()
     if server.error is not None:
         raise server.error

@@ -1,7 +1,7 @@
-"""Turn lines that a person types into commands of an episode, or answer questions outside the game.
+"""Turn lines that a person types into commands of an episode, or answer the person's questions.
 
-The person gets the observations that models get, and every command counts as it does for models. A person
-who asks for possible actions knows more than a model, so the harness of the episode records it.
+The person gets the observations that models get, and every command counts as a model's command does. A person
+who asks which actions are possible knows more than a model, so the record of the episode says it.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""Harness names of people in records."""
+"""Names of the harness in records of people: without and with questions for possible actions."""
 
 POSSIBLE, HELP = "?", "help"
-"""Lines that are no commands and cost nothing."""
+"""Lines that ask a question. They are no commands, so they cost nothing."""
 
 RULES = f"""\
 Every line is one action and counts, also with a mistake, also if impossible.
@@ -36,15 +36,15 @@ These cost nothing:
             says that you asked"""
 
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
-"""An action and its objects, with or without brackets."""
+"""Regular expression for an action and its objects, with or without brackets."""
 
 
 def begin(stage: GameSetup, seed: int, answer: str = "") -> tuple[Session, Sequence[str]]:
     """Return a new or resumed episode of a person, and its observations so far.
 
     Args:
-        stage: The task with its rules.
-        seed: Seed of slips.
+        stage: The task with the rules of the game.
+        seed: Seed of slips (actions that fail at random).
         answer: Text of the episode to resume; empty for a new episode.
 
     Raises:
@@ -64,7 +64,7 @@ def begin(stage: GameSetup, seed: int, answer: str = "") -> tuple[Session, Seque
 
 
 def complete_words(play: Session, before: str) -> list[str]:
-    """Return the possible next words on a line: actions at its beginning, then objects that were seen."""
+    """Return words that may come next on a line: actions at its beginning, then objects seen so far."""
     stage, wording = play.stage, play.stage.benchmark.observed_wording()
     if not before.strip():
         return _operators(stage)
@@ -72,7 +72,7 @@ def complete_words(play: Session, before: str) -> list[str]:
 
 
 def enter(play: Session, line: str) -> str:
-    """Execute a typed line and return the observation, or the answer to a question outside the game."""
+    """Execute a typed line and return the observation. If the line is a question, return its answer."""
     stage = play.stage
     command = normalize_command(line, _operators(stage))
     if command.startswith(POSSIBLE):
@@ -95,7 +95,7 @@ def enter(play: Session, line: str) -> str:
 
 
 def normalize_command(line: str, operators: Sequence[str]) -> str:
-    """Return a typed line with the operator's own capitals, and with brackets around its objects."""
+    """Return a typed line with the capitals of the operator's name, and with brackets around the objects."""
     match = _LINE.fullmatch(line)
     if match is None:
         return line.strip()
@@ -109,7 +109,7 @@ def _operators(stage: GameSetup) -> list[str]:
 
 
 def _list_possible_actions(play: Session, texts: Sequence[str]) -> Iterator[str]:
-    """Yield the possible actions that contain all texts, one line for each operator."""
+    """Yield the possible actions whose text contains all given texts, one line for each operator."""
     write = play.stage.commands.write
     for operator, actions in groupby(play.admissible(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]
