@@ -181,7 +181,7 @@ class Repertoire:
         others: Sequence[int] = (),
         fitting: State | None = None,
     ) -> dict[Action, int]:
-        """Return the actions that may make literals true, each with the mask of these literals.
+        """Return the actions that may make literals true, each with a mask of its literals.
 
         The arguments are objects of a literal, all different, or other objects if the literal leaves them
         open. Only movement may change position, direction and posture of the agent.

@@ -34,7 +34,7 @@ from eai.world.state import Scene
 
 
 def category_of(outcome: ExplorationResult) -> SubgoalCategory:
-    """Return the category of an answer that could be executed."""
+    """Return the category of an executed answer, by the reported branch of the search."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
@@ -55,12 +55,12 @@ def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None
 class SubgoalDecomposition(Scorer):
     """The scorer of the subgoals for one task.
 
-    The whole answer is tested before any action is executed: whether it has subgoals, then all names. Then
+    The whole answer is tested before any action is executed: first for subgoals, then for unknown names. Then
     all ways to execute it are searched (`search`). An answer succeeds if one branch of the search reaches the
     goal. The parts of the task's temporal goal, or else its action goals, must be met in order. All goals
-    about states must hold at the end, and all goals over time during the execution. Errors are those of the
-    reported branch. The goals are those of the branch that reaches most. An answer that is not executed
-    reaches no goal.
+    about states must hold at the end, and all goals over time during the execution. The verdict has the
+    errors of the reported branch, and the goals of the branch that reaches most goals. An answer that is not
+    executed reaches no goal.
 
     Args:
         task: the task.
@@ -68,7 +68,7 @@ class SubgoalDecomposition(Scorer):
         notation: the notation of subgoals; by default the names that the domain declares.
         refinement: finds the actions for subgoals; by default `Refinement`.
         goals: the test of the task's goals; by default `GoalTest`.
-        limits: limits of the search. Only answers with a great many alternatives reach them.
+        limits: limits of the search. Only answers with very many alternatives reach them.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class SubgoalDecomposition(Scorer):
         return Programs(self.task, self.lexicon, refinement, self._goal.actions)
 
     def _assess(self, text: str) -> Assessment:
-        """Return the assessment of an answer, even if the task is excluded."""
+        """Return the assessment of an answer, even if the task is excluded from scoring."""
         compiled = self.compile(text)
         if isinstance(compiled, RejectedAnswer):
             return self._refuse(compiled, compiled.repairs)
@@ -180,10 +180,11 @@ class SubgoalDecomposition(Scorer):
         )
 
     def _find_best_branch(self, outcome: ExplorationResult) -> Branch:
-        """Return the branch in which most goals are reached: the reported branch if no other reaches more.
+        """Return the branch that reaches most goals; the reported branch, if no other branch reaches more.
 
         The paper takes the maximum over all sequences of actions (section "Ability Module 2: Subgoal
-        Decomposition"). Goals count in the state where a sequence stops, so a failed branch counts, too.
+        Decomposition"). Goals are tested in the state in which a sequence stops, so a failed branch counts,
+        too.
         """
         return max(self._list_branches(outcome), key=lambda branch: sum(self._test_goals(branch)))
 
@@ -203,7 +204,7 @@ class SubgoalDecomposition(Scorer):
         return best
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
-        """Return the branches whose goals count, the reported one first."""
+        """Return the branches whose goals count, the reported branch first."""
         return (outcome.reported, *outcome.ended)
 
     def _test_goals(self, branch: Branch) -> tuple[bool, ...]:

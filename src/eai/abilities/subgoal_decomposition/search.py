@@ -1,16 +1,16 @@
-"""Search all ways to execute a sequence of subgoals, and compute the progress of each towards the goal.
+"""Search all ways to execute a sequence of subgoals, and compute how far each way gets towards the goal.
 
 A subgoal can have several plans, and an ``or`` offers a choice of subgoals. Each choice makes a branch, and
 all branches are explored. Branches with the same state, the same remaining subgoals and the same progress
-have the same future. Only the best of them are continued, so 2^k choices do not cost 2^k executions. The
-reported branch is that of a search without merging, except for one detail. Earlier states of a branch can
-turn its last error from a missing step into a wrong order, and no branch is preferred for that.
+have the same future. Only the best such branches are continued, so 2^k choices do not cost 2^k
+executions. A search of all branches would report the same branch, except for one detail. Earlier states of a
+branch can turn its last error from a missing step into a wrong order; merging ignores this.
 
 The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as are all goals of the data set). The
-first part is met at the earliest position at which it holds, each further part at the earliest later
-position. An action belongs to the position of the state in which it is taken; the last position has no
-action. So the search needs to know only the number of parts met so far. This computes `eai.logic.semantics`
-for such sequences step by step (a test compares the two).
+first part is met at the earliest position at which it holds, and each further part at the earliest position
+after the part before. An action belongs to the position of the state in which it is taken; the last position
+has no action. So the search needs to know only the number of parts met so far. The result equals that of
+`eai.logic.semantics` for such sequences (a test compares them).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from eai.world.state import Scene, State
 
 
 class _GoalPart:
-    """One part of a goal: a formula about a state and the action that is applied to the state."""
+    """One part of a goal in sequence: a formula about a state, and about the action applied to this state."""
 
     __slots__ = ("_actions", "_formula", "_scene", "_test")
 
@@ -71,7 +71,7 @@ class _GoalPart:
 
 
 def _fix_action(leaf: f.Leaf, name: str | None) -> f.Formula:
-    """Replace the occurrence of an action by equality of its objects, if the position has this action."""
+    """Replace the atom for an action: by equality of objects if the action is the same, else false."""
     if not isinstance(leaf, f.Occurs):
         return leaf
     if leaf.action != name:
@@ -81,10 +81,10 @@ def _fix_action(leaf: f.Leaf, name: str | None) -> f.Formula:
 
 
 class GoalProgress:
-    """The parts of a goal over a scene.
+    """The parts of a goal that must be met in order, in one scene.
 
     Args:
-        goal: the parts, which must be met one after the other.
+        goal: the goal, a sequence of formulas about states.
         scene: the scene.
         final_test: a further test of the last state; None for no test.
         trajectory_test: a further test of the whole trajectory; None for no test.
@@ -95,7 +95,7 @@ class GoalProgress:
 
     Raises:
         InputError: the goal is not a sequence of state formulas.
-        DomainError: it uses an unknown predicate or object.
+        DomainError: the goal uses an unknown predicate or object.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class GoalProgress:
         self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
 
     def advance(self, met: int, state: State, action: Action) -> int:
-        """Return the number of parts met after a position. ``met`` is the number before the position."""
+        """Return the number of goal parts that are met after a position; ``met`` is the number before it."""
         if met < len(self._parts) and self._parts[met].holds(state, action):
             return met + 1
         return met
@@ -128,7 +128,7 @@ class GoalProgress:
 
 
 _MIN_BRANCHES_TO_MERGE = 5
-"""Minimum number of branches for which searching for equal ones is cheaper than exploring them."""
+"""Minimum number of branches among which equal branches are searched for; the search costs time, too."""
 
 
 class _TriedSteps(NamedTuple):
@@ -148,7 +148,7 @@ class Branch(NamedTuple):
         met: number of met parts of the goal.
         subgoal: number of the subgoal that was executed last.
         failure: the fault that ended the branch.
-        executed: number of actions executed for that subgoal.
+        executed: number of actions executed for the last subgoal.
         refined: number of subgoals for which actions were executed.
     """
 
@@ -162,7 +162,7 @@ class Branch(NamedTuple):
     refined: int = 0
 
     def count_executed(self, subgoal: int) -> int:
-        """Return the number of actions executed for a subgoal, if it is the last one; else 0."""
+        """Return the number of actions executed for a subgoal if it is the branch's last subgoal, else 0."""
         return self.executed if self.subgoal == subgoal else 0
 
     @property
@@ -186,7 +186,7 @@ class Branch(NamedTuple):
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """All faults in order: those of steps, then that of a required subgoal that does not hold."""
+        """All faults in order: faults of steps, then the fault of a required subgoal that does not hold."""
         faults = tuple([step.fault for step in self.steps if step.fault is not None])
         if self.failure is None or len(faults) == self.errors:
             return faults
@@ -198,18 +198,18 @@ def _rank_success(branch: Branch) -> int:
 
 
 def _rank_failure(branch: Branch) -> tuple[int, int]:
-    """Return the sort key of a failed branch: fewest errors first, then most executed actions."""
+    """Return the sort key of a failed branch: fewest errors come first, then most executed actions."""
     return branch.errors, -branch.past.number
 
 
 def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -> list[Branch]:
-    """Drop branches with the same future, except the best ones for success and for failure. Keep the order.
+    """Of branches with the same future, keep the best one for success and the best one for failure, in order.
 
     Args:
         branches: the branches.
-        subgoal: number of the subgoal that they continue with.
-        with_pasts: whether branches with different executed actions stay apart, since the actions matter to
-            the goal.
+        subgoal: number of the subgoal with which the branches continue.
+        with_pasts: whether branches with different executed actions are never merged, since these actions
+            matter to the goal.
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
@@ -231,7 +231,7 @@ _PAST_STATES_PER_ACTION = 16
 
 
 _NO_SUBGOAL = -1
-"""Number that stands for no subgoal."""
+"""Number that stands for no subgoal, at the end of a program."""
 
 
 def _end_branch(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
@@ -269,14 +269,14 @@ class ExplorationResult:
     """The result of a search.
 
     Attributes:
-        reported: the branch with the fewest errors among those that reach the goal, or else those that
-            execute all subgoals, or else all. Of several the first one, or, if none reaches the goal, the one
-            with most actions.
+        reported: the branch with the fewest errors among the branches that reach the goal; or else among the
+            branches that execute all subgoals; or else among all branches. If several have equally few
+            errors and none reaches the goal, it is the branch with most actions; otherwise the first one.
         success: whether a branch reaches the goal.
         executable: whether a branch executes all subgoals.
-        end: why the search ended. If it is not complete, ``reported`` is the best branch seen.
+        end: why the search ended. If it is not complete, ``reported`` is the best branch so far.
         attempts: number of tried actions.
-        ended: all branches that ended, in the order found.
+        ended: all branches that ended, in the order of the search.
     """
 
     reported: Branch
@@ -294,7 +294,7 @@ def search(
     goal: GoalProgress,
     limits: ExplorationLimits,
 ) -> ExplorationResult:
-    """Execute a program of subgoals in all ways.
+    """Execute a program of subgoals in all possible ways.
 
     Args:
         domain: the domain.
@@ -339,9 +339,9 @@ class _Exploration:
         return self._make_result(start)
 
     def _select_branches(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
-        """Return the branches that continue.
+        """Return the branches that continue at an instruction.
 
-        A test that ends a subgoal or the answer continues all of them.
+        The limit on branches does not apply to tests and to the end of the answer.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
         branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.trajectory_test is not None)
@@ -406,7 +406,7 @@ class _Exploration:
                 self._finish(after, self._failed)
 
     def _follow(self, branch: Branch, plan: ActionSequence, instruction: Perform) -> Branch:
-        """Continue a branch by a plan, up to the plan's first failing step.
+        """Continue a branch by a plan, up to the plan's first failing step. Additional steps do not end it.
 
         A plan that is too long ends the branch.
         """
@@ -446,7 +446,7 @@ class _Exploration:
     def _find_earlier(self, branch: Branch, instruction: Require) -> int | None:
         """Return the latest state in which a required subgoal held.
 
-        If the limit is reached, any state may be returned.
+        If the limit of effort is reached, the result may be any state.
         """
 
         def has_held(state: State) -> bool:

@@ -1,10 +1,10 @@
 """Uniform-cost search for the shortest plans that reach a subgoal from a state.
 
-Actions that may reach the subgoal, and actions that may make them possible, are permitted in growing sets
-(`refinement`). Each action follows the shortest movement that it needs. If no plan is found, the result is
-the plan nearest to the subgoal and the action that fails. This module shares nodes, open list and loop with
-`eai.planning.planner`. It is separate because a subgoal needs several shortest plans, and the planner gives
-one.
+Actions that may reach the subgoal, and actions that may make such actions possible, are permitted in growing
+sets (`refinement`). Before each action the agent makes the shortest movement that the action needs. If no
+plan is found, the result is the plan that comes nearest to the subgoal, with the action that fails. This
+module shares nodes, open list and loop with `eai.planning.planner`. It is separate because a subgoal needs
+several shortest plans, and the planner returns only one.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ MAX_PLANS = 4
 """Maximum number of plans for one subgoal."""
 
 _PARTS_PER_ACTION = 16
-"""Number of parts whose tests cost as much as one applied action."""
+"""Number of goal parts whose tests cost as much as one applied action."""
 
 _MAX_MOVEMENTS = 3
-"""Maximum number of movements before one action: to stand up, to go there and to turn to it."""
+"""Maximum number of movements before one action: to stand up, to go to an object, and to turn to it."""
 
 
 MovementPath: TypeAlias = PlanNode
@@ -40,9 +40,9 @@ class Permitted(NamedTuple):
 
     Attributes:
         achievers: actions that may reach the subgoal.
-        helping: actions that may make those possible.
+        helping: actions that may make achievers possible.
         moving: movement that may reach the subgoal.
-        movement: actions that move the agent.
+        movement: actions that move the agent, for the sake of other actions.
         touched: mask of the parts that movement can change.
     """
 
@@ -62,7 +62,7 @@ class SearchGoal(NamedTuple):
             of parts that hold.
         everything: mask of all parts.
         holds: tests the rest of the goal in a state.
-        distinguished: operators whose use matters, whatever state they lead to.
+        distinguished: operators whose use matters to the goal, even if the resulting states are equal.
         effort: cost of `holds`, in applied actions.
     """
 
@@ -85,7 +85,7 @@ class SearchGoal(NamedTuple):
 
 
 def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget: int) -> SubgoalPlans:
-    """Return the shortest plans by the first set of actions that has any, or else the best failed attempt.
+    """Return the shortest plans with the first set of actions that allows any, or the best failed attempt.
 
     Args:
         goal: the goal of the searches.
@@ -107,7 +107,7 @@ def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget
 
 
 class _Movement:
-    """The movement paths from states. Paths are explored as far as other actions need them.
+    """The paths of movements from states. Paths are explored only as far as other actions need them.
 
     Args:
         moves: actions that move the agent.
@@ -123,10 +123,10 @@ class _Movement:
         return bool(self._moves)
 
     def list_paths(self, state: State) -> Iterable[MovementPath]:
-        """Yield all movement paths from a state, the shortest first. They are explored lazily."""
+        """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore(state), 1)
-        return copy(self._ways[state])  # each iterator replays the known paths before it explores more
+        return copy(self._ways[state])  # it yields the known paths, then explores more
 
     def _explore(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
@@ -166,8 +166,9 @@ class _UniformCostSearch:
         permitted: the permitted actions.
         effort: number of actions applied to states.
         movement: the movement paths.
-        nodes: the visited states without the goal, the nearest first.
-        out_of_reach: pairs of a state and an action that no movement makes possible there.
+        nodes: nodes of the visited states in which the goal does not hold, in order of distance from the
+            start.
+        out_of_reach: pairs of a state and an action that no movement makes possible in this state.
     """
 
     def __init__(self, goal: SearchGoal, permitted: Permitted, budget: int) -> None:
@@ -187,7 +188,7 @@ class _UniformCostSearch:
     def find_shortest(self, start: State) -> list[ActionSequence]:
         """Return the shortest plans, at most `MAX_PLANS`.
 
-        Plans that the goal cannot distinguish are found once.
+        Plans with equal results for the goal are returned once.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._candidates = [candidate for candidate in actions if candidate.is_ever_possible(start)]
@@ -201,7 +202,7 @@ class _UniformCostSearch:
         self._pushed += 1
 
     def _visit(self, node: PlanNode) -> PlanNode | SearchEnd | None:
-        """Expand a node, unless equally short plans are known. Return a node or an end to stop the search."""
+        """Expand a node, unless a plan of this length is known. A node or a `SearchEnd` stops the search."""
         self.nodes.append(node)
         if node.depth < self._best:
             for child in self._expand(node):
@@ -225,7 +226,7 @@ class _UniformCostSearch:
         return self.goal.holds(state)
 
     def _expand(self, node: PlanNode) -> Iterator[PlanNode]:
-        """Yield the successors of a node, in plans no longer than the best one."""
+        """Yield the successors of a node by plans that are no longer than the best plan so far."""
         allowed: dict[str, bool] = {}
         for candidate in self._candidates:
             is_achiever, parts = candidate.is_achiever, candidate.parts & ~node.met
@@ -274,19 +275,19 @@ class _UniformCostSearch:
 
 
 _MAX_FAILURE_STATES = 16
-"""Maximum number of states in which a failed search tests actions, the start and the best ones first."""
+"""Maximum number of states in which a failed search tests actions: the start, then the best states."""
 
 _MAX_FAILURE_TESTS = 200_000
 """Maximum number of tests of goal parts when a failed search is explained.
 
-With very many parts fewer states are tested.
+If a goal has very many parts, fewer states are tested.
 """
 
 
 _AttemptRank: TypeAlias = tuple[int, int, int]
 """Rank of a failed attempt to reach a subgoal. The smallest rank is nearest to the goal.
 
-It holds the negated number of parts that would be met, the number of failing checks, and the number of
+It has the negated number of goal parts that would be met, the number of failing checks, and the number of
 actions.
 """
 
@@ -302,14 +303,14 @@ class _TriedAction(NamedTuple):
 
 
 _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
-"""Rank of an attempt, and the attempt to report; None if a plan would be too long."""
+"""Rank of an attempt, and the attempt to report; None instead of the attempt if its plan is too long."""
 
 
 def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
-    """Return the failed plan nearest to the goal, if no search found a plan.
+    """Return the failed plan that comes nearest to the goal, after searches without a plan.
 
-    The plan ends with a failing action. This action would meet most parts of the goal; of several it has the
-    fewest failing checks, then the shortest plan. An action that would establish its failing checks may
+    The plan ends with a failing action. This action would meet most parts of the goal; among equals it has
+    the fewest failing checks, then the shortest plan. An action that would make its failing checks true may
     replace it. If no action fails but the plan is too long, there is no plan. If all parts can be reached,
     but not together, the plan is the shortest one that meets most parts.
     """
@@ -340,7 +341,7 @@ class _FailedSearch:
 
     Attributes:
         effort: number of actions applied to states, or tested after movement.
-        most_met: maximum number of goal parts that hold in any visited state.
+        most_met: maximum number of goal parts that hold together in a visited state.
     """
 
     def __init__(self, search: _UniformCostSearch) -> None:
@@ -358,9 +359,9 @@ class _FailedSearch:
         ]
 
     def find_nearest(self) -> _NearestAttempt | None:
-        """Return the attempt nearest to the goal, or None if none meets more parts than were met.
+        """Return the attempt that comes nearest to the goal, or None if no attempt meets more parts.
 
-        A failing action is not reported if it would meet no more parts than were met otherwise.
+        A failing action is not reported if a visited state meets as many parts as the action would.
         """
         best: _TriedAction | None = None
         rank: _AttemptRank = (0, 0, 0)
@@ -379,7 +380,7 @@ class _FailedSearch:
         if best is not None:
             return rank, self._choose_reported(best)
         first = self._nodes[0]
-        # another action must come first, or only the tries of the action fail
+        # report an action that needs another action first, or whose tried effects alone fail
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_reported(attempt)
@@ -404,11 +405,11 @@ class _FailedSearch:
         return met, self._min_failing(node, candidate, lacking), node.depth + 1
 
     def _min_failing(self, node: PlanNode, candidate: CandidateAction, lacking: int) -> int:
-        """Return the minimum number of failing checks of an action: 1 or more if it is out of reach."""
+        """Return a lower bound of an action's failing checks: at least 1 if no movement makes it possible."""
         return lacking or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Try an action in a state that movement reaches: the state in which fewest of its checks fail."""
+        """Try an action after the movement with which fewest of its checks fail."""
         self.effort += 1
         failing = candidate.find_failing(node.state)
         best = _TriedAction(node, candidate, (*node.plan(), candidate.action), node.state, failing)
@@ -427,8 +428,9 @@ class _FailedSearch:
     def _choose_reported(self, attempt: _TriedAction) -> _TriedAction | None:
         """Return the attempt to report in place of a failed attempt, or None if no attempt is to be reported.
 
-        Actions that would establish its failing checks come first, if all of them fail. The result is None if
-        the attempt is only too long, or if such an action is possible and undoes nothing.
+        An action that would make failing checks of the attempt true is reported instead, if all such actions
+        fail. The result is None if the attempt is only too long, or if such an action is possible and undoes
+        nothing.
         """
         node, candidate, _, state, failing = attempt
         if not failing:

@@ -14,7 +14,7 @@ from eai.world.fault import FaultKind
 
 
 class SubgoalCategory(str, Enum):
-    """The outcomes of subgoal decomposition (reference: ``subgoal_eval_utils.py``)."""
+    """The outcomes of subgoal decomposition (in the paper's reference package: ``subgoal_eval_utils.py``)."""
 
     CORRECT = "correct"
     RUNTIME = "runtime"
@@ -32,7 +32,7 @@ class SubgoalVerdict(PlanVerdict):
         goals_elsewhere: whether the goals are those of another branch of the search, because the reported
             branch reaches fewer.
         errors: kinds of all errors in the reported branch, in order.
-        offences: kinds of wrong names, each once.
+        offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.
         tried_actions: number of actions that the search tried.
         refined: number of subgoals for which actions were executed in the reported branch.
@@ -49,7 +49,7 @@ class SubgoalVerdict(PlanVerdict):
     added_actions: int | None = None
 
     def faults(self) -> Mapping[FaultKind, int]:
-        """Return the number of faults by kind: all errors of the reported branch, or those of any plan."""
+        """Return the number of faults by kind: errors of the reported branch, or else faults of a plan."""
         return Counter(self.errors) or PlanVerdict.faults(self)
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
@@ -58,6 +58,6 @@ class SubgoalVerdict(PlanVerdict):
         return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
     def as_missing_answer(self) -> Self:
-        """Return this verdict as one on a missing answer, without a category."""
+        """Return this verdict as the verdict on a missing answer, without a category."""
         unanswered = PlanVerdict.as_missing_answer(self)
         return unanswered if self.excluded is not None else replace(unanswered, category=None)

@@ -1,1 +1,1 @@
-"""Transition modeling: the model writes operators, which are compared with gold ones and used to plan."""
+"""Transition modeling: the model writes operators, for comparison with gold operators and for planning."""

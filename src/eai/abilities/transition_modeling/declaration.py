@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 LITERALS = "literals"
-"""Prefix of the rates over all literals. They give partial credit for clauses that are partly right."""
+"""Prefix of the names of rates over all literals, which give partial credit for partly right clauses."""
 
 WORKS = "Plan works"
 """Heading of the rate of plans that work with the data set's operators."""
@@ -45,11 +45,11 @@ _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
 def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
-    """Return the contributions of one answer to each rate.
+    """Return what one answer adds to each rate.
 
-    Counts add up preconditions and effects; the overall counts and literals add up all categories. The
-    outcome of planning counts in each category of the task and once overall. If no planner ran, it does not
-    count. The rate of working plans counts answers for which the result is known.
+    The counts of preconditions and effects are added; the overall counts and literals add all categories. The
+    outcome of planning counts in each category of the task and once overall; it does not count if no planner
+    ran. The rate of working plans covers only answers with a known result.
     """
     counts = counts_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
@@ -69,7 +69,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
 def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     """Return the outcome of an answer.
 
-    If a planner was used, right operators without a plan are no success.
+    If a planner was used, right operators are no success unless it found a plan.
     """
     if verdict.success:
         return AnswerOutcome.SUCCESS
@@ -85,7 +85,7 @@ _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCES
 def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     """Return the planner's metrics if the run used no planner.
 
-    Some answers of such a run are known to be unsolvable without planning. They do not count either.
+    Some answers of such a run are unsolvable even without planning. Their outcome does not count either.
     """
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 

@@ -1,15 +1,15 @@
 r"""Read the operators of an answer. The answer is read as a whole or not at all.
 
 An answer is JSON with a text under ``output``, or PDDL alone. Wrong parentheses or keywords make it
-unreadable. An operator is read if its parts are whole lists, even if PDDL does not allow their content; such
-a part is reported as a defect and is wrong. The repairs are the following and those of
+unreadable. An operator is read if its parts are complete lists. A part with content that PDDL does not allow
+is reported as a defect and is wrong. The repairs are the following and those of
 `eai.abilities.answer_text`:
 
 * ``no_json``: the PDDL stands alone, or in JSON with a syntax error;
 * ``escapes``: ``\n`` and similar escapes are used for line breaks;
-* ``closing_parenthesis``: one parenthesis is missing at the end of an operator, or of a condition without
-  nested parts, so that its place is known;
-* ``stray_parenthesis``: there are too many parentheses behind an operator or one of its parts;
+* ``closing_parenthesis``: one parenthesis is missing, and its place is known: it is at the end of an operator
+  or of a condition without nested parts;
+* ``stray_parenthesis``: there are too many parentheses after an operator or one of its parts;
 * ``duplicate_operator``: an operator is written twice; the last one counts.
 """
 
@@ -36,17 +36,17 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 MAX_CACHED_CHARACTERS = 8_000_000
-"""Maximum number of characters of cached operators, of about 25 bytes each after reading.
+"""Maximum number of characters of cached operators. A character takes about 25 bytes after reading.
 
-Nine models write about 1,800 different operators for a benchmark in less than a million characters, and 1.5
-million for the planner.
+Nine models write about 1,800 different operators for a benchmark in less than a million characters, and in
+1.5 million as input of the planner.
 """
 
 
 class ResultCache(Generic[K, V]):
     """A cache of results with a maximum size.
 
-    If it is full, the oldest result is dropped and computed again later.
+    If the cache is full, it drops the oldest result, which is computed again when needed.
 
     Memory does not grow with the number of answers. Several threads may use a cache.
 
@@ -66,7 +66,7 @@ class ResultCache(Generic[K, V]):
         Args:
             key: the key.
             size: size of the result.
-            find: computes the result.
+            find: computes the result if it is not cached.
         """
         cached = self._known.get(key)
         if cached is not None:
@@ -94,7 +94,7 @@ _KNOWN_SIGN = re.compile(
     r"|(?<=\()\s*:action\b|(?<=\(\s):action\b",
     re.IGNORECASE,
 )
-"""Pattern of the beginnings of sections of PDDL."""
+"""Pattern of the beginnings of PDDL sections, such as ``(:action``."""
 _OPERATOR_SIGN = re.compile(r"""\(\s*:action\b|["']output["']""", re.IGNORECASE)
 _WRAPPER = re.compile(r"[{\[]")
 _END_OF_WRAPPER = re.compile(r"""[\s"'`\]]*\}""")
@@ -108,12 +108,12 @@ class WrittenOperator:
     """An operator of an answer.
 
     Attributes:
-        name: its name, in small letters.
-        action: its meaning. A part that PDDL does not allow is empty. None if PDDL does not allow the
-            parameters, or neither precondition nor effect.
-        unread: the parts that PDDL does not allow, and why.
+        name: the operator's name, in small letters.
+        action: the operator as a PDDL action, in which parts that PDDL does not allow are empty. None if PDDL
+            does not allow the parameters, or allows neither precondition nor effect.
+        unread: findings on the parts that PDDL does not allow, with the reasons.
         repairs: names of the repairs that reading it needed.
-        size: number of its characters.
+        size: number of characters of the operator's text.
     """
 
     name: str
@@ -124,11 +124,11 @@ class WrittenOperator:
 
 
 OperatorCache: TypeAlias = ResultCache[str, WrittenOperator | PddlFinding]
-"""A cache of operators by their text. An operator with wrong parentheses is cached as its defect."""
+"""A cache of operators by their text. For an operator with wrong parentheses, the defect is cached."""
 
 
 def extract(answer: str, readings: OperatorCache) -> ParsedAnswer[dict[str, WrittenOperator]] | Unreadable:
-    """Read the operators of an answer by name, in order, or return why the whole answer cannot be read.
+    """Return an answer's operators by name, in order, or why the whole answer cannot be read.
 
     Args:
         answer: the text.
@@ -193,7 +193,7 @@ _OUTPUT = AnswerForm(
 
 
 def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
-    """Return the PDDL of an answer that is not JSON; None if it has no operator, or was cut off."""
+    """Return the PDDL of an answer that is not JSON; None if the answer has no operator or was cut off."""
     thoughts = thoughts_in(answer)
     body = blank_out(thoughts, answer)
     heads = list(_HEAD.finditer(body))
@@ -233,7 +233,7 @@ def _split_operators(text: str) -> list[str]:
 
 
 def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
-    """Read an operator, and ignore prose behind it."""
+    """Read an operator, and ignore prose after it."""
     text = _COMMENT.sub("", segment)
     operator = _read_parts(text, len(segment))
     end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
@@ -275,7 +275,7 @@ def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
 
 
 class _OperatorPart(NamedTuple):
-    """A keyword of an operator and the text behind it, up to the next keyword or the end."""
+    """A keyword of an operator, and the text after the keyword, up to the next keyword or the end."""
 
     keyword: str
     text: str
@@ -283,7 +283,7 @@ class _OperatorPart(NamedTuple):
 
 
 def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
-    """Return the parts of an operator after its name.
+    """Return the parts of an operator that follow its name.
 
     Raises:
         PddlError: the name is missing, or other text stands between parts.
@@ -302,10 +302,10 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
 
 
 def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
-    """Return the list of a part and the repairs that reading it needed.
+    """Return the list in a part of an operator, and the names of the repairs of this list.
 
     Raises:
-        PddlError: the part has not exactly one list, or lacks more than one parenthesis.
+        PddlError: the part does not have exactly one list, or lacks more than one parenthesis.
     """
     try:
         group = read_group(part.text)

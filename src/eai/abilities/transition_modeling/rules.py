@@ -1,10 +1,11 @@
 """Rules by which the operators of an answer are judged, among them the rules of the paper.
 
-Each operator that the task asks for counts. A missing operator misses all its clauses, and an unreadable side
-misses its own. The planner gets exactly the operators of the answer that the task asks for. Missing operators
-are not filled in, and operators that the task does not ask for are left out and reported. An operator with
-undefined names is an input error, as in any current planner. A plan succeeds if it works with the gold
-operators, since operators that promise everything have a plan for every goal.
+Each operator that the task asks for counts. If an operator is missing, all its clauses are missed. If its
+precondition or effect is unreadable, the clauses of this part are missed. The planner gets exactly the
+operators of the answer that the task asks for. Missing operators are not filled in, and operators that the
+task does not ask for are left out and reported. An operator with undefined names is an input error, as in any
+current planner. A plan succeeds only if it also works with the gold operators. Otherwise operators with
+arbitrary effects would have a plan for every goal.
 """
 
 from __future__ import annotations
@@ -30,10 +31,11 @@ from eai.world.fault import FaultKind
 def plan_flaw(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> tuple[int, str] | None:
-    """Return why the gold operators cannot execute a plan from start to goal, or None if they can.
+    """Return why a plan fails from start to goal with the gold operators, or None if it works.
 
-    Parameters of an operator and its gold operator correspond by name. If the answer does not use all of the
-    names, they correspond by position, and a step with another number of objects cannot be executed.
+    The parameters of an operator correspond to those of its gold operator by name. If the answer lacks
+    some of the names, parameters correspond by position, and a step with another number of objects cannot be
+    executed.
 
     Args:
         task: the task, which asks for the operators of the plan.
@@ -68,7 +70,7 @@ NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 """Result if no planner is used."""
 
 NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
-"""Result if the answer has no operator to plan with."""
+"""Result if the answer has no operator for the planner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,17 +79,20 @@ class Judgement:
 
     Attributes:
         operators: reports on the operators of the task and the answer.
-        literals: numbers of literals matched, additional and missing, by side; None if the rules do not count
-            them.
+        literals: numbers of matched, additional and missing literals, by side (precondition or effect); None
+            if the rules do not count literals.
         planning: result of the planner.
-        plan_works: whether its plan works with the gold operators; None if the rules do not test this.
+        plan_works: whether the planner's plan works with the gold operators; None if the rules do not test
+            this.
         plan_flaw: the step at which the plan fails, and why; None if it works or there is no plan.
         repairs: names of the repairs that reading needed.
         spans: parts of the answer's text and how each was treated.
         operator_repairs: repairs of single operators, by operator.
-        matches: comparison of each operator of the task with the gold one; empty if the rules do not give it.
+        matches: comparison of each operator of the task with its gold operator; empty if the rules compare in
+            another way.
         error: why the answer cannot be read, or None.
-        excluded: why the answer is left out of all statistics, as in a published package, or None.
+        excluded: why the answer is left out of all statistics (only under rules that follow a published
+            package), or None.
     """
 
     operators: tuple[OperatorReport, ...]
@@ -108,23 +113,23 @@ def _solve_if_needed(planner: PddlPlanner, task: PlanningTask | PlannerResult) -
 
 
 ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
-"""The part of a gold operator that is replaced by the answer's, to test one operator among gold ones.
+"""The part of a gold operator that the answer's operator replaces, to test a single operator.
 
-If one side is replaced, the parameters are those of the gold operator. An answer with other parameter names
-then has unbound variables.
+If only precondition or effect is replaced, the parameters are those of the gold operator. If the answer names
+its parameters differently, its variables are then unbound.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class MatchingRules(ABC):
-    """Rules by which answers are read, compared and used to plan.
+    """Rules by which answers are read, compared with gold operators, and used to plan.
 
     Answers to one problem often have the same operators, so results of the planner are cached.
 
     Attributes:
         planner: the planner that tests operators; None if no planner is used.
         results: cached results of the planner.
-        counts_clauses: whether clauses of operators are compared; False if predicates are.
+        counts_clauses: whether the clauses of operators are compared; False if only their predicates are.
     """
 
     planner: PddlPlanner | None
@@ -143,7 +148,7 @@ class MatchingRules(ABC):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return by name the planner's result for each operator of the answer, with gold ones otherwise.
+        """Map each operator's name to the planner's result with this operator and gold operators otherwise.
 
         The result is None for an operator that the answer lacks. The mapping is empty for an answer that the
         rules exclude.
@@ -162,7 +167,7 @@ class MatchingRules(ABC):
         Args:
             key: the content of domain and problem.
             size: number of characters of the operators.
-            make: makes the planning task, or returns the result if it is known without planning.
+            make: makes the planning task, or returns a result that needs no planning.
         """
         planner = self.planner
         if planner is None:
@@ -175,7 +180,7 @@ _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
 
 
 _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
-"""The report on an operator of the task, and its comparison with the gold one."""
+"""The report on an operator of the task, and its comparison with the gold operator."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +189,7 @@ class PaperRules(MatchingRules):
 
     Attributes:
         readings: cache of operators that were read.
-        compared: cache of comparisons with gold operators.
+        compared: cache of comparisons of operators with gold operators.
     """
 
     readings: OperatorCache = field(default_factory=ResultCache)
@@ -240,7 +245,7 @@ class PaperRules(MatchingRules):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return by name the planner's result for each operator of the answer, with gold ones otherwise.
+        """Map each operator's name to the planner's result with this operator and gold operators otherwise.
 
         The result is None for an operator that the answer lacks.
         """

@@ -32,10 +32,10 @@ def count_by_category(
     """Return the numbers of matched, additional and missing clauses by category, without empty categories.
 
     Args:
-        sides: preconditions or effects.
-        contents: predicates of their clauses, by text.
-        clauses: whether clauses are counted: once in each category of their predicates, including `OTHER`,
-            and once in `ALL`. If False, predicates with a category are counted.
+        sides: matched, additional and missing clauses of preconditions, or of effects.
+        contents: mapping from the text of a clause to its predicates.
+        clauses: whether clauses are counted: each counts once in each category of its predicates, including
+            `OTHER`, and once in `ALL`. If False, predicates with a category are counted instead.
     """
     counts: dict[str, list[int]] = {}
     for side in sides:
@@ -50,7 +50,7 @@ def count_by_category(
 
 
 class TransitionModeling(Scorer):
-    """The scorer of one task. Its results are pure functions of the answer, for one planner.
+    """The scorer of one task. With the same planner, its results depend only on the answer.
 
     Args:
         task: the task.
@@ -76,7 +76,7 @@ class TransitionModeling(Scorer):
     def plan_one_at_a_time(
         self, text: str, replaced: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
-        """Return by name the planner's result for each operator of the answer, with gold ones otherwise.
+        """Map each operator's name to the planner's result with this operator and gold operators otherwise.
 
         The result is None for an operator that the answer lacks. The mapping is empty for an excluded answer.
         """
@@ -165,7 +165,10 @@ def _list_notes(judgement: Judgement) -> Iterator[str]:
 
 
 def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
-    """Yield the missing and additional clauses of each side; for an unreadable side they are unknown."""
+    """Yield descriptions of the missing and additional clauses in the precondition and the effect.
+
+    If a part is unreadable, its clauses are unknown.
+    """
     unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
     for side, clauses in (("precondition", report.precondition), ("effect", report.effect)):
         of_condition = match if side == "precondition" else None
@@ -184,7 +187,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
 
 
 def _describe_unbound(report: OperatorReport, side: str) -> str:
-    """Return a remark on variables of an operator that are not among its parameters.
+    """Return a remark on variables in an operator that are not parameters of the operator.
 
     A clause with such a variable may resemble a gold clause.
     """

@@ -18,7 +18,7 @@ from eai.world.fault import FaultKind
 
 
 class OperatorStatus(str, Enum):
-    """Treatment of one operator of the task or the answer."""
+    """Status of one operator of the task or the answer."""
 
     COMPARED = "compared"
     MISSING = "missing"
@@ -35,10 +35,10 @@ class OperatorReport:
 
     Attributes:
         name: name of the operator.
-        status: how it was treated.
-        precondition: matched, additional and missing clauses of the precondition, or predicates if the rules
-            count predicates.
-        effect: matched, additional and missing clauses of the effect, or predicates.
+        status: whether the operator was compared, and otherwise the reason.
+        precondition: matched, additional and missing clauses of the precondition; its predicates, if the
+            rules count predicates.
+        effect: matched, additional and missing clauses (or predicates) of the effect.
         offences: defects of the operator that do not depend on the gold operator.
     """
 
@@ -50,15 +50,15 @@ class OperatorReport:
 
 
 OTHER = "other"
-"""Category of predicates that the domain does not have."""
+"""Category of predicates that do not exist in the domain."""
 
 
 class ClauseContent(NamedTuple):
     """The predicates of a clause.
 
     Attributes:
-        predicates: names of its predicates.
-        categories: categories of its predicates, each once; `OTHER` for unknown predicates.
+        predicates: names of the predicates in the clause.
+        categories: categories of the predicates, each once; `OTHER` for unknown predicates.
     """
 
     predicates: tuple[str, ...]
@@ -79,19 +79,19 @@ class OperatorVerdict(Verdict):
     Attributes:
         success: whether the plan found with the operators works with the gold operators. Under rules that do
             not test this, whether a plan was found. None if no planner was used.
-        counts: numbers of clauses matched, additional and missing, by side (precondition, effect) and
-            category; of predicates if the rules count predicates.
-        literals: numbers of literals matched, additional and missing, by side. They give partial credit for
+        counts: numbers of matched, additional and missing clauses, by side (precondition, effect) and
+            category; numbers of predicates, if the rules count predicates.
+        literals: numbers of matched, additional and missing literals, by side. They give partial credit for
             clauses that are partly right; None if the rules do not count literals.
         planner: outcome of planning with the operators.
         plan_works: whether the planner found a plan that works with the gold operators; None if no planner
             was used, or under rules that do not test this.
         task_categories: categories of the task, the more informative one first.
-        operators: comparison of each operator with the gold one.
+        operators: comparison of each operator with its gold operator.
         plan: steps of the plan that was found.
         planner_detail: further remarks of the planner.
         planner_name: name and version of the planner; None if no planner was used.
-        clauses: predicates of each clause of the operators, by the clause's text.
+        clauses: mapping from the text of each clause in the operators to the clause's predicates.
     """
 
     success: bool | None = None
@@ -108,18 +108,18 @@ class OperatorVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """The values by column: the outcome of planning with the operators, and the task's categories."""
+        """Values of table columns: the outcome of planning with the operators, and the task's categories."""
         planner = None if self.planner is None else self.planner.value
         return {"planner": planner, "task_categories": " ".join(self.task_categories)}
 
     @property
     def planner_used(self) -> str | None:
-        """Name of the planner that judged the answer; None if there was none."""
+        """Name of the planner that judged the answer; None if no planner was used."""
         return self.planner_name
 
     @property
     def second_planner_outcome(self) -> str | None:
-        """Outcome of the second planner if the built-in search did not decide; None if it did."""
+        """Outcome of the second planner; None if the built-in search decided without it."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
@@ -151,7 +151,7 @@ _OFFENCE_FAULTS = {
     Violation.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
     Violation.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
 }
-"""Kind of fault for each kind of defect of an operator. All other defects are parsing errors."""
+"""Kind of fault for some kinds of defects of an operator. All other defects are parsing errors."""
 
 
 def counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
