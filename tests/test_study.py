@@ -247,7 +247,7 @@ def test_statements_about_the_data_set_come_out_as_on_the_page(study: ModuleType
         "gains_of_replanning simple_formulas pairs_of_jars formula_of_1057_1 identifiers system_prompts "
         "floor_action people_in_operators growing_gains solutions_of_quantifiers "
         "conditions_counted_singly devices_without_plug listed_predicates plans_of_gpt_4o "
-        "arguments_of_goals gold_of_the_meal objects_of_work"
+        "arguments_of_goals gold_of_the_meal objects_of_work example_goals"
     )
     for name in names.split():
         finding = checker.find(f"measure: {name}")

@@ -30,6 +30,16 @@ REPLANNED = 305
 _ENDS = re.compile(r"[.!?]\s")
 """The end of a sentence before another."""
 
+_EXAMPLE_GOALS = {
+    "a clean cup": "CLEAN cup",
+    "a television that is on": "ON television",
+    "the character next to the cat": "NEXT_TO character cat",
+    "a cup on the table": "ONTOP cup table",
+    "the character on the couch": "ONTOP character couch",
+    "touch, beside a remote control": "TOUCH remote_control",
+}
+"""The examples of goals in the appendix, in the names of VirtualHome."""
+
 _WORD = re.compile(r"action='(\w+)'")
 _SCENE = re.compile(r"_\d+_[A-Z]\w*_int_")
 """The scene in an identifier, as in _0_Wainscott_0_int_0."""
@@ -189,6 +199,27 @@ def objects_of_work(evidence: Evidence) -> Finding:
         more.append(fmean(work) > fmean(others))
         text.append(f"{name} {fmean(work):.1f} against {fmean(others):.1f} in other tasks")
     return if_so(all(more), f"mean of tasks “Work”: {', '.join(text)}", in_part=any(more))
+
+
+def example_goals(evidence: Evidence) -> Finding:
+    """Count the tasks with each example; a goal on an action names no object, so relevant objects count."""
+    tasks: Counter[str] = Counter()
+    for task in find_benchmark(V).tasks(evidence.published).values():
+        relevant = {_class_of(task.scene.objects[index].name) for index in task.relevant}
+        parts = [part for goal in task.goals for part in walk(goal.formula)]
+        facts = {
+            " ".join((part.predicate, *(_class_of(term.name) for term in part.arguments)))
+            for part in parts
+            if isinstance(part, f.Atom)
+        }
+        actions = {part.action for part in parts if isinstance(part, f.Occurs)}
+        tasks.update(facts | {f"{action} {name}" for action in actions for name in relevant})
+    counts = {words: tasks[fact] for words, fact in _EXAMPLE_GOALS.items()}
+    shown = ", ".join(f"{words}: {number}" for words, number in counts.items())
+    return all_of(
+        (sum(number > 0 for number in counts.values()), len(counts)),
+        text=f"VirtualHome's tasks with {shown}",
+    )
 
 
 def facing_is_a_state(evidence: Evidence) -> Finding:
@@ -376,3 +407,7 @@ def growing_gains(evidence: Evidence) -> Finding:
         f"{name.replace('_', ' ')} {', '.join(f'{g:g}' for g in each)} points" for name, each in gains.items()
     )
     return Finding(by_degree(all(grows), any(grows)), f"by the table, of 20 episodes each: {text}")
+
+
+def _class_of(name: str) -> str:
+    return name.partition(".")[0]
