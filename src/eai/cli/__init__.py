@@ -28,10 +28,10 @@ from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"
-"""Panels of the help."""
+"""Titles of the panels of commands in the help of ``eai``."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
-"""Error numbers of a full or closed output device."""
+"""Numbers of operating system errors for output to a full or broken device."""
 
 
 _HELP_OPTIONS = ("-h", "--help")
@@ -53,30 +53,36 @@ _METAVARS: Mapping[str, str] = {
     }.items()
     for option in options.split()
 }
-"""Names of option values for parameters whose type does not name them."""
+"""Names that the help shows for the values of options, by option, if the type gives no good name."""
 
 _PANELS = 80
-"""Minimum number of columns for help in panels. In fewer columns names of options would be cut."""
+"""Minimum width of a terminal, in characters, for help in panels.
+
+Narrower panels would cut names of options off.
+"""
 
 _COMMANDS = "eai.commands"
-"""Entry point group of commands. `data annotate` is the command `annotate` in the group `data`."""
+"""Group of entry points that register commands.
+
+The entry `data annotate` is the command `eai data annotate`.
+"""
 
 _BY_PANEL = {
     MEASURE: ("demo", "run", "score", "serve"),
     UNDERSTAND: ("explain", "compare", "report", "analyze"),
     MATERIAL: ("generate", "data", "new", "check", "export"),
 }
-"""Commands of the core by panel, in the order of the help; all others are in the last panel."""
+"""Commands of the core by panel, in the order of the help. Commands of extensions are in the last panel."""
 
 _BELOW = ("export tasks", "export pictures")
-"""Commands of the core in each command group, in the order of the help."""
+"""Commands inside command groups that the help lists first, in this order."""
 
 _NEED_OPTIONS = frozenset({"run", "check"})
-"""Commands that print their help if called without arguments, although no argument is required."""
+"""Commands without required arguments that still print their help if called without arguments."""
 
 
 class _CommandGroup(TyperGroup):
-    """The commands of a group. They are imported only when used, and can be interrupted."""
+    """A group of commands, which are imported only when used and can be interrupted."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
@@ -91,19 +97,19 @@ class _CommandGroup(TyperGroup):
         return list(self.commands)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return the command for the group's help, without importing it."""
+        """Return a command by name: a placeholder with name and summary for the help, without an import."""
         command = self._shown.get(cmd_name)
         if command is not None and command.callback is None and command.help is None:
             command.help = _summary(_points()[cmd_name])
         return command
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help of the group."""
+        """Write the help of the group, with a list of its commands."""
         _label(self)
         super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the named command."""
+        """Return the name of the command in the arguments, the command, and the remaining arguments."""
         name, found, rest = super().resolve_command(ctx, args)
         return name, found and _summarize_command(found), rest
 
@@ -116,7 +122,7 @@ class _CommandGroup(TyperGroup):
 
 
 class _LazyCommands(UserDict[str, Any]):
-    """Commands by name. A command is imported when it is looked up."""
+    """A mapping of commands by name, which imports a command when it is looked up."""
 
     def __getitem__(self, name: str) -> Any:
         return _summarize_command(self.data[name])
@@ -133,7 +139,7 @@ def _panel_of(name: str) -> str:
 
 
 def _summary(point: EntryPoint) -> str:
-    """Return the first paragraph of the docstring of a command or group module, without importing it."""
+    """Return the first paragraph of a command's docstring, read from the source without an import."""
     spec = find_spec(point.module)
     if spec is None or spec.origin is None:
         raise InputError(f"{point.name} of {_COMMANDS}: there is no module {point.module}")
@@ -145,7 +151,7 @@ def _summary(point: EntryPoint) -> str:
 
 @cache
 def _summarize_command(shown: Any) -> Any:
-    """Import the command behind an entry of the group's help."""
+    """Return a command by its placeholder in the group's help, after importing the command."""
     if shown.callback is not None:
         return shown
     command = _load(shown.name, shown.rich_help_panel)
@@ -155,7 +161,7 @@ def _summarize_command(shown: Any) -> Any:
 
 
 def _load(path: str, panel: str | None = None) -> Any:
-    """Import a command or group. A group also gets the commands that entry points add to it."""
+    """Import a command or a command group. Add the commands that entry points register in the group."""
     point, name = _points()[path], path.rpartition(" ")[2]
     target = point.load()
     app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
@@ -180,7 +186,7 @@ def _help_mode() -> MarkupMode:
 
 
 def _walk_commands(command: Any) -> Iterator[Any]:
-    """Return a command, with all commands below it if it is a group."""
+    """Yield a command, and all commands below it if it is a group."""
     yield command
     if isinstance(command, TyperGroup):
         for each in command.commands.values():
@@ -188,10 +194,11 @@ def _walk_commands(command: Any) -> Iterator[Any]:
 
 
 def _label(command: Any) -> None:
-    """Make the help of a command name values by their metavars only, and fill its paragraphs.
+    """Set the help texts of a command's options from its docstring, and join the lines of paragraphs.
 
-    The docstring describes each option below ``Options:``. Typer would add Python types to values, keep the
-    docstring's line breaks, and show ``--no-paper`` beside ``--paper``, which is off by default.
+    The docstring describes each option below ``Options:``. Without these changes, Typer would show
+    Python types of values, line breaks of the docstring, and ``--no-paper`` beside ``--paper``, which is off
+    by default.
     """
     text, told = (command.help or "").partition("\n\nOptions:\n")[0], read_meanings(command.help, "Options")
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
@@ -250,13 +257,15 @@ def main() -> None:
     def interrupt(number: int, frame: object) -> None:
         nonlocal interrupted_by
         interrupted_by = signal.SIGTERM
-        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # background jobs ignore interrupts
+        # a job in the background ignores interrupts, so restore the handler
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.raise_signal(signal.SIGINT)
 
     signal.signal(signal.SIGTERM, interrupt)
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # for a character that the locale lacks
+        # the encoding of the locale may lack characters
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
             app(prog_name="eai")
@@ -270,7 +279,7 @@ def main() -> None:
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # otherwise Python writes again at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # otherwise Python tries to write the rest at exit
         if error.errno == errno.EPIPE:  # the reader closed the pipe
             sys.exit(1)
         from eai.cli.console import note

@@ -29,7 +29,7 @@ from eai.studies.study import Analysis, Figures, Study, split_commas
 from eai.tasks.options import Options
 
 ALL, TABLE = "all", "table"
-"""Names that are no study: `all` runs several studies, `table` writes tidy tables."""
+"""Values for the name of a study: `all` runs several studies, `table` writes tidy tables."""
 
 
 class _Formats(Options):
@@ -82,7 +82,7 @@ def analyze(
 
 
 def _listing() -> Iterator[str]:
-    """Return the studies and the options of their analyses, in Markdown."""
+    """Yield the lines of a Markdown table of studies and the options of their analyses."""
     yield "| study, option | if not given | meaning |"
     yield "|---|---|---|"
     for name in study_names():
@@ -102,7 +102,7 @@ def _refuse_unknown(name: str) -> None:
 
 
 def _studies(name: str) -> list[Study]:
-    """Return the study with a name, or all studies that are made together."""
+    """Return the study with a name, or all studies that the name `all` stands for."""
     if name == ALL:
         return [each for each in map(find_study, study_names()) if each.included_in_all]
     return [] if name == TABLE else [find_study(name)]
@@ -111,9 +111,9 @@ def _studies(name: str) -> list[Study]:
 def _write_all(
     name: str, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
-    """Write the analyses of one study, or of all that are made together; yield the JSON of each.
+    """Write the analyses of one study, or of all studies; yield the JSON value of each analysis.
 
-    Of several studies, one without enough records is left out with a remark.
+    Among several studies, a study without enough records is left out with a note to the user.
     """
     studies = _studies(name)
     if name != ALL:
@@ -133,7 +133,7 @@ def _write_all(
 def _write_study(
     study: Study, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
-    """Write the tables of a study's analyses, and figures if wanted; yield the JSON of each.
+    """Write the tables of a study's analyses, and figures if wanted; yield the JSON value of each analysis.
 
     Raises:
         InputError: the study has no analysis, or the folder cannot be written.
@@ -151,7 +151,9 @@ def _write_study(
 
 
 def _draw_figures(figures: Figures, folder: Path) -> int:
-    """Write figures in every format, and return their number; 0 with a remark without matplotlib.
+    """Write figures in every format, and return their number.
+
+    Without matplotlib, print a remark and return 0.
 
     Raises:
         InputError: the folder cannot be written.
@@ -170,7 +172,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
 
 
 def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
-    """Show the tables for the screen with all remarks, or say in one line what was written."""
+    """Print the tables for the screen with all remarks. Without such tables, print one line on the output."""
     if not analysis.screen_tables:
         say(f"{format_count(len(analysis.tables), 'table')}, {format_count(drawn, 'plot')}; in {folder}")
         return
@@ -182,7 +184,7 @@ def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
 
 
 def _drop_constant_columns(table: Table) -> Table:
-    """Return a table whose title names the suite and other values that all its rows share."""
+    """Return a table without constant columns of the suite. The title has their values instead."""
     rows = table.row_dicts()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title

@@ -85,7 +85,7 @@ def compare(
 
 
 def _json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
-    """Return the ``--json`` output of two runs: unrounded percentages, and all differing tasks."""
+    """Return the ``--json`` output on two compared runs: unrounded percentages, and all differing tasks."""
     key = one.key
     return {
         "domain": key.domain,
@@ -115,7 +115,7 @@ def _json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
 
 
 def _note_planners(totals: Mapping[str, Totals]) -> None:
-    """Note on standard error if different planners judged the operators of the two runs."""
+    """Print a note on standard error if different planners judged the operators of the two runs."""
     planners = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(planners.values())) > 1:
         named = "; ".join(f"{side}: {names}" for side, names in planners.items())
@@ -141,7 +141,10 @@ class _ComparedSuite(NamedTuple):
 
 
 def _runs(path: Path) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs in a folder by suite and rules."""
+    """Return the runs in a folder by suite and rules of the game.
+
+    Raise InputError if two runs share a key.
+    """
     runs: dict[_ComparedSuite, Run] = {}
     for run in read_runs([path]):
         place = _ComparedSuite.from_run(run.key)
@@ -153,9 +156,11 @@ def _runs(path: Path) -> Mapping[_ComparedSuite, Run]:
 
 
 def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs by the benchmark of their tasks, if one name has one run.
+    """Return the runs by suites with plain benchmark names, so that variants of a benchmark match.
 
-    The file name does not matter for an ability with files of its own.
+    A run keeps its suite if another run would have the new suite as well.
+
+    For an ability that has task files of its own, the benchmark's name is dropped.
     """
     places = {}
     for place, run in runs.items():
@@ -196,7 +201,7 @@ def _print(place: _ComparedSuite, one: Run, other: Run, comparison: RunCompariso
 
 
 def _caption(comparison: RunComparison) -> str:
-    """Return the names of the tests behind the p values."""
+    """Return the caption of the table, which names the tests behind the p values."""
     kinds = {difference.yes_no for difference in comparison.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"
@@ -204,7 +209,7 @@ def _caption(comparison: RunComparison) -> str:
 
 
 def _format_task_name(record: Record) -> str:
-    """Return a task's id, with the name that similar tasks share unless the id contains it."""
+    """Return a task's id. The name that similar tasks share follows, unless the id begins with it."""
     name = "" if record.task is None else record.task.name
     return f"{record.task_id} {name}" if name and not record.task_id.startswith(name) else record.task_id
 
@@ -216,7 +221,7 @@ def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
 
 
 def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
-    """Return the difference, and that for independent tasks if tasks share names."""
+    """Yield a metric's table row. If tasks share names, a second row treats the tasks as independent."""
     certainty, points = difference.certainty, difference.points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (
@@ -234,7 +239,7 @@ def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...
 
 
 def _tasks(certainty: Certainty | None) -> str:
-    """Return the number of independent tasks with the same certainty."""
+    """Return the number of independent tasks that would give an interval of equal width, as text."""
     effective = None if certainty is None else certainty.effective_tasks
     return "-" if effective is None else f"{effective:.0f}"
 

@@ -35,7 +35,7 @@ BUILT_IN_ALONE = (
 
 
 class _SafeConsole(Console):
-    """A console whose output cannot control the terminal, apart from styles."""
+    """A console that escapes control characters in texts, so that only styles control the terminal."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         """Return the printed segments, with control characters of texts replaced."""
@@ -100,7 +100,7 @@ def tell(*lines: str, value: Json, as_json: bool) -> None:
 
 
 _SHOWN = 5
-"""Maximum number of listed findings of one file; further findings are counted."""
+"""Maximum number of findings that are listed for one file. Further findings are only counted."""
 
 
 def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> None:

@@ -115,7 +115,10 @@ def info(
 
 
 def _state(problem: str | None, size: int) -> str:
-    """Return the status word of a file for the table; its problems are listed below."""
+    """Return a word for the table on the status of a file.
+
+    Problems of the file are listed below the table.
+    """
     return "ready" if problem is None else "damaged" if size else "missing"
 
 

@@ -60,8 +60,8 @@ class _Background:
     Attributes:
         instruction: Instruction of the task.
         gold: Steps of a plan that solves the task, as texts.
-        source: Origin of that plan.
-        rest: Steps of the answer that were never tried.
+        source: Origin of the plan in `gold`, as a heading.
+        rest: Steps of the answer after the failed step, which were never tried.
         outlook: Sentences about a failed answer from a search: whether an episode could still reach its
             goals, or the fewest edits that repair a plan.
     """
@@ -76,7 +76,7 @@ class _Background:
 _NOTHING_KNOWN = _Background()
 
 _MAX_PART = 300
-"""Maximum number of characters that are shown of a part of an answer's text."""
+"""Maximum number of characters that are printed for each part of an answer's text."""
 
 
 def _outcome(name: str) -> AnswerOutcome:
@@ -142,7 +142,10 @@ def explain(
 
 
 def _background(record: Record, records: Path, store: Store) -> _Background:
-    """Return the data set's information about a record's task; empty if the data is missing or differs."""
+    """Return the data set's information about a record's task.
+
+    The result is empty if the data set is missing, or differs from the data of the record.
+    """
     own = find_benchmarks_of_runs([records]).get(record.domain)
     if own is not None or (record.domain in list_benchmarks() and is_at_hand(store, record.domain)):
         with suppress(EaiError):
@@ -161,11 +164,11 @@ def _suite(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
 
 
 def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
-    """Write the execution of an answer as an animated picture.
+    """Write an animated picture (GIF) of the execution of an answer.
 
     Raises:
-        InputError: Several answers or none are chosen, or the answer has no known execution, or its scene
-            cannot be built.
+        InputError: The number of chosen answers is not one, the execution of the answer is unknown, or the
+            scene cannot be built.
         EaiError: A library for drawing is not installed.
     """
     if len(chosen) != 1:
@@ -178,7 +181,10 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
 
 
 def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
-    """Return a plan that solves a task as steps or subgoals, and its origin; empty for other abilities."""
+    """Return a plan that solves a task, as texts of actions or subgoals, and a heading with its origin.
+
+    Both are empty if answers to the ability are not plans.
+    """
     if suite.ability is Ability.SUBGOAL_DECOMPOSITION:
         book = open_answer_book(suite.benchmark, suite.ability, suite.source)
         return book[task.id].parts, "gold subgoals"
@@ -191,7 +197,7 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
 
 
 def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
-    """Return sentences about a failed answer from its record, or else from a new search."""
+    """Return sentences on how far a failed answer is from success, by its record or a new search."""
     verdict = record.verdict
     if outcome_of(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
@@ -288,7 +294,7 @@ def _print_explanation(
 
 
 def _print_reading(console: Console, record: Record) -> None:
-    """Print how each part of the answer's text was read, unless all was read without repairs."""
+    """Print how each part of the answer's text was read, unless all text was read without corrections."""
     spans = record.verdict.spans
     if not record.response or all(span.kind is SpanKind.READ for span in spans):
         return
@@ -339,7 +345,7 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
 
 
 def _print_hanging(console: Console, before: str, text: Text) -> None:
-    """Print a text after a label, with its further lines indented below it."""
+    """Print a text after a label. Further lines of the text are indented by the width of the label."""
     for line in text.wrap(console, max(console.width - len(before), 20)):
         line.rstrip()
         console.print(Text(before, style=text.style).append_text(line))
@@ -347,7 +353,7 @@ def _print_hanging(console: Console, before: str, text: Text) -> None:
 
 
 def _together(facts: Sequence[str]) -> list[str]:
-    """Return the facts as texts. Two facts of a symmetric relation become one text."""
+    """Merge two facts of a symmetric relation, such as next_to(a, b) and next_to(b, a), into one text."""
     merged: dict[str, str] = {}
     for fact in facts:
         name, _, objects = fact.removesuffix(")").partition("(")
@@ -417,7 +423,7 @@ def _verdict_text(record: Record) -> Text:
 
 
 def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
-    """Return the records of a model.
+    """Return the records of a model, or all records if the model is None.
 
     Raises:
         InputError: The model has no record.

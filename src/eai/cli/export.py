@@ -39,7 +39,7 @@ app = typer.Typer(no_args_is_help=True)
 
 
 _Format: TypeAlias = Literal["jsonl", "hf"]
-"""Form of a data set: one file of JSON Lines, or a folder for the library `datasets` of Hugging Face."""
+"""Format of a written data set: a JSON Lines file, or a folder for the Hugging Face library `datasets`."""
 
 _Out = Annotated[Path, flag(help="The file to write; of --format hf, the folder.", metavar="FILE")]
 _OfFormat = Annotated[
@@ -191,7 +191,7 @@ def _answers(
     data: Path | None,
     left_out: Counter[str],
 ) -> Iterator[TrainingRow]:
-    """Yield all answers in files of records with their value, grouped by suite."""
+    """Yield the answers in files of records, each with its value as a reward, grouped by suite."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
@@ -211,7 +211,7 @@ def _answers(
 
 
 def _splits(domain: str) -> list[tuple[str, str]]:
-    """Return the splits of a domain: the files of a folder of task files, or one split for all tasks."""
+    """Return the splits of a domain: the files of a folder of task files, or one split with all tasks."""
     folder = Path(domain)
     if not folder.is_dir():
         return [(TRAIN, domain)]
@@ -219,7 +219,7 @@ def _splits(domain: str) -> list[tuple[str, str]]:
 
 
 def _write(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
-    """Write a data set. Nothing exists under its name before it is complete."""
+    """Write a data set. Its file or folder does not exist before it is complete."""
     made = list(rows)
     if form == "jsonl":
         write_whole({out: _lines(made)})
@@ -240,9 +240,9 @@ def _lines(rows: Iterable[TrainingRow]) -> Iterator[str]:
 
 
 def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
-    """Return the file eval.yaml, which registers a data set as a benchmark on the Hugging Face Hub.
+    """Return the text of eval.yaml, which registers a data set as a benchmark on the Hugging Face Hub.
 
-    It lists each suite with its split, without splits for training.
+    The file lists each suite with its split. Splits for training are left out.
     """
     held_out = [each for each in asked if each[1] != TRAIN] or list(asked)
     tasks = ""

@@ -176,7 +176,10 @@ def generate_tasks(
 def _collect(
     generated: Iterator[GenerationOutcome], number: int
 ) -> tuple[Sequence[GenerationOutcome], InputError | InterruptError | None]:
-    """Return outcomes of seeds until enough tasks are made, and the reason if there are fewer."""
+    """Return the outcomes of seeds until enough tasks are made, and the error if fewer tasks were made.
+
+    The outcome of a seed is a task, or a reason why the seed gave no task.
+    """
     outcomes: list[GenerationOutcome] = []
     try:
         with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
@@ -192,7 +195,7 @@ def _collect(
 
 
 def _validate(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
-    """Check all certificates with VAL.
+    """Check the certificates (plans that solve the tasks) with the plan validator VAL.
 
     Raises:
         EaiError: VAL rejects a certificate that the engine accepts, so no task can be trusted.
@@ -205,7 +208,7 @@ def _validate(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
 
 
 def _parse_range(text: str) -> tuple[float, float]:
-    """Parse a range of two numbers; the first must not exceed the second."""
+    """Parse a range of difficulty, as in 0:2. The first number must not exceed the second."""
     low, _, high = text.partition(":")
     try:
         numbers = float(low), float(high)
@@ -217,7 +220,7 @@ def _parse_range(text: str) -> tuple[float, float]:
 
 
 def _parse_minimum(text: str) -> tuple[Measure, int]:
-    """Parse a measure and its minimum value."""
+    """Parse a measure of tasks and its minimum value, as in containers=1."""
     name, _, number = text.partition("=")
     names = [measure.value for measure in Measure]
     if name not in names or not number.isdecimal():
@@ -227,7 +230,7 @@ def _parse_minimum(text: str) -> tuple[Measure, int]:
 
 
 def _print_shapes(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:
-    """Print the goal shapes of the data set and of the new tasks side by side."""
+    """Print numbers of steps, goals and objects, and shapes of goals, for the data set and the new tasks."""
     table = Table("min, quartiles, max", "data set", "generated")
     for name in ("steps", "goals", "objects"):
         table.add_row(name, *(", ".join(map(str, shape[name])) for shape in (public, made)))

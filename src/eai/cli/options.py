@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from eai.agents.setting import Setting
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
-"""Panels in the help of commands that score."""
+"""Titles of the panels of options in the help of commands that score."""
 
 ABILITIES = f"{', '.join(PAPER_ABILITIES)}, or another one by its name"
 """Values of ``--ability``."""
@@ -68,7 +68,7 @@ Wide = Annotated[bool, flag("--wide", help="All columns in one table, however wi
 
 
 def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
-    """Set the folder of the data set as default for all that a command starts: models, Inspect, workers."""
+    """Make a folder the data set's default folder for a command, and for the processes that it starts."""
     if folder is not None:
         before = {name: os.environ[name] for name in (FOLDER_VARIABLE,) if name in os.environ}
 
@@ -153,7 +153,7 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
     Raises:
         InputError: An option is only for models.
     """
-    from eai.agents.setting import AGENT, Setting  # imported late: commands that score do not need it
+    from eai.agents.setting import AGENT, Setting  # imported late, because commands that score do not need it
 
     chosen = apply_settings(AGENT, Setting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):

@@ -83,7 +83,7 @@ def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Progres
 
 
 def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[ProgressWatch]:
-    """Show a bar on a terminal, or lines elsewhere."""
+    """Show progress by a bar on a terminal, or by lines in other output."""
     console = errors()
     return _bar(title, console) if console.is_terminal else nullcontext(_lines(title, console, first, unit))
 
@@ -103,7 +103,7 @@ def _bar(title: str, console: Console) -> Iterator[ProgressWatch]:
     room = console.width - BESIDE_THE_TITLE
     title = (
         title if len(title) <= room else f"…{title[1 - room :]}"
-    )  # otherwise counts and times would be cut
+    )  # a narrower column would cut counts and times off
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None, rate="", failed="")
 
@@ -121,9 +121,9 @@ def _bar(title: str, console: Console) -> Iterator[ProgressWatch]:
 
 
 def _lines(title: str, console: Console, first: float, unit: str) -> ProgressWatch:
-    """Print a line for every tenth of the work, with a minimum time between lines.
+    """Return a function that prints a line for each tenth of the work, with a minimum time between lines.
 
-    Slow work has a line a minute, with the estimated time left.
+    If work is slow, it prints lines more often, with the estimated time left.
     """
     began = time.monotonic()
     shown, due, overdue = -1, began + first, began + LONGEST_SILENCE

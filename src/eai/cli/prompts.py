@@ -84,7 +84,7 @@ def write_prompts(
 def _open_prompts(
     library: Library, benchmark: Benchmark, ability: Ability, goals: Path | None
 ) -> Mapping[str, Prompt]:
-    """Return all prompts, or prompts with the goals of answers to goal interpretation."""
+    """Return the prompts of all tasks, or prompts that state the goals in answers to goal interpretation."""
     if goals is None:
         return library.open(benchmark, ability)
     from eai.studies.pipeline.stage_one import read_goal_beliefs

@@ -118,7 +118,7 @@ def report(
 
 
 def _formats(text: str) -> list[str]:
-    """Return the formats of plots in an option.
+    """Return the file formats of plots that an option names, separated by commas.
 
     Raises:
         InputError: A format is unknown.
@@ -178,7 +178,7 @@ def _film(out: Path, record: Record) -> str:
 
 
 def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
-    """Return the prompts and operators of a benchmark for the explorer, as far as they can be made."""
+    """Return the prompts and operators of a benchmark for the explorer. Unavailable texts are left out."""
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
         with suppress(EaiError):
@@ -195,7 +195,7 @@ def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
 
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
-    """Print one table for each domain and protocol."""
+    """Print a table of main results for each domain and protocol."""
     summaries = [summary_of(count_goals_as_paper(run) if paper else run) for run in read_runs(records)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
@@ -217,7 +217,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
 
 
 def _format_overview(ranking: Ranking) -> Table:
-    """Return a table with its protocol in the title and abilities above its columns."""
+    """Return a table for the screen, with the protocol in the title and abilities above columns."""
     table = ranking.table()
     first = len(table.columns) - len(ranking.columns)
     headings = map(_heading, ranking.columns)

@@ -50,13 +50,13 @@ SHOWN_TASKS = 5
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A run of several suites.
+    """Specification and output folder of a run of several suites.
 
     Attributes:
         spec: Specification of the run.
         library: Source of prompts.
         out: Folder of the results.
-        quiet: Whether results are not printed.
+        quiet: Whether only errors are printed.
     """
 
     spec: RunSpec
@@ -66,7 +66,7 @@ class _Order:
 
 
 _WHO, _WHAT, _ALL = "Who is asked", "What is asked", "All options"
-"""Panels of the help."""
+"""Titles of the panels of options in the help of ``eai run``."""
 
 
 @resumable
@@ -194,7 +194,7 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
 
 
 def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> FirstStage | None:
-    """Return the stage before the questions, which interprets goals or perceives scenes, or None."""
+    """Return the stage in which a model first interprets goals or perceives scenes, or None."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
@@ -224,9 +224,9 @@ def _obtain_and_score(
 ) -> SuiteResult:
     """Obtain one model's answers to one suite through Inspect, and score them.
 
-    Inspect is imported only here. In a pipeline, or with a perceived scene, the first stage changes the
-    prompts. A task without an answer in the first stage is not asked. Each task gets as many answers as the
-    order asks for, or ``epochs``. Records of an earlier stage contain no options of studies.
+    Inspect is imported only here. In a pipeline, or with a perceived scene, prompts contain the results of
+    the first stage. A task without an answer in the first stage is not asked. The number of answers for each
+    task is ``epochs``, or the number in the order. Records of an earlier stage contain no options of studies.
     """
     from eai.run.tasks import combine_experiments, make_trials, obtain_answers, write_scores
 
@@ -279,7 +279,7 @@ def _obtain_and_score(
 
 
 def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
-    """Print errors, usage and the location of results. End with status 1 if answers are missing."""
+    """Print errors, used tokens and the folder of results. Exit with status 1 if answers are missing."""
     if as_json:
         known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
         console.print_json([{**found, "model": each.model, **each.effort()} for each, found in known])
@@ -304,7 +304,7 @@ def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> N
 
 
 def _effort(outcome: SuiteResult) -> str:
-    """Return one line with usage and location of a run."""
+    """Return one line on a run: numbers of answers and tokens, cost, and folder of the results."""
     usage = outcome.usage
     parts = [console.format_count(outcome.totals.coverage.answered, "answer")]
     if usage.input_tokens is not None and usage.output_tokens is not None:
@@ -322,7 +322,7 @@ def _effort(outcome: SuiteResult) -> str:
 def _obtain_adaptively(
     order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, obtain: Any
 ) -> SuiteResult:
-    """Ask tasks in rounds until the ability estimate is precise, and print its standard error."""
+    """Ask tasks in rounds until the estimate of the model's ability is precise. Print the standard error."""
     ask = partial(_obtain_and_score, order, endpoint, suite=suite)
     result: SuiteResult
     result, remark = obtain(ask, prompts, suite, order.spec.tasks.adaptive)

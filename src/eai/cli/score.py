@@ -50,12 +50,12 @@ LOG_SUFFIX = ".eval"
 
 @dataclass(frozen=True, slots=True)
 class _AnswersToScore:
-    """The answers of one model to one suite, and the folder of their results.
+    """The answers of one model to one suite, with the folder for the results.
 
     Attributes:
         rules: Game rules of the answers; None for the standard rules.
-        elsewhere: Ids of tasks that the model answered by other rules.
-        logged: Adds the experiment from a log to a record.
+        elsewhere: Ids of tasks that the model answered by other game rules.
+        logged: Function that adds the options of studies from an Inspect log to a record, or None.
     """
 
     suite: Suite
@@ -166,7 +166,7 @@ def score(
 
 
 def _split_by_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
-    """Split answers by their game rules, with one folder for each of several rules."""
+    """Split answers by their game rules. If there are several rules, each has a separate folder."""
     parts = split_by_rules(share.suite.ability, share.answers)
     shares = []
     for rules, answers in parts.items():
@@ -182,7 +182,7 @@ def _split_by_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
 
 
 def _note_elsewhere(shares: Sequence[_AnswersToScore]) -> None:
-    """Print a note on standard error with the number of answers to tasks outside the data set, if any."""
+    """Print a note on standard error if answers are to tasks outside the data set."""
     for share in shares:
         if share.answers.skipped_rows:
             title = f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}"
@@ -191,7 +191,7 @@ def _note_elsewhere(shares: Sequence[_AnswersToScore]) -> None:
 
 
 def _open_scoring(workers: int, ray: str | None) -> Scoring:
-    """Open the workers that score: processes of this machine, or a Ray cluster."""
+    """Open the processes that score, on this machine or on a Ray cluster, for the time of a block."""
     if ray is None:
         return Scoring(workers)
     with require_extra("ray", "--ray needs"):
@@ -234,7 +234,7 @@ def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> Totals
 
 
 def _interrupt_message(shares: Sequence[_AnswersToScore], done: int) -> str:
-    """Return the message after an interrupt of scoring."""
+    """Return the message after an interrupt, which names the files that are still to be scored."""
     if not done or shares[0].out is None:
         return "interrupted; nothing is written"
     left = shares[done]
@@ -245,11 +245,15 @@ def _interrupt_message(shares: Sequence[_AnswersToScore], done: int) -> str:
 def _parts(
     share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterable[RecordBatch]:
-    """Yield the records of all answers in batches, and the means of several epochs."""
+    """Return the records of all answers in batches.
+
+    Several epochs have one record per task, with their mean.
+    """
     averaged = declaration_of(share.suite.ability).combine_epochs
     if averaged is None or not share.answers.further_epochs:
         return _parts_of(share, settings, workplace, quiet=quiet)
-    from eai.results.epochs import average_records  # imported late: answers of one epoch do not need it
+    # imported late, because answers of one epoch do not need it
+    from eai.results.epochs import average_records
 
     suite = share.suite
     of_epochs = [
@@ -280,7 +284,7 @@ def _parts_of(
 
 
 def _finish_of(share: _AnswersToScore) -> Callable[[Record], Record] | None:
-    """Return a function that adds experiment, stated goals and prompt name to a record."""
+    """Return a function that adds study options, stated goals and prompt name to a record, or None."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
     from eai.results.epochs import finish_record
@@ -301,7 +305,7 @@ def _in_turn(first: Callable[[Record], Record], second: Callable[[Record], Recor
 
 
 def _note_authority(name: str, totals: Totals) -> None:
-    """Print a note on standard error with the number of problems that Fast Downward had to decide."""
+    """Print a note on standard error if Fast Downward decided problems that the built-in search left open."""
     left = totals.left.total()
     if not left:
         return
@@ -311,7 +315,7 @@ def _note_authority(name: str, totals: Totals) -> None:
 
 
 def _note_replaced(file: Path, share: _AnswersToScore) -> None:
-    """Print a note on standard error if a file of records of another run is replaced."""
+    """Print a note on standard error if scoring replaces a file with records of another run."""
     if not file.is_file():
         return
     try:
@@ -325,7 +329,7 @@ def _note_replaced(file: Path, share: _AnswersToScore) -> None:
 
 
 def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_AnswersToScore]:
-    """Yield the answers to one suite. With several files, each model has its own folder."""
+    """Return the answers to one suite. If there are several files, each model has its own folder."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
     answers_by_file = [_read(file, suite) for file in files]
     _refuse_equal_models([answers.model for answers, _ in answers_by_file])

@@ -19,7 +19,7 @@ from eai.results.totals import Totals
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
 _GROUPED = re.compile(r"\.(?=\D)")
-"""Point between the group and the name of a metric, unlike the point in a number such as 1.5."""
+"""Pattern of the point between the group and the name of a metric, unlike the point in 1.5."""
 
 PERCENT = Column("percent", digits=1, is_number=True)
 """Style of a column of rates in percent."""

@@ -138,5 +138,5 @@ def _operators_summary() -> TableSpec:
 
 
 def columns_of(name: str) -> tuple[MetricColumn, ...]:
-    """Return the columns of one of the paper's tables, from the first domain that has the table."""
+    """Return the columns of the paper's table with this name."""
     return next(spec.columns for spec in (*_paper_tables(), _operators_summary()) if spec.name == name)
