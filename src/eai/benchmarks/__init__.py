@@ -1,1 +1,1 @@
-"""Benchmarks, their registry, suites and errata, baselines such as random answers, and the task generator."""
+"""Benchmarks: their registry, suites, errata, baselines such as random answers, and the task generator."""

@@ -1,4 +1,4 @@
-"""Benchmarks: a domain with its tasks, notation and published data, in one value."""
+"""A benchmark in one value: its domain, its tasks, the notation of answers, and its published data."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FOLDER = "formats"
 
 
 def read_formats(package: str) -> Mapping[Ability, str]:
-    """Return the texts in the folder ``formats`` of a package, by ability."""
+    """Return texts from the folder ``formats`` of a package, by ability. They describe forms of answers."""
     folder = files(package) / FOLDER
     files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
     return {
@@ -43,44 +43,48 @@ def read_formats(package: str) -> Mapping[Ability, str]:
 
 
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
-"""Opens the scorers of an ability's tasks in a benchmark, by task id. It can be pickled."""
+"""Opens the scorers of answers to a benchmark's tasks of an ability, by task id. It can be pickled."""
 
 OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
-"""Opens the demonstrations in an archive. Raises DataError if the archive is absent or damaged."""
+"""Opens the demonstrations in an archive as tasks.
+
+Raises DataError if the archive is absent or damaged.
+"""
 
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
-"""Returns the PDDL problem whose goals are the given ground conditions of a task."""
+"""Returns, as text, a PDDL problem for a task: its goals are the given ground conditions."""
 
 PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
 """Returns the published prompts of an ability. Raises DataError if they cannot be obtained."""
 
 OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
-"""Counts figures of a data set. Returns, by label, a number and a note on its meaning."""
+"""Returns figures of a data set by label. A figure is a number and a note on its meaning."""
 
 OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
-"""Opens the objects and predicates of a data set's own problem language, for reading problems."""
+"""Opens the objects and predicates of the language in which a data set writes problems."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DataSet:
-    """The published data of a benchmark; a benchmark declared in a program needs none.
+    """The published data of a benchmark. A benchmark that is declared in a program has none.
 
     Attributes:
         title: name in tables and on pages; by default the name of the benchmark.
         errata: errors in the data, and their corrections.
-        prompts: published prompts; None if there are none.
-        goal_sections: the section of published prompts that states the goals, by ability.
-        task_id_of: returns the id of the task for an identifier in files of answers; None if the task is
-            known not to be in the data set.
-        own_tasks: opens the tasks of an ability that has other tasks, such as published operators. By
-            default, transition modeling is asked of the exported domain.
-        asks: whether an ability is asked of a task; by default of all.
-        only_by_name: the reason why commands ask an ability only if it is named, by ability.
-        own_figures: counts the figures that `eai data stats` does not count from the tasks.
-        open_public: opens the tasks with published answers; by default all tasks of the benchmark.
+        prompts: returns published prompts; None if the benchmark has none.
+        goal_sections: ability -> the section of published prompts that states the goals.
+        task_id_of: returns the task id for an identifier in a file of answers; None if the task is known not
+            to be in the data set.
+        own_tasks: ability -> function that opens its tasks, for abilities with tasks of their own, such as
+            published operators. By default, transition modeling uses operators of the domain as tasks.
+        asks: ability -> whether the ability is asked of a task; by default it is asked of all tasks.
+        only_by_name: ability -> reason why commands ask the ability only if the user names it.
+        own_figures: counts figures for `eai data stats` that do not follow from the tasks.
+        open_public: opens the tasks whose answers are published; by default all tasks of the benchmark.
         open_demonstrations: opens demonstrations in an archive.
-        problem_of: returns the planning problem of ground goals of a task in the published planning domain.
-        open_bddl: opens the objects and predicates of BDDL problems; by default those of the domain.
+        problem_of: returns the problem in the published planning domain whose goals are ground goals of a
+            task.
+        open_bddl: opens the objects and predicates for reading BDDL problems; by default those of the domain.
         planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
     """
 
@@ -105,12 +109,13 @@ class Benchmark:
     """A domain with its tasks, the notation of answers, and its published data.
 
     Attributes:
-        name: name in records.
+        name: name in records of results.
         domain: the domain as the paper means it.
-        open_tasks: opens the tasks; `eai.tasks.source.given` for tasks declared in a program.
+        open_tasks: opens the tasks. For tasks declared in a program, `eai.tasks.source.given` makes it.
         notation: the notation of answers and the names of objects and predicates.
         data: the published data.
-        reference: reference for `eai.benchmarks.registry.find_benchmark`; empty if the benchmark has none.
+        reference: text by which `eai.benchmarks.registry.find_benchmark` finds the benchmark; empty if none
+            does.
     """
 
     name: str
@@ -133,7 +138,7 @@ class Benchmark:
         return self.data.title or self.name
 
     def get_errata(self, source: Source) -> Errata:
-        """Return the corrections of the data set that apply when tasks are opened."""
+        """Return the errata that apply to the tasks of a source; none if the source switches errata off."""
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata
 
     def tasks(self, source: Source) -> TaskSet[Task]:
@@ -141,7 +146,7 @@ class Benchmark:
         return self.get_errata(source).correct_tasks(self.open_tasks(source))
 
     def with_changed(self, change: Callable[[Task], Task]) -> Benchmark:
-        """Return a copy of the benchmark whose tasks are changed by a function, after errata are applied."""
+        """Return a copy of the benchmark whose tasks a function has changed, after errata were corrected."""
 
         def open_tasks(source: Source) -> TaskSet[Task]:
             tasks = self.tasks(source)
@@ -188,7 +193,7 @@ class Benchmark:
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def world(self, source: Source) -> AbilityWorld:
-        """Return the domain, notation and planner for abilities; the source chooses the planner."""
+        """Return the domain and the notation for use by abilities, with the planner that the source names."""
 
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner
@@ -199,19 +204,19 @@ class Benchmark:
         return AbilityWorld(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
-        """Return the data set's corrected prompts by task id, or None if it has no prompts of this ability.
+        """Return the data set's corrected prompts by task id, or None if it has no prompts for this ability.
 
         Raises:
-            DataError: they cannot be obtained.
+            DataError: the prompts cannot be obtained.
         """
         files = self.official_files(ability, source)
         return None if files is None else files.read_prompts(self.data.task_id_of)
 
     def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
-        """Return the official prompt files, corrected by errata, or None if the data set has no prompts.
+        """Return the data set's prompt files with errata corrected, or None if the data set has no prompts.
 
         Raises:
-            DataError: they cannot be obtained.
+            DataError: the files cannot be obtained.
         """
         if self.data.prompts is None or declaration_of(ability).interaction.make_question is not None:
             return None
@@ -222,23 +227,23 @@ class Benchmark:
         return files.correct(lambda name, question: correct(self.data.task_id_of(name) or name, question))
 
     def wording(self, ability: Ability) -> Wording:
-        """Return the names of objects and predicates in prompts of an ability."""
+        """Return the names of objects and predicates that prompts of an ability use."""
         if self.notation.wordings is not None:
             return self.notation.wordings(ability)
-        from eai.tasks.wording import Wording  # scoring does not need it
+        from eai.tasks.wording import Wording  # not needed for scoring
 
         return Wording.of_domain(self.domain)
 
     def subgoals(self) -> SubgoalNotation:
-        """Return the notation of subgoals."""
-        from eai.abilities.notation.subgoals import SubgoalNotation  # plans do not need it
+        """Return the notation of subgoals in answers."""
+        from eai.abilities.notation.subgoals import SubgoalNotation  # not needed for plans
 
         return self.notation.subgoals or SubgoalNotation(self.domain)
 
     def observed_wording(self) -> Wording:
-        """Return the names of objects and predicates in observations.
+        """Return the names of objects and predicates that observations use.
 
-        They are the names in prompts for plans, and those of some more predicates.
+        These are the names in prompts for plans, and the names of some additional predicates.
         """
         words = self.wording(Ability.ACTION_SEQUENCING)
         return replace(words, predicates=(*words.predicates, *self.notation.also_observed))

@@ -1,4 +1,4 @@
-"""Check a benchmark: its domain by random walks, the statements of its tasks, and its annotations."""
+"""Check a benchmark: its domain by random walks, claims of its tasks such as plans, and its annotations."""
 
 from __future__ import annotations
 
@@ -32,25 +32,25 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorVerdict
 
 _EXECUTED_ABILITIES = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
-"""Abilities whose gold answers are executed, or used for planning."""
+"""Abilities for which checks execute the gold answers, or give them to a planner."""
 
 WALKS = 5
 """Maximum number of tasks whose initial states start random walks."""
 
 _LIMITS = Limits(looks=150_000)
-"""Limits of the search for a plan of each task: about a second on a usual processor."""
+"""Limits of the search for a task's plan: about a second on a usual processor."""
 
 
 def _report_nothing(checked: int) -> None:
-    """Ignore the number of checked tasks."""
+    """Ignore the number of checked tasks: the default for `progressed`."""
 
 
 def check_benchmark(
     benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _report_nothing
 ) -> tuple[list[Finding], Counter[SearchEnd]]:
-    """Return all problems of a benchmark, and how each search for a missing plan ended.
+    """Return all problems of a benchmark, and how often each way of ending a search for a plan occurred.
 
-    Searches run for tasks without a plan of their own, except tasks excluded as unsolvable.
+    A plan is searched for each task that has none, except tasks excluded as unsolvable.
 
     Args:
         benchmark: the benchmark.
@@ -79,7 +79,7 @@ def check_benchmark(
 
 
 def _find_problems(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield the statements of a task that are false, such as a plan that misses its goals."""
+    """Yield the problems of a task, such as a plan that misses the goals."""
     if not task.goals:
         yield NO_GOALS
         return
@@ -106,10 +106,10 @@ def _list_kinds(formula: f.Formula) -> Iterator[str]:
 
 
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:
-    """Yield errors in the annotations of a benchmark that executing them can show.
+    """Yield errors in the annotations of a benchmark that show when the annotations are executed.
 
-    Errors are: plans that miss their goals, goals that are false in the annotated final state, and gold
-    operators with which a planner does not solve their problem. Tasks excluded from statistics of plans are
+    These are plans that miss their goals, goals that are false in the annotated final state, and gold
+    operators with which a planner does not solve the problem. Tasks excluded from statistics of plans are
     skipped.
 
     Raises:

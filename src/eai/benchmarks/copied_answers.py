@@ -1,9 +1,9 @@
 """Baselines that copy the question or public answers: models `eai/copy`, `eai/empty` and `eai/lookup`.
 
-A sound metric gives `eai/copy` and `eai/empty` no points. Copies use only the question (its goals, its
-instruction, the names of its operators), never a right answer. The lookup table answers with the answer to
-the most similar other public task, with renamed objects. Anybody who knows the public answers could do so
-without deciding anything.
+A sound metric gives no points to `eai/copy` and `eai/empty`. The model `eai/copy` uses only the question (its
+goals, its instruction, the names of its operators), never a right answer. The model `eai/lookup` takes the
+answer to the most similar other public task, and renames the objects. Anybody who has the public answers can
+do this without deciding anything.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ from eai.world.state import Scene
 _WORD = re.compile(r"[a-z]{2,}")
 
 _MAX_NAME_WORDS = 3
-"""Maximum number of instruction words in a name, as in ``floor lamp`` or ``next to``."""
+"""Maximum number of words of an instruction that form one name, as in ``floor lamp`` or ``next to``."""
 
 
 _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
-"""An action that achieves a fact, and the objects of the action that the fact determines."""
+"""An action schema that achieves a fact, and the schema's variables that the fact binds to objects."""
 
 
 def copy_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
-    """Return the goal of a task as one subgoal: actions in order, on any objects, then final conditions.
+    """Return all goals of a task as one subgoal: first the actions in order, then the final conditions.
 
-    Quantifiers are expanded, since not every notation has them; a goal about pairs uses the first pairs.
-    Goals over time are left out.
+    Quantifiers are expanded, because not every notation has them. A goal about pairs of objects becomes a
+    goal about the first pairs. Goals over time are left out.
     """
     lexicon = notation.lexicon(task.scene)
     arities = notation.domain.arities
@@ -117,9 +117,10 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
 def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
     """Return answers that are copied from the question without understanding it.
 
-    Goals are all goals that the instruction's words can state. The only subgoal is the goal, its actions
-    before its states. A plan has an action for each part of the goal that achieves it, without preparing
-    steps. Operators have no preconditions, and apply the goal's predicates to all their parameters.
+    Answers to goal interpretation are all goals that words of the instruction can state. The only subgoal is
+    the task's goal, with its actions before its conditions. A plan has, for each condition of the goal, an
+    action that achieves it, without the steps that make the action possible. Operators have no preconditions,
+    and their effects apply the goal's predicates to all parameters.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -130,7 +131,7 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
-    """Return empty answers in the required form.
+    """Return answers without content in the required form, such as plans without steps.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -140,7 +141,7 @@ def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USU
 
 
 def find_mentions(words: Sequence[str], name: str) -> list[int]:
-    """Return the positions at which a name begins in a list of words. Word endings are ignored."""
+    """Return the positions in a list of words at which a name begins. Word endings are ignored."""
     stem = _stem("".join(_WORD.findall(name.lower())))
     spans = [(i, n) for i in range(len(words)) for n in range(1, _MAX_NAME_WORDS + 1) if i + n <= len(words)]
     return [i for i, n in spans if stem and _stem("".join(words[i : i + n])) == stem]
@@ -160,7 +161,7 @@ def _stem(word: str) -> str:
 
 
 def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """Return goals from an instruction: named states of named objects, named relations, and named actions."""
+    """Return goals that words of an instruction state: states and relations of objects, and actions."""
     task = task.without_goals_over_time
     notation, words = benchmark.notation.goals, list_instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)
@@ -188,11 +189,14 @@ def _copy_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 _achievers = lru_cache(maxsize=8)(Achievers)
-"""Actions that achieve each fact of a domain, compiled once for all its tasks."""
+"""Returns the actions of a domain by the facts that they achieve; made once for all tasks of the domain."""
 
 
 def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """Return an action for each goal about states, then the action goals. Objects are the first that fit."""
+    """Return an action for each condition of the goals about states, then an action for each action goal.
+
+    Each action has the first objects that fit.
+    """
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
         _choose_action(_find_achievers(literal, task, achievers), task) for literal in _list_literals(task)
@@ -204,14 +208,17 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 def _list_literals(task: Task) -> Iterator[Literal]:
-    """Yield the conditions of the first option of each goal about states."""
+    """Yield the conditions of each goal about states. For a goal with several options, the first is used."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from next(choice_options(ground(goal.formula, task.scene.names_of_category)), ())
 
 
 def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_AchieverMatch]:
-    """Yield the actions that make a condition about given objects true. Direct effects come first."""
+    """Yield the actions that make a ground condition true.
+
+    Actions that change its predicate directly come first.
+    """
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, f.Atom):
         return
@@ -228,7 +235,7 @@ def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Itera
 
 
 def _choose_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
-    """Return the first suitable action on objects of the task, in whatever state, or None."""
+    """Return the first matching action with objects of the task, possible or not, or None."""
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
         for binding in achiever.bindings(task.initial, scope, usable, Effort(Limits().bindings)):
@@ -237,7 +244,10 @@ def _choose_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | No
 
 
 def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
-    """Return operators without preconditions whose effects assert and deny the goal's predicates."""
+    """Return operators without preconditions.
+
+    Effects make predicates of the goal true, or false if it negates them.
+    """
     subformulas = list(walk(task.problem.goal))
     denied = {
         p.operand.predicate for p in subformulas if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)
@@ -252,7 +262,7 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
 
 
 def _apply_to_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
-    """Return the effect that a predicate becomes true, or false, of all parameters that its types allow."""
+    """Return the effect that makes a predicate true, or false, for all parameters of fitting types."""
     atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
     return quantify(Each, parameters, effect)
@@ -269,14 +279,14 @@ _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
 _NAME = re.compile(r"[\w.]+")
 
 _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities for which the lookup table adapts answers of similar tasks. Episodes use plans."""
+"""Abilities for which `eai/lookup` adapts answers to similar tasks. Episodes use the adapted plans."""
 
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
-    """Return answers taken from the most similar public task (the lookup table).
+    """Return answers that the model `eai/lookup` takes from the most similar public task.
 
-    Plans and subgoals come from the task with the most similar goals. Goals come from the task whose
-    instruction shares most words. Operators come from any other task that needs them.
+    Plans and subgoals come from the other task with the most similar goals. Goals come from the other task
+    whose instruction shares most words. An operator comes from any other task that needs it.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -305,10 +315,10 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
 
 
 class LookupTable:
-    """Finds the most similar task with a known plan, and adapts this plan.
+    """Finds the most similar task that has a plan, and adapts this plan to another task.
 
     Args:
-        public: the tasks; tasks without a plan are skipped.
+        public: the tasks to search. Tasks without a plan are skipped.
         domain: the domain.
     """
 
@@ -319,18 +329,21 @@ class LookupTable:
         self._domain = domain
 
     def adapt_plan(self, task: Task) -> tuple[Action, ...]:
-        """Return the plan of the most similar other task with this task's objects and known operators."""
+        """Return the plan of the most similar other task, with objects of this task.
+
+        Actions that the domain does not have are left out.
+        """
         nearest = self.find_nearest(task)
         plan = () if nearest is None else tuple(_adapt_steps(nearest, task))
         arities = self._domain.arities
         return tuple([action for action in plan if arities.get(action.operator) == len(action.arguments)])
 
     def solves(self, task: Task) -> bool:
-        """Whether the adapted plan of the most similar other task solves a task."""
+        """Whether the adapted plan of the most similar other task solves this task."""
         return solves(self._domain, task, self.adapt_plan(task))
 
     def find_nearest(self, task: Task) -> Task | None:
-        """Return the other task with the largest share of equal goals, or the first of several such tasks."""
+        """Return the other task with the largest share of equal goals, or else the first other task."""
         goals = _lift_goals(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
         alike = _find_most_similar(goals, task, map(self._entries.__getitem__, sharing))
@@ -340,7 +353,10 @@ class LookupTable:
 def _adapt_subgoals(
     benchmark: Benchmark, table: LookupTable, answers: AnswerBook, task: Task
 ) -> Sequence[str]:
-    """Return the subgoals of the most similar task about this task's objects, without foreign objects."""
+    """Return the subgoals of the most similar task, with objects renamed to this task's objects.
+
+    Subgoals about objects without a counterpart in this task are left out.
+    """
     nearest = table.find_nearest(task)
     if nearest is None:
         return ()
@@ -357,7 +373,10 @@ def _adapt_subgoals(
 def _adapt_goals(
     benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
-    """Return the goals of the task with the most similar instruction, if this task has their names."""
+    """Return goals of the task with the most similar instruction.
+
+    Goals with names that this task lacks are left out.
+    """
     notation = benchmark.notation.goals
     nearest = _find_most_similar(Counter(list_instruction_words(task)), task, texts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
@@ -368,18 +387,18 @@ def _adapt_goals(
 
 
 def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function that copies the operators of a task from another task that needs them too."""
+    """Return a function that returns a task's operators, as far as another task needs them too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].pddl for name in task.operators if uses[name] > 1]
 
 
 def _lift_goals(task: Task) -> Counter[str]:
-    """Return the goals of a task with objects replaced by their category."""
+    """Return the goals of a task as texts in which categories replace objects, with their counts."""
     return Counter([text for _, text in _write_goals_by_category(task)])
 
 
 def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
-    """Yield each goal of a task with a text in which categories replace objects."""
+    """Yield each goal of a task, and its text in which categories replace objects."""
     category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
         named = {name: category[name] for name in object_names(goal.formula)}
@@ -389,19 +408,22 @@ def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
 def _find_most_similar(
     texts: Counter[str], excluded: Task, among: Iterable[tuple[Task, Counter[str]]]
 ) -> Task | None:
-    """Return the task, other than the excluded task, with the largest share of texts in common."""
+    """Return the other task whose texts have the largest share in common with the given texts, or None."""
     others = [(task, task_texts) for task, task_texts in among if task.id != excluded.id]
     nearest = max(others, key=lambda entry: _compute_similarity(texts, entry[1]), default=None)
     return None if nearest is None else nearest[0]
 
 
 def _compute_similarity(texts: Counter[str], others: Counter[str]) -> int:
-    """Return the share of all texts that both tasks have, in millionths."""
+    """Return how many of the texts of two tasks are common to both, in millionths of all texts."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 
 
 def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
-    """Yield the steps of one task's plan with objects of another task, if matching objects exist."""
+    """Yield the steps of one task's plan with matching objects of another task.
+
+    Steps without matches are left out.
+    """
     counterparts = _match_objects(
         source, target, [index for action in source.script for index in action.arguments]
     )
@@ -413,7 +435,10 @@ def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
 
 
 def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[int, int]:
-    """Match each object of one task with an object of another task: of an equal goal, or else by category."""
+    """Return a mapping from objects of one task to matching objects of another task, by index.
+
+    Objects match if they are in equal positions of equal goals, or else if they have one category.
+    """
     counterparts: dict[int, int] = {}
     goals = list(_write_goals_by_category(target))
     for formula, text in _write_goals_by_category(source):

@@ -1,4 +1,4 @@
-"""Translate steps of published planning operators to household actions (their counterparts)."""
+"""Translate steps of published planning operators to actions of a household domain."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eai.pddl.execute import PlanStep
 from eai.world.action import Action
 
 Counterpart: TypeAlias = tuple[str, tuple[int, ...]]
-"""The household action of a planning operator, and which parameters become its objects."""
+"""Household action of a planning operator, and positions of the parameters that become its objects."""
 
 
 def translate_steps(
@@ -17,11 +17,11 @@ def translate_steps(
     counterparts: Mapping[str, Counterpart],
     index_of: Callable[[str], int | None],
 ) -> Iterator[Action]:
-    """Yield the household action of each planning step, up to the first step without one.
+    """Yield the household action of each planning step, up to the first step whose operator has no action.
 
     Args:
-        steps: the steps, with as many objects as their operators have parameters.
-        counterparts: actions by operator.
+        steps: the steps, each with as many objects as its operator has parameters.
+        counterparts: household action by operator.
         index_of: finds the index of a scene object by its name in planning problems.
     """
     for step in steps:

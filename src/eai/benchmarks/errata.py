@@ -1,4 +1,4 @@
-"""Errata: a versioned table of errors in published data, with their corrections."""
+"""A versioned table of errors in published data, with their corrections (errata)."""
 
 from __future__ import annotations
 
@@ -36,27 +36,27 @@ _FILE = "errata.toml"
 
 
 def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
-    """Return a question that asks for the operators that are scored, instead of other operators."""
+    """Return a copy of a question that asks for the scored operators instead of those that it lists."""
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
     return "".join((before, mark, *(_write_head(task, name) for name in task.operators), end, behind))
 
 
 def _write_head(task: TransitionTask, name: str) -> str:
-    """Return an operator with empty precondition and effect, as questions state it."""
+    """Return an operator with empty precondition and effect, as questions list the operators to finish."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
 
 
 class _Replacement(Options):
-    """A passage of the data, and its replacement."""
+    """A passage of the data (`was`), and its replacement (`now`)."""
 
     was: str
     now: str
 
 
 class _StepEdit(Options):
-    """Steps of a plan in the data, from step number `step` (from 0) on, and their replacement."""
+    """Steps of the data set's plan from number `step` on, counted from 0, and the steps that replace them."""
 
     step: int
     was: tuple[str, ...]
@@ -74,11 +74,11 @@ class _Erratum(Options):
         since: version of the table that added the erratum.
         wrong: the error.
         evidence: how anybody can verify the error.
-        exclude: reason for excluding the tasks from statistics of plans, as in their records.
-        renamed: operator name in the data -> the name in the question.
+        exclude: reason for excluding the tasks from statistics of plans; records of the tasks repeat it.
+        renamed: name of an operator in the data -> its name in the question.
         problem: replacement in the planning problem.
         plan: replacements in the data set's own plan.
-        question: replacement in the data set's question.
+        question: replacement in the data set's official question.
         asks_scored: whether the question is changed to ask for the scored operators.
     """
 
@@ -98,7 +98,7 @@ class _Erratum(Options):
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """Names of the fields of an erratum that contain a correction."""
+        """Names of the fields of this erratum that contain a correction."""
         names = ("exclude", "renamed", "problem", "plan", "question", "asks_scored")
         return tuple(name for name in names if getattr(self, name))
 
@@ -122,21 +122,24 @@ class Errata:
     entries: tuple[_Erratum, ...] = ()
 
     def find_use(self, ability: Ability, task_id: str) -> ErrataUse | None:
-        """Return the version and the errata that can change verdicts on a task, for its record."""
+        """Return the version of the table, and ids of the errata that can change verdicts on a task.
+
+        A record stores them. Returns None if there is no table.
+        """
         return ErrataUse(self.version, self._deciding.get((ability, task_id), ())) if self.version else None
 
     @cached_property
     def _deciding(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
-        """Ids of errata that can change verdicts, by ability and task.
+        """Ids of the errata that can change verdicts, by ability and task.
 
-        Errata that concern only questions or plans are left out.
+        Errata that change only questions or the data set's plans are left out.
         """
         deciding = [entry for entry in self.entries if not entry.is_about_question and not entry.plan]
         pairs = ((key, entry.id) for entry in deciding for key in product(entry.abilities, entry.tasks))
         return {key: tuple(ids) for key, ids in group_pairs(pairs).items()}
 
     def correct_tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
-        """Return tasks of plans and goals with their errata corrected."""
+        """Return the tasks of plans and goals, each with its errata corrected."""
         by_task = self._group_by_task(Ability.ACTION_SEQUENCING)
 
         def corrected(task_id: str) -> TaskT:
@@ -150,7 +153,7 @@ class Errata:
         return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
 
     def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
-        """Return tasks of transition modeling with their errata corrected."""
+        """Return the tasks of transition modeling, each with its errata corrected."""
         by_task = self._group_by_task(Ability.TRANSITION_MODELING)
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
@@ -171,12 +174,12 @@ class Errata:
     def make_question_corrector(
         self, ability: Ability, operators: Callable[[], Mapping[str, TransitionTask]]
     ) -> Callable[[str, str], str] | None:
-        """Return the function that corrects the question of a task id, or None if all questions are right.
+        """Return a function that corrects a question, given its task id, or None if all questions are right.
 
         Args:
             ability: the ability of the questions.
-            operators: opens the tasks of transition modeling, for questions that must ask for their
-                operators.
+            operators: opens the tasks of transition modeling, which name the operators for which questions
+                must ask.
         """
         if not self.find_corrected_tasks(ability):
             return None
@@ -203,18 +206,18 @@ class Errata:
 
 
 NO_ERRATA = Errata()
-"""The errata of a benchmark without errata, or with errata switched off."""
+"""Errata without entries: for a benchmark without errata, or if errata are switched off."""
 
 
 def load_errata(domain: str) -> Errata:
-    """Return the packaged errata of a benchmark."""
+    """Return the errata of a benchmark from the table in this package."""
     errata = load_all_errata()
     return replace(errata, entries=tuple(entry for entry in errata.entries if entry.domain == domain))
 
 
 @cache
 def load_all_errata() -> Errata:
-    """Return the packaged table of all benchmarks."""
+    """Return the errata of all benchmarks from the table in this package."""
     return read_errata((resources.files("eai.benchmarks") / _FILE).read_text(encoding="utf-8"))
 
 
@@ -244,7 +247,10 @@ def read_errata(text: str) -> Errata:
 
 
 def _edit_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
-    """Return a plan with the corrections of an erratum, last step first, so that step numbers stay right."""
+    """Return a plan with the corrections of an erratum.
+
+    The last is made first, so that step numbers stay right.
+    """
     steps = list(script)
     for edit in sorted(entry.plan, key=lambda step_edit: -step_edit.step):
         positions = slice(edit.step, edit.step + len(edit.was))

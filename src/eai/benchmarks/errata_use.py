@@ -1,6 +1,6 @@
-"""Errata on which a verdict depends, as records store them.
+"""The errata on which a verdict may depend, as records store them.
 
-This module is separate so that reading records does not load the errata.
+This module is separate so that reading records does not load the table of errata.
 """
 
 from __future__ import annotations

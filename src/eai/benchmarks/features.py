@@ -1,4 +1,4 @@
-"""Features of tasks, independent of answers, to which scores can be related."""
+"""Compute features of tasks, such as the number of goals. Analyses relate scores to these features."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ from eai.world.relation import bits, mask_of
 class Features:
     """The features of one task.
 
-    A *goal* is a part of the task's goal as plans are tested for it. It may quantify over objects ("every jar
-    is open"). A *ground goal* is a condition on certain objects, as in goal interpretation. Ground goals are
+    A *goal* is one of the conditions for which plans are tested. It may quantify over objects ("every jar is
+    open"). A *ground goal* is a condition on certain objects, as in goal interpretation. Ground goals are
     counted in the first option of each goal; a condition in two options counts twice.
 
     Attributes:
         annotated_steps: number of steps of the data set's own plan; None if there is no plan.
-        annotated_operators: number of different operators of that plan; None if there is no plan.
-        tool_steps: number of its steps that need an object of a kind that they do not name, such as a knife
-            or a sink; None if there is no plan.
+        annotated_operators: number of different operators in the data set's own plan; None if there is no
+            plan.
+        tool_steps: number of steps of the data set's own plan that need an object without naming it, such
+            as a knife or a sink; None if there is no plan.
         goals: number of goals.
         state_goals: number of goals about states only.
         relation_goals: number of goals with relations.
         action_goals: number of goals that are actions to be taken.
         quantified_goals: number of goals that quantify over objects.
-        goal_options: number of combinations of one option of each goal.
+        goal_options: number of ways to choose one option of each goal.
         ground_goals: number of ground goals.
         ground_state_goals: number of ground goals about one object.
         ground_relation_goals: number of ground goals about two objects.
@@ -125,7 +126,7 @@ def _count_initial_facts(task: Task) -> int:
 
 
 def find_tool_operators(domain: Domain) -> frozenset[str]:
-    """Return operators that need an object of some kind, such as a knife, without naming it."""
+    """Return names of operators that need an object of some kind, such as a knife, without naming it."""
     kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
     return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))
 
@@ -136,7 +137,7 @@ def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
 
 
 def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
-    """Whether a formula requires an object of a given kind. Negated parts of it require no object."""
+    """Whether a formula requires an object of a given kind. Negated conditions require no object."""
     if isinstance(formula, Not):
         return False
     if isinstance(formula, Exists):

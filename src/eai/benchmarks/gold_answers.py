@@ -1,6 +1,6 @@
 """Answers of the built-in models: gold answers, planned answers, and randomly corrupted gold answers.
 
-The model `eai/noisy` gives corrupted answers, and repairs them if feedback names the error.
+The model `eai/noisy` gives corrupted answers. If feedback names an error, the model repairs it.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
-"""Consecutive parts of a gold answer, with the corrupted parts that replace them."""
+"""Consecutive parts of a gold answer, and the parts that replace them in the corrupted answer."""
 
 
 def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
     """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
-    Each part is corrupted independently: it is dropped, repeated, swapped with the next, or replaced by a
-    part of another task's answer.
+    A part is a step, goal, subgoal or operator. Each part is corrupted independently: it is dropped,
+    repeated, swapped with the next part, or replaced by a part of another task's answer.
 
     Args:
         book: the gold answers.
@@ -55,8 +55,9 @@ def make_heeding_answer(
 ) -> WrittenAnswer:
     """Return the answer of a noisy model that repairs an error only if the question names it.
 
-    If the question contains the model's last answer, followed by a reason, the model repairs the first
-    corrupted part of that answer with probability ``heed``. Otherwise it repeats its answer.
+    If the question contains the model's last answer, followed by the reason for its failure, the model
+    repairs the first corrupted part of that answer with probability ``heed``. Otherwise it repeats its
+    answer.
     """
     versions = list(yield_corrupted_versions(book, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
@@ -70,7 +71,10 @@ def make_heeding_answer(
 def yield_corrupted_versions(
     book: AnswerBook, task_id: str, rate: float, seed: str
 ) -> Iterator[WrittenAnswer]:
-    """Yield the corrupted answer, then this answer with 1, 2, ... repaired parts, up to the gold answer."""
+    """Yield a corrupted answer, then versions of it with 1, 2, ... repaired parts.
+
+    The last is the gold answer.
+    """
     answer = book[task_id]
     segments = list(_corrupt_parts(book, answer.parts, rate, make_random(seed, task_id)))
     yield _join_segments(segments, answer)
@@ -107,18 +111,18 @@ def _corrupt_parts(
 
 
 def make_random(seed: str, task_id: str) -> random.Random:
-    """Return the random generator for the answer to a task."""
+    """Return the random generator for the answer to a task, given the seed of all answers."""
     digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
     return random.Random(digest)  # noqa: S311 - chance, not secrets
 
 
 @dataclass(frozen=True, slots=True)
 class WrittenAnswer:
-    """An answer, as its parts (steps, goals, subgoals or operators) and the function that joins them.
+    """An answer: its parts (steps, goals, subgoals or operators) and the function that joins them.
 
     Attributes:
-        parts: the parts.
-        join: joins the parts.
+        parts: the parts of the answer.
+        join: joins the parts to a text.
         why_none: reason why there is no answer; empty if there is an answer.
     """
 
@@ -133,19 +137,25 @@ class WrittenAnswer:
 
 
 AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
-"""Answers to the tasks of a suite by id, in the order of the suite; each is made on first use."""
+"""Task id -> answer, in the order of a suite. Each answer is made on first use."""
 
 
 def make_answer_book(
     benchmark: Benchmark, ability: Ability, source: Source, parts: Callable[[Any], Iterable[str]]
 ) -> AnswerBook:
-    """Return answers whose parts are made from an ability's tasks, joined in the ability's notation."""
+    """Return an answer for each task.
+
+    A function makes its parts, which are joined as the ability requires.
+    """
     tasks, join = benchmark.tasks_for(ability, source), get_joiner(benchmark, ability)
     return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(parts(tasks[task_id])), join), tasks.sha256)
 
 
 def get_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
-    """Return the function that joins the parts of an answer. Answers without a notation have one part."""
+    """Return the function that joins parts to an answer.
+
+    An answer of an ability without notation has one part.
+    """
     match ability:
         case Ability.GOAL_INTERPRETATION:
             return benchmark.notation.goals.join
@@ -160,7 +170,7 @@ def get_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str
 
 
 def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
-    """Return the gold answers of a benchmark: the data set's own, or else plans found by the built-in search.
+    """Return the gold answers of a benchmark. If the data set has none, the built-in search finds plans.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -192,16 +202,16 @@ def open_planned_book(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Return answers from plans that the built-in search finds in the domain, instead of gold answers.
+    """Return answers made from plans of the built-in search, never from plans of the data set.
 
-    If the search finds no plan, there is no answer (`WrittenAnswer.why_none`).
+    If the search finds no plan, there is no answer, and `WrittenAnswer.why_none` says why.
 
     Args:
         benchmark: the benchmark.
         ability: the ability.
         source: the source of the data.
-        limits: limits of the search for a plan of action sequencing.
-        find: the search for a plan of action sequencing.
+        limits: limits of the search, for action sequencing.
+        find: the search for plans, for action sequencing.
 
     Raises:
         InputError: answers to this ability are not made from plans.
@@ -217,12 +227,15 @@ def open_planned_book(
 
 
 def no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
-    """Return the error for a suite to which a built-in model has no answers."""
+    """Return the error that a built-in model has no answers to a suite."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
 def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
-    """Return the benchmark with goals of its tasks replaced by the goals in answers, by task id."""
+    """Return a benchmark whose tasks have the goals that answers state.
+
+    `stated` maps task ids to answers. Other tasks keep their goals.
+    """
 
     def change_goals(task: Task) -> Task:
         answer = stated.get(task.id)
@@ -235,7 +248,7 @@ def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
 
 
 def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return the benchmark with one changed task, which starts after some executed actions."""
+    """Return a copy of the benchmark in which one task starts after some executed actions."""
 
     def change_initial(task: Task) -> Task:
         if task.id != task_id:
@@ -246,7 +259,7 @@ def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) 
 
 
 def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return the benchmark with one changed task, without the action goals that actions have reached."""
+    """Return a copy of the benchmark in which one task lacks the action goals that actions have reached."""
     names = [action.operator for action in done]
 
     def drop_goals(task: Task) -> Task:
@@ -264,9 +277,9 @@ def _open_plan_book(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Return gold plans as answers, or their subgoals as answers to subgoal decomposition.
+    """Return plans as answers to action sequencing, or their subgoals as answers to subgoal decomposition.
 
-    The data set's own plans are used if ``scripts`` is true and they exist; other plans are searched.
+    If ``scripts`` is true, the data set's own plans are used. Plans that it lacks are searched.
     """
     planner, join = Planner(benchmark.domain), get_joiner(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans
@@ -290,5 +303,5 @@ def _open_plan_book(
 
 
 def join_operators(operators: Iterable[str]) -> str:
-    """Return operators as one answer."""
+    """Return one answer that contains these operators."""
     return json.dumps({"output": "\n".join(operators)})

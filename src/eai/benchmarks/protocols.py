@@ -1,7 +1,7 @@
-"""Find protocols other than ``strict`` by name. Each protocol is one value.
+"""Find protocols (rules for scoring) other than ``strict`` by name.
 
 A distribution registers a protocol by an entry point of the group ``eai.protocols``: an `Implementation`.
-All differences of a protocol are in that value.
+This value states all differences from ``strict``.
 """
 
 from __future__ import annotations
@@ -25,18 +25,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Implementation:
-    """How a protocol scores answers, and how its published runs were made and counted.
+    """How a protocol scores answers, and how its published runs asked for and counted answers.
 
     Attributes:
-        open_suite: opens a suite with the protocol's readers, goal tests and counters. Raises InputError for
-            a benchmark that the protocol does not score.
-        attempts: returns the options of attempts in the published script, given the probability and the seed
-            of failing actions, and the number of further attempts (0 for the script's number).
+        open_suite: opens a suite whose answers are read, tested and counted as the protocol says. Raises
+            InputError for a benchmark that the protocol does not score.
+        attempts: returns the options of the published script for several attempts at a task. Arguments are
+            the probability and the seed of failing actions, and the number of attempts after the first (0 for
+            the script's own number).
         trial: executes plans as the published script does.
-        as_asked: returns the verdict on a task by the goals in the prompts of published runs.
-        as_counted: returns the verdicts on attempts with errors counted as in the published script, given the
-            number of further attempts.
-        over: returns the opener of a suite whose answers are scored together; None if each is read alone.
+        as_asked: returns the verdict by the goals that the prompts of published runs stated.
+        as_counted: returns verdicts on attempts, with errors counted as in the published script, given the
+            number of attempts after the first.
+        adapt_to_answers: returns the opener of a suite that scores all answers of a model together; None if
+            each answer is read without the others.
     """
 
     open_suite: Opener
@@ -49,7 +51,7 @@ class Implementation:
 
 @cache
 def find_implementation(name: str) -> Implementation | None:
-    """Return the implementation of a protocol, or None if the name is not registered.
+    """Return the registered implementation of a protocol, or None if no protocol has this name.
 
     Raises:
         InputError: the registered value is not an `Implementation`.
@@ -63,10 +65,10 @@ def find_implementation(name: str) -> Implementation | None:
 
 
 def find_preset(name: str) -> Implementation:
-    """Return the protocol of a published script, by name.
+    """Return the implementation of the protocol that a published script uses, by the name of the protocol.
 
     Raises:
-        InputError: there is no such protocol.
+        InputError: no protocol has this name.
     """
     implementation = find_implementation(name)
     if implementation is None:

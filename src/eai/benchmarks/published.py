@@ -1,4 +1,4 @@
-"""The published prompts, byte for byte, and the tasks of transition modeling with their gold operators."""
+"""Read the published prompts, byte for byte, and the published tasks of transition modeling."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from eai.tasks.task import Category
 
 Render = Callable[[Source], Mapping[str, str]]
-"""Renders prompts that the data set has only as a template, and returns the question by task id."""
+"""Renders prompts for which the data set has only a template. Returns the question by task id."""
 
 
 def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
-    """Return the reader of a benchmark's official prompts, byte for byte if the data set has them.
+    """Return a function that reads a benchmark's official prompts, byte for byte if the data set has them.
 
     Args:
         name: the benchmark's folder in the pack of prompts.
-        rendered: abilities whose prompts the data set has only as a template, with their renderers.
+        rendered: renderers by ability, for abilities whose prompts the data set has only as a template.
     """
 
     def files(ability: Ability, source: Source) -> PromptFiles:
@@ -48,7 +48,7 @@ def open_virtualhome(source: Source | None = None) -> TransitionTasks:
     """Return VirtualHome's 296 tasks of transition modeling; download them first if they are missing.
 
     Raises:
-        DataError: they cannot be obtained, or the store is damaged.
+        DataError: the tasks cannot be obtained, or the store is damaged.
     """
     from eai.benchmarks.virtualhome.counterparts import actions_of
 
@@ -60,7 +60,7 @@ def open_behavior(source: Source | None = None) -> TransitionTasks:
     """Return BEHAVIOR's 100 tasks of transition modeling; download them first if they are missing.
 
     Raises:
-        DataError: they cannot be obtained, or the store is damaged.
+        DataError: the tasks cannot be obtained, or the store is damaged.
     """
     from eai.benchmarks.behavior.counterparts import actions_of
 
@@ -72,12 +72,12 @@ _PARTS = ("parameters", "preconditions", "effects")
 
 
 def _build_transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> TransitionTasks:
-    """Return the tasks of the published files.
+    """Return the tasks of transition modeling in the published files.
 
     Args:
-        pack: the files.
-        header: name of the file with the planning domain.
-        actions_of: returns the household actions of the operators' steps.
+        pack: the pack with the files.
+        header: name of the file with types and predicates of the planning domain.
+        actions_of: translates planning steps to household actions.
     """
     from eai.pddl.model import OperatorText
     from eai.pddl.reader import read_domain
@@ -107,7 +107,7 @@ def _build_transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) 
 
 
 def _read_category(label: str) -> Category:
-    """Return the category of a data set label such as ``non-spatial_relations`` or ``object states``."""
+    """Return the category named by a label of the data set, such as ``non-spatial_relations``."""
     from eai.tasks.task import Category
 
     return Category(label.replace("-", "_").replace(" ", "_"))

@@ -1,7 +1,7 @@
 """A random baseline: the built-in model `eai/random` answers with random possible actions.
 
-It knows the possible actions and statements, and nothing of the goals. Its success rate shows how much of a
-task can be solved by luck.
+The model knows which actions and statements are possible, but not the goals. Its success rate shows how much
+of a task can be solved by luck.
 """
 
 from __future__ import annotations
@@ -41,27 +41,28 @@ from eai.world.history import History
 from eai.world.state import Fact, State
 
 _MAX_DRAWS = 5_000
-"""Maximum number of random draws before all actions are listed."""
+"""Maximum number of random draws of an action. If all are impossible, all possible actions are listed."""
 
 _HALF = 0.5
 
 _DEFAULT_STEPS = 5
-"""Length of an answer if no task has a plan."""
+"""Number of actions of an answer if no task of the data set has a plan."""
 
 
 RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], WrittenAnswer]
-"""Returns the answer to a task id and a seed, after some executed actions."""
+"""Returns a random answer, given a task id, a seed, and the actions that have been executed before."""
 
 
 def open_random_answers(
     benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
 ) -> RandomAnswers:
-    """Return random answers of an ability: a random plan, the changes by its steps, or its final changes.
+    """Return a function that gives random answers of an ability.
 
     A plan is a random walk: each action is drawn with equal probability from all possible actions on relevant
-    objects. Its length is that of the plan of some task of the data set. Subgoals are one visible change per
-    step. Goals are the changes at the end of the walk. Operators have random literals over their parameters,
-    as many on each side as some operator of the data set.
+    objects. The plan has the length of the plan of a random task of the data set. Answers with subgoals have
+    one visible change of each step of such a walk. Answers with goals have the changes from its start to its
+    end. Preconditions and effects of operators are random literals over their parameters. Their numbers are
+    those of random operators of the data set.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -88,7 +89,10 @@ def open_random_answers(
 def random_walk(
     domain: Domain, initial: State, objects: Sequence[int], rng: random.Random, max_steps: int
 ) -> Iterator[tuple[Action, State]]:
-    """Yield at most ``max_steps`` random possible actions, each with the state after it."""
+    """Yield at most ``max_steps`` random possible actions, each with the state after it.
+
+    Stop if none is possible.
+    """
     state = initial
     for _ in range(max_steps):
         action = _draw_action(domain, state, objects, rng)
@@ -101,7 +105,7 @@ def random_walk(
 def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: random.Random) -> Action | None:
     """Return a random possible action, each with equal probability, or None if no action is possible.
 
-    If there are too many actions to try all, one of the first possible actions is drawn.
+    If listing all actions exceeds a limit, only possible actions that come first are drawn.
     """
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_MAX_DRAWS):
@@ -122,7 +126,7 @@ def _write_plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ran
 
 
 def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    """Return a random change of each step as a subgoal."""
+    """Return one random change of each step as a subgoal."""
     lexicon = benchmark.subgoals().lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
@@ -142,7 +146,10 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
 
 
 def _list_changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
-    """Yield facts that ended between two states, negated, then facts that began. Prompts show these facts."""
+    """Yield negated facts that ended between two states, then facts that began.
+
+    Only facts that prompts show count.
+    """
     facts_before, facts_after = (
         dict.fromkeys(
             [fact for listing in wording.goal_listings for fact in listing.facts(state, prompt_objects(task))]
@@ -186,7 +193,7 @@ def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
 
 
 def _list_predicates(task: TransitionTask, action: m.PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield the predicates that an operator's parameters can fill, with the parameters of each argument."""
+    """Yield predicates with, for each of their arguments, the operator's parameters whose type fits."""
     above = m.parents(task.domain.header.types)
     kinds = {given.name: m.supertypes(above, m.type_of(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:

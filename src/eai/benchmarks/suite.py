@@ -1,4 +1,4 @@
-"""Suites: all tasks of a benchmark and an ability, ready to score answers under a protocol."""
+"""Suites: a suite has all tasks of a benchmark and an ability, and scores answers under a protocol."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Task
 
 @dataclass(frozen=True)
 class Suite:
-    """The tasks of a benchmark and an ability under one protocol.
+    """The tasks of a benchmark for one ability, scored under one protocol.
 
     Attributes:
         benchmark: the benchmark.
         ability: the ability.
-        protocol: the protocol.
-        scorers: the scorers of all tasks, in the order of the data set.
+        protocol: the protocol, which is the set of rules for scoring.
+        scorers: task id -> scorer of answers, in the order of the data set.
         reopen: opens the same suite again, for example in another process.
-        tasks: the tasks of the benchmark by id; empty if there are only scorers.
+        tasks: task id -> task of the benchmark; empty for a suite that is made only of scorers.
         source: the source of the data, the planner, and whether errata are used.
     """
 
@@ -53,7 +53,7 @@ class Suite:
     source: Source = field(default_factory=Source)
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
-        """Pickle a suite as the call that opens it, because the functions of domains cannot be pickled."""
+        """Pickle a suite as the call that opens it again: functions of domains cannot be pickled."""
         if not self.is_portable:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
         return self.reopen, ()
@@ -74,7 +74,7 @@ class Suite:
 
     @property
     def is_portable(self) -> bool:
-        """Whether the suite can be opened again elsewhere, such as in another process."""
+        """Whether the suite can be opened again from its reference, for example in another process."""
         return bool(self.benchmark.reference)
 
     @property
@@ -88,18 +88,18 @@ class Suite:
         return declaration_of(self.ability).has_plans
 
     def reference(self, task_id: str) -> str:
-        """Return a task's reference for `eai.reward`, such as ``virtualhome/action_sequencing/27_2``."""
+        """Return the text that names a task in `eai.reward`, as in ``virtualhome/action_sequencing/27_2``."""
         return str(TaskReference(self.benchmark.reference or self.domain, self.ability, task_id))
 
     @property
     def errata(self) -> Errata:
-        """Errata that apply to the suite's data."""
+        """The errata that apply to the suite's data."""
         return self.benchmark.get_errata(self.source)
 
     def adapt_to_answers(self, answers: Iterable[str]) -> Suite:
         """Return the suite that scores these answers together.
 
-        A protocol may choose one reading for all answers of a model.
+        A protocol may choose one way to read all answers of a model.
         """
         implementation = find_implementation(self.protocol.value)
         if implementation is None or implementation.adapt_to_answers is None:
@@ -108,10 +108,10 @@ class Suite:
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
-        """Return the scorer of a task. It is made on first use.
+        """Return the scorer of answers to a task. It is made on first use.
 
         Raises:
-            InputError: there is no such task.
+            InputError: the suite has no such task.
         """
         if task_id not in self._known:
             hint = did_you_mean(task_id, self.task_ids)
@@ -139,7 +139,7 @@ class Suite:
         return assess_or_fail(scorer, empty, lambda: scorer.assess(text))
 
     def score(self, task_id: str, text: str) -> Verdict:
-        """Return the verdict on an answer to a task. A failing scorer fails the answer, as in `assess`."""
+        """Return the verdict on an answer to a task. If the scorer raises an exception, the answer fails."""
         return self.assess(task_id, text).verdict
 
     def score_missing_answer(self, task_id: str) -> Verdict:
@@ -183,7 +183,7 @@ def open_suite(
 
 
 def _get_opener(protocol: Protocol) -> Opener:
-    """Return the opener of suites under a protocol.
+    """Return the function that opens scorers under a protocol.
 
     Raises:
         InputError: the protocol is not implemented.

@@ -1,7 +1,8 @@
-"""Derive the objects that an object carries, its containers and its floor from relations of support.
+"""Derive from relations of support which objects an object carries, its containers, and its floor.
 
-An object rests in or on at most one support, which may rest on the next, up to an unsupported root. A cycle
-of supports, which no action creates, is followed once.
+An object rests in or on at most one other object, its support. The support may rest on another object, and so
+on up to an object without support, the root. If supports form a cycle, which no action creates, it is
+followed once.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
 def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping[int, bool]:
-    """Return all supports of an object, nearest first, as bit masks.
+    """Return a mapping from each direct or indirect support of an object, as a bit mask, to a truth value.
 
-    Each comes with whether the first of the relations leads to it.
+    The value is True if the first relation of `supports`, which is containment, leads to it. The nearest
+    support comes first.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[int, bool] = {}
@@ -40,15 +42,15 @@ def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping
 
 
 def make_carrying_predicates(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
-    """Return the predicates ``carries``, ``carried_by`` and ``within``, given the relations of support."""
+    """Return the predicates ``carries``, ``carried_by`` and ``within``. The first relation is containment."""
     names = [relation.name for relation in supports]
 
     def carriers(state: State, arguments: tuple[int, ...]) -> int:
-        """Return all direct and indirect supports of an object."""
+        """Return all direct and indirect supports of an object, as a bit mask."""
         return reduce(or_, _follow_supports(state, names, arguments[0]), 0)
 
     def containers(state: State, arguments: tuple[int, ...]) -> int:
-        """Return all containers of an object or of its supports; the first relation is containment."""
+        """Return all containers of an object or of its supports, as a bit mask."""
         chain = _follow_supports(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
@@ -64,8 +66,8 @@ def make_carrying_predicates(supports: Sequence[Predicate]) -> tuple[Defined, De
 def make_floor_predicate(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) -> Defined:
     """Return the predicate that relates an object to its floor.
 
-    The floor of a floor is itself. The floor of a supported object is that of its support. For an unsupported
-    object, ``of_root`` decides.
+    A floor is its own floor. An object with a support has the floor of its support. For an object without
+    support, ``of_root`` states the floor.
     """
     carried = f.Exists(Z, carries(Z, X))
     above = f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y)))
@@ -74,7 +76,7 @@ def make_floor_predicate(name: str, floor: Predicate, carries: Defined, of_root:
 
 
 def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
-    """Return a function that finds an object's floor: the object, a support, or the floor of the root."""
+    """Return a function that finds an object's floor, as a bit mask. `of_root` finds the floor of a root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
@@ -89,9 +91,9 @@ def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], i
 
 
 def invert_lookup(values: LookupFunction) -> LookupFunction:
-    """Return the inverse of a function from objects to objects in a state.
+    """Return the inverse of a function that maps an object to objects in a state.
 
-    It is cached for one state, because a search calls it often.
+    The inverse is cached for one state, because a search calls it often for the same state.
     """
     cached: tuple[State | None, Mapping[int, int]] = None, {}
 
@@ -107,7 +109,7 @@ def invert_lookup(values: LookupFunction) -> LookupFunction:
 
 
 def _invert(values: LookupFunction, state: State) -> Mapping[int, int]:
-    """Return, for each object, a bit mask of the objects that lead to it."""
+    """Return a mapping from each object to a bit mask of the objects that the function maps to it."""
     sources: dict[int, int] = {}
     for obj in bits(state.scene.everything):
         for value in bits(values(state, (obj,))):
