@@ -1,7 +1,7 @@
-"""Achievers: the operators that make an atom true or false, and their conditions.
+"""Achievers: the effects of operators that make an atom true or false, and the conditions of these effects.
 
-The matches of an atom are its achievers with the objects that they can use, given the facts that no action
-changes. They are equal in all states with the same unchanging facts. So a search finds each of them once.
+A match of an atom is an achiever with the objects that it can use. Static facts (facts that no action
+changes) determine the matches, so a search computes each match only once.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from eai.world.vocabulary import Vocabulary
 
 
 class _JoinStep(NamedTuple):
-    """A variable whose values are to be found: its slot, and the conditions on its values.
+    """A variable of an achiever that needs a value, with the conditions on this value.
 
     Conditions on stored predicates are evaluated for all values at once, other conditions value by value.
 
     Attributes:
         slot: the slot of the variable.
-        is_parameter: whether its values must be objects that actions may use.
-        independent: conditions that do not depend on variables whose values were found before.
+        is_parameter: whether the values must be objects that actions may use.
+        independent: conditions that do not depend on variables whose values were chosen before.
         masks: conditions on stored predicates that depend on such variables.
         tests: all other conditions.
     """
@@ -47,12 +47,12 @@ class _JoinStep(NamedTuple):
 
 
 class _Join(NamedTuple):
-    """A procedure that finds values of the variables of an achiever that its atom leaves open.
+    """A procedure that finds values of an achiever's open variables, which its atom does not determine.
 
     Attributes:
-        first: the filters on the determined variables.
+        first: the conditions that a match must meet and that mention only determined variables.
         steps: the open variables, one after the other.
-        needed: the conditions on the determined variables that can be established if they do not hold.
+        needed: the conditions that actions can establish and that mention only determined variables.
     """
 
     first: tuple[Truth, ...]
@@ -61,26 +61,28 @@ class _Join(NamedTuple):
 
 
 class _PartialBinding(NamedTuple):
-    """An incomplete binding of an achiever's variables, with the procedure that completes it."""
+    """An incomplete binding of an achiever's variables, and the procedure that completes the binding."""
 
     binding: FrameBinding
     join: _Join
 
 
 class Achiever:
-    """A compiled effect of an operator: a way to make atoms of its predicate true, or false.
+    """A compiled effect of an operator: it makes atoms of a predicate true, or makes them false.
 
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        wide: whether conditions of the effect on the operator's own objects may be established first.
-            Otherwise they must already hold, unless they are only about objects of the atom.
+        wide: whether other actions may first establish conditions of the effect that mention any parameters
+            of the operator. Otherwise they may establish only conditions that mention just objects of the
+            atom.
 
     Attributes:
         schema: the effect.
-        conditions: the conditions that can be established if they do not hold, in order, each with its test.
-        open_variables: number of its variables that the atom does not determine.
-        is_fixed: whether no action changes how a match can be completed.
+        conditions: the conditions that actions can establish if they do not hold, in order. Each is a pair of
+            the formula and a function that tests it.
+        open_variables: number of the effect's variables that the atom does not determine.
+        is_fixed: whether the completions of a match depend only on facts that no action changes.
     """
 
     def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, wide: bool = False) -> None:
@@ -100,29 +102,32 @@ class Achiever:
         self.conditions = tuple((c, self._compiler.truth(c)) for c in needed if c not in fixed)
 
     def match(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """Return the objects of variables that make this an achiever of the given atom, or None."""
+        """Return a mapping from variables to objects that fits the given atom, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def bindings(
         self, state: State, scope: Mapping[str, int], usable: int, effort: Effort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield the bindings that complete a match whose filters hold.
+        """Yield the bindings that complete a match. Conditions that actions may not establish hold.
 
         Args:
             state: the state.
-            scope: the match.
+            scope: the match: a mapping from variables to objects.
             usable: the mask of the objects that actions may use.
-            effort: counts values of variables, as in `complete_bindings`.
+            effort: counter of values of variables, as in `complete_bindings`.
 
         Yields:
-            One binding of `schema.variables`, the same list object each time.
+            A binding of `schema.variables`: the same list each time, changed in place.
         """
         return complete_bindings(state, self.make_partial_binding(state.scene, scope), usable, effort)
 
     def make_partial_binding(
         self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False
     ) -> _PartialBinding:
-        """Return a match as a binding to be completed in a state, or (``fixed``) in all states at once."""
+        """Return a match as an incomplete binding.
+
+        It can be completed in a state, or (``fixed``) at once in all states with the same unchanging facts.
+        """
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
         joins = self._joins.get(unbound)
@@ -136,7 +141,10 @@ class Achiever:
     def find_failing_conditions(
         self, state: State, binding: FrameBinding, limit: float
     ) -> list[f.Formula] | None:
-        """Return the conditions that do not hold, or None if at least ``limit`` conditions fail."""
+        """Return the conditions that do not hold for a binding.
+
+        The result is None if at least ``limit`` conditions fail.
+        """
         failing: list[f.Formula] = []
         for condition, holds in self.conditions:
             if not holds(state, binding):
@@ -146,11 +154,11 @@ class Achiever:
         return failing
 
     def scope(self, binding: FrameBinding) -> dict[str, int]:
-        """Return the objects of the variables in a binding."""
+        """Return a mapping from variables to their objects in a binding."""
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
     def arguments(self, binding: FrameBinding) -> tuple[int, ...]:
-        """Return the operator's arguments in a binding."""
+        """Return the arguments of the operator's action in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
     def _make_join(self, unbound: tuple[str, ...], filters: Sequence[f.Formula]) -> _Join:
@@ -184,13 +192,13 @@ class Achiever:
 def complete_bindings(
     state: State, partial: _PartialBinding, usable: int, effort: Effort | None = None
 ) -> Iterator[FrameBinding]:
-    """Yield the bindings that complete a match, like `Achiever.bindings`.
+    """Yield the bindings of all variables that complete a match, like `Achiever.bindings`.
 
     Args:
         state: the state.
-        partial: the match.
+        partial: the match as an incomplete binding.
         usable: the mask of the objects that actions may use.
-        effort: counts values of variables. If its limit is exceeded, no more bindings follow. None for no
+        effort: counter of values of variables. If its limit is exceeded, no more bindings follow. None for no
             limit.
     """
     binding, join = [*partial.binding], partial.join
@@ -230,8 +238,9 @@ class Achievers:
     """The achievers of a domain: all effects of its operators, by the predicate that they change.
 
     Attributes:
-        schemas: the effects of each operator, in the order in which they are written.
-        by_effect: the effects that make atoms of a predicate true, or false.
+        schemas: mapping from the name of each operator to its effects, in the order in which they are
+            written.
+        by_effect: mapping from a predicate, and whether atoms become true or false, to the effects.
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -255,7 +264,7 @@ class Achievers:
         """Return the achievers that make atoms of a predicate true, or false, simplest first.
 
         The simplest achievers use only the objects of the atom, and have fewest conditions. Wide achievers
-        have conditions on other objects of the operator, and these conditions can be established.
+        also have conditions about other objects of the operator that actions may establish.
         """
         return self._compiled(predicate, adding, wide)
 
@@ -268,7 +277,7 @@ class Achievers:
         return sorted(achievers, key=_measure_complexity)
 
     def static_facts(self, state: State) -> Sequence[object]:
-        """Return the facts of a state that no action changes. They are equal for states of one episode."""
+        """Return the parts of a state that no action changes. They are equal for states of one episode."""
         unary, binary, tuples = state.unary, state.binary, state.tuples
         return [
             *[unary[slot] for slot in self._fixed_unary],
@@ -277,11 +286,13 @@ class Achievers:
         ]
 
     def find_operators(self, names: Iterable[str]) -> list[Achiever]:
-        """Return achievers for taking the operators of these names; unknown names are skipped."""
+        """Return achievers for taking operators with these names; unknown names are skipped."""
         return [self._taking[name] for name in names if name in self._taking]
 
     def find_matches(self, state: State, usable: int) -> _AtomMatches:
-        """Return the matches of atoms in a state. They are cached for states with the same unchanging facts.
+        """Return the object that finds the matches of atoms in a state.
+
+        It is cached for states with the same unchanging facts.
 
         Args:
             state: the state.
@@ -292,7 +303,7 @@ class Achievers:
         return self._matches
 
     def find_writers(self, predicates: Iterable[str]) -> list[Operator]:
-        """Return the operators that change one of the predicates, in a fixed order."""
+        """Return the names of the operators that change any of the predicates, in a fixed order."""
         operators = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
         return list(operators.values())
 
@@ -306,7 +317,7 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
 
 
 def _find_own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
-    """Return an effect's conditions on objects of its atom; or (``wide``) on all objects of the operator."""
+    """Return an effect's conditions about objects of its atom, or (``wide``) of the operator."""
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if free_variables(c) <= atom_variables]
     if wide:
@@ -322,9 +333,10 @@ def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
 
 
 def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    """Whether masks can evaluate a formula for all values at once, by stored predicates and two-way lookups.
+    """Whether a formula can be evaluated by masks, for all values of a variable at once.
 
-    An existential formula is plain if its body is a conjunction.
+    This is so if its predicates are stored, or lookups with an inverse, and if its quantifiers are
+    existential with a conjunction as body.
     """
     return all(
         isinstance(part, f.Not | f.And | f.Or)
@@ -360,19 +372,19 @@ def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 _MAX_CACHED_BINDINGS = 64
-"""Maximum number of cached bindings of one achiever. Longer lists of bindings are computed again."""
+"""Maximum number of cached bindings of one match; longer lists of bindings are computed again."""
 
 _MAX_BINDINGS = 100_000
-"""Maximum number of variable values tried to find the bindings that hold in all states."""
+"""Maximum number of values of variables tried for the bindings of one match."""
 
 
 class _AtomMatch(NamedTuple):
-    """An achiever of an atom.
+    """An achiever of a ground atom, with the objects that the atom determines.
 
     Attributes:
         achiever: the achiever.
         partial: the binding of the variables that the atom determines.
-        cached_bindings: all bindings that complete the match; None if they must be found in every state.
+        cached_bindings: all bindings that complete the match; None if they must be searched in every state.
     """
 
     achiever: Achiever
@@ -380,14 +392,14 @@ class _AtomMatch(NamedTuple):
     cached_bindings: Sequence[tuple[int, ...]] | None
 
     def fails_at_least(self, state: State, limit: float) -> bool:
-        """Whether at least ``limit`` conditions do not hold, for all ways to complete the match."""
+        """Whether at least ``limit`` conditions fail in a state however the match is completed."""
         binding, failing = [*self.partial.binding], 0
         for holds in self.partial.join.needed:
             failing += not holds(state, binding)
         return failing >= limit
 
     def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[FrameBinding]:
-        """Yield the bindings that complete the match, as `Achiever.bindings` does."""
+        """Yield the bindings that complete the match in a state, as `Achiever.bindings` does."""
         return (
             complete_bindings(state, self.partial, usable, effort)
             if self.cached_bindings is None
@@ -396,7 +408,7 @@ class _AtomMatch(NamedTuple):
 
 
 class _AtomMatches:
-    """The matches in all states with the same unchanging facts.
+    """The matches of atoms in all states with equal unchanging facts.
 
     Args:
         achievers: the achievers of the domain.
@@ -412,7 +424,7 @@ class _AtomMatches:
         self._found: dict[tuple[GroundAtom, bool], Sequence[_AtomMatch]] = {}
 
     def apply_to(self, state: State, usable: int) -> bool:
-        """Whether these matches are valid in a state, for these usable objects."""
+        """Whether these matches are valid in a state, if actions may use the objects ``usable``."""
         return (
             self._state.scene is state.scene
             and self._usable == usable
@@ -420,7 +432,7 @@ class _AtomMatches:
         )
 
     def find_matches(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_AtomMatch]:
-        """Return the matches of an atom of a stored predicate, in the order of its achievers."""
+        """Return the matches of an atom of a stored predicate, one for each suitable achiever, in order."""
         matches = self._found.get((atom, wide))
         if matches is None:
             matches = self._found[atom, wide] = self._find(atom, wide=wide)

@@ -1,9 +1,9 @@
 """The additive heuristic: the estimated number of actions until a condition holds, computed backwards.
 
-A condition that does not hold is established by an operator that adds (or deletes) one of its atoms. The
+A condition that does not hold is established by an operator that makes one of its atoms true (or false). The
 checks of that operator must be established first, and so on, until every needed condition holds. Costs are
-added up as if actions never interfered, like the additive heuristic of Bonet and Geffner (2001). It works
-backwards from the goal, so that only conditions relevant to the goal are estimated.
+added up as if actions never interfered, as in the additive heuristic of Bonet and Geffner (2001). Estimation
+starts at the goal, so that only conditions relevant to the goal are estimated.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 
 
 def choose_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
-    """Return the cheapest ``number`` conditions and the opposites of all others; None if too few exist."""
+    """Choose conditions for "exactly ``number``": the cheapest ones, and the negations of all others.
+
+    The result is None if there are fewer than ``number`` conditions.
+    """
     if number > len(conditions):
         return None
     opposites = [condition.negated for condition in conditions]
@@ -43,9 +46,10 @@ def choose_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> li
 
 
 def choose_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost) -> list[Subgoal] | None:
-    """Choose ``number`` cells, no two in one row or column; None if the greedy choice finds fewer.
+    """Choose ``number`` cells of a table, no two in one row or column, by a greedy choice.
 
-    The cheapest cell comes first, then the cheapest cell in other rows and columns, and so on.
+    The cheapest cell comes first, then the cheapest cell in other rows and columns, and so on. The result is
+    None if fewer cells are found.
     """
     ranked = sorted(
         (price, i, j)
@@ -62,17 +66,23 @@ def choose_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: C
 
 
 INFINITE = float("inf")
-"""The cost of a condition that no action establishes."""
+"""Cost of a condition that no action can establish."""
 
 OPAQUE_COST = 2.0
-"""Cost of a derived predicate that a function computes: only the predicates that it reads are known."""
+"""Cost of a derived predicate that a function computes.
+
+It is a guess, since only the predicates that the function reads are known.
+"""
 
 _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
-"""Cost limits, tried one after the other. Cheap actions are found before costly ones are tried."""
+"""Cost limits, tried in this order, so that cheap actions are found before costly ones are tried."""
 
 
 def _find_horizon(limit: float) -> float:
-    """Return the lowest horizon that is no less than a cost limit. Few horizons need few cached estimates."""
+    """Return the lowest of `_HORIZONS` that is at least a cost limit.
+
+    The fewer limits are in use, the fewer estimates are cached.
+    """
     return next(horizon for horizon in _HORIZONS if horizon >= limit)
 
 
@@ -80,11 +90,11 @@ _MIN_COST = 1.0
 """Minimum cost of a condition that does not hold."""
 
 _MAX_DEPTH = 60
-"""Maximum depth of nested atoms; conditions that need deeper nesting count as unreachable."""
+"""Maximum nesting depth of atoms whose cost is computed; deeper atoms count as unreachable."""
 
 
 class _FormulaInstance(NamedTuple):
-    """A formula (by identity) with the objects of its free variables, and whether it must hold."""
+    """A formula (given by its ``id``), the objects of its free variables, and whether it must hold."""
 
     formula: int
     values: tuple[int, ...]
@@ -106,7 +116,7 @@ _NO_SUPPORTER = _Supporter(INFINITE, None, ())
 
 
 class AdditiveHeuristic:
-    """The additive heuristic of one domain, with the data that estimates from all states share."""
+    """The additive heuristic of one domain, and the data that the estimates from all states share."""
 
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
@@ -117,21 +127,22 @@ class AdditiveHeuristic:
 
 
 class Estimates:
-    """Estimates from one state.
+    """Estimates of the number of actions from one state until a condition holds.
 
     Args:
         heuristic: the heuristic of the domain.
         state: the state.
         objects: the objects that actions may use.
-        protected: closed conditions; an action that undoes one of them costs one more.
-        looks: counts the tested actions; if it is exceeded, estimates are invalid.
-        bindings: counts the values given to variables to find these actions; if it is exceeded, estimates are
-            invalid.
+        protected: closed conditions that should stay true. Each such condition that an action makes false
+            raises the cost of the action by one.
+        looks: counter of tested actions; if its limit is exceeded, estimates are invalid.
+        bindings: counter of values given to variables to find these actions; if its limit is exceeded,
+            estimates are invalid.
 
     Attributes:
         state: the state.
         objects: the objects that actions may use.
-        bindings: counts the values given to variables.
+        bindings: counter of values given to variables.
     """
 
     def __init__(
@@ -160,14 +171,14 @@ class Estimates:
         self._open: set[_Key] = set()
 
     def estimate(self, subgoal: Subgoal) -> float:
-        """Estimate the number of actions until a condition holds; infinite if no action establishes it."""
+        """Estimate the number of actions until a condition holds; infinite if no action can establish it."""
         if self.holds(subgoal):
             return 0.0
         costs = (self._cost(subgoal, limit) for limit in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
     def estimate_action(self, names: Sequence[str]) -> _Supporter:
-        """Return the cheapest action by the named operators, with any objects."""
+        """Return the cheapest action by operators with these names, with any objects."""
         for limit in _HORIZONS:
             best = _Supporter(limit, None, ())
             for achiever in self._heuristic.achievers.find_operators(names):
@@ -179,14 +190,15 @@ class Estimates:
         return _NO_SUPPORTER
 
     def choose_atoms(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
-        """Return the conditions on single atoms that establish a condition by the cheapest choices."""
+        """Return conditions on single atoms that together establish a condition, by the cheapest choices."""
         parts = None if isinstance(subgoal.formula, Atom) else self.choose_parts(subgoal)
         return (subgoal,) if parts is None else tuple([c for part in parts for c in self.choose_atoms(part)])
 
     def choose_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
         """Return conditions that together establish a condition, by the cheapest choices.
 
-        None for atoms of stored predicates and of functions, and if no choice establishes the condition.
+        The result is None for an atom of a stored predicate or of a predicate that a function computes, and
+        if no choice establishes the condition.
         """
         if isinstance(subgoal.formula, Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
@@ -195,24 +207,28 @@ class Estimates:
         return None if parts is None else self._choose(parts)
 
     def find_prerequisites(self, subgoal: Subgoal) -> Sequence[Subgoal]:
-        """Return the parts of a condition, or the prerequisites of the action that establishes an atom."""
+        """Return the conditions that must hold before a condition can hold.
+
+        For an atom of a stored predicate these are the prerequisites of the cheapest action that establishes
+        the atom, otherwise the parts of the condition.
+        """
         if isinstance(subgoal.formula, Atom) and subgoal.formula.predicate not in self._heuristic.derived:
             return self.find_supporter(self.atom(subgoal.formula, subgoal)).prerequisites
         parts = self.choose_parts(subgoal) or ()
         return self.find_prerequisites(parts[0]) if len(parts) == 1 else parts
 
     def find_alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
-        """Return the cheapest operands of a disjunction; () for other conditions."""
+        """Return the operands of a disjunction that have the lowest cost; () for other conditions."""
         parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.split(subgoal)
         costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [part for part, cost in costs if cost == least < INFINITE]
 
     def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _Supporter:
-        """Return the cheapest action that makes an atom of a stored predicate true or false.
+        """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
-        Its cost is below ``limit``. Actions that need the atom itself do not count. If no action does it at
-        any cost, wide achievers are tried.
+        Only actions with a cost below ``limit`` count, and no actions that need the atom itself. If there is
+        no such action at any cost, wide achievers (see `Achiever`) are tried.
         """
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
@@ -243,7 +259,7 @@ class Estimates:
         return best
 
     def _cost(self, subgoal: Subgoal, limit: float) -> float:
-        """Return the cost of a condition that does not hold, or infinity if it is not below the limit.
+        """Return the cost of a condition that does not hold, or infinity if the cost is not below the limit.
 
         A condition that is needed to establish itself has infinite cost.
         """
@@ -274,7 +290,7 @@ class Estimates:
         return cost if cost < limit else INFINITE
 
     def _is_open(self, key: _Key) -> bool:
-        """Whether a condition is needed to establish itself, or is nested too deep."""
+        """Whether the cost of a condition is just being computed, or too many computations are nested."""
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
     def _cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
@@ -313,7 +329,7 @@ class Estimates:
         return total
 
     def _choose(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
-        """Return conditions that together establish some of the parts, or None if no choice does."""
+        """Return the conditions to establish, by the cheapest choice; None if no choice is possible."""
         match parts:
             case AllOf(conditions):
                 return conditions

@@ -1,8 +1,8 @@
 """Conflict changes: the changes that may make a condition true or false, and the actions that make them.
 
-If a condition has the wrong truth in a state, it keeps this truth until one of some changes happens. These
-changes are a disjunctive landmark of the state (Richter and Westphal 2010), derived from the formula of the
-condition.
+If a condition is false in a state and must be true (or the reverse), at least one change of a certain set
+must happen before. This set of changes is a disjunctive landmark of the state (Richter and Westphal 2010),
+derived from the formula of the condition.
 """
 
 from __future__ import annotations
@@ -34,17 +34,18 @@ from eai.world.relation import bits, mask_of
 from eai.world.state import State
 
 ChangeSet: TypeAlias = frozenset[FactChange]
-"""A set of changes of which at least one must happen. If the set is empty, no change can help."""
+"""Set of changes: at least one of them must happen. If the set is empty, no change can help."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
-"""A condition, and the objects of its variables."""
+"""A condition, and a mapping from its variables to objects."""
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions (or values) so small that no smaller alternative is looked for."""
+"""Number of actions (or values) that is small enough: no alternative with fewer is looked for.
+"""
 
 _MAX_BINDINGS = 3_000_000
-"""Maximum number of parameter values that are tried to list the actions by one operator."""
+"""Maximum number of values of parameters tried to list the actions by one operator."""
 
 
 class ConflictChanges:
@@ -52,7 +53,7 @@ class ConflictChanges:
 
     Args:
         domain: the domain.
-        initial: a state of the episode, for the facts that never change.
+        initial: any state of the episode; only its facts that never change are used.
         objects: the objects that actions may use, by index.
         achievers: the achievers of the domain.
     """
@@ -67,7 +68,7 @@ class ConflictChanges:
         self._unread = {
             o.name: unread for o in domain.operators if (unread := find_predicates_without_schema(o))
         }
-        # Results are cached in dictionaries: `functools.cache` on a method would keep the episode in memory.
+        # These dictionaries are caches: `functools.cache` on a method would keep the episode in memory.
         self._writers: dict[FactChange, tuple[Action, ...]] = {}
         self._taking: dict[str, tuple[Action, ...]] = {}
         self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
@@ -83,13 +84,13 @@ class ConflictChanges:
         self.derived = domain.vocabulary.derived_by_name.get
 
     def actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
-        """Return the actions that may make one of some changes, in a fixed order."""
+        """Return the actions that may make any of some changes: the keys of a mapping, in a fixed order."""
         return dict.fromkeys(
             action for change in sorted(changes, key=change_order) for action in self.actions_making(change)
         )
 
     def actions_making(self, change: FactChange) -> tuple[Action, ...]:
-        """Return the actions that may make a change, given the facts that never change."""
+        """Return the actions that may make a change, as far as the facts that never change allow."""
         all_makers = self._writers.get(change)
         if all_makers is None:
             unread = [a for name in self._operators_without_schema(change) for a in self.actions_of(name)]
@@ -98,7 +99,10 @@ class ConflictChanges:
         return all_makers
 
     def group_makers(self, change: FactChange) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
-        """Yield the actions that may make a change, in groups with equal preconditions."""
+        """Yield the actions that may make a change, in groups with equal conditions.
+
+        Each group is a pair: the actions, and the conditions of the effect that makes the change.
+        """
         yield from ((self.actions_of(name), []) for name in self._operators_without_schema(change))
         for schema, scope, actions in self._schemas_making(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
@@ -113,13 +117,16 @@ class ConflictChanges:
                 yield group, _select_closed(conditions, {**scope, **inner})
 
     def _operators_without_schema(self, change: FactChange) -> list[str]:
-        """Return the operators that change a predicate by effects that no schema describes."""
+        """Return the names of operators that change a predicate by effects without an effect schema."""
         return [name for name, changed in self._unread.items() if change.predicate in changed]
 
     def _schemas_making(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
-        """Yield the schemas that make a change, with the objects of their variables and the actions."""
+        """Yield each effect schema that makes a change.
+
+        Each comes with a mapping from its determined variables to objects, and with its actions.
+        """
         for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
             scope = match_atom(schema.atom, change.arguments, self._find_object)
             if scope is not None:
@@ -142,7 +149,7 @@ class ConflictChanges:
         )
 
     def actions_of(self, name: str) -> tuple[Action, ...]:
-        """Return the actions by an operator that are possible by the facts that never change."""
+        """Return all actions by an operator that the facts that never change allow."""
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}
@@ -158,7 +165,7 @@ class ConflictChanges:
 
     @cached_property
     def is_partial(self) -> bool:
-        """Whether an operator has too many actions to list them, so that no minimum can be proved."""
+        """Whether an operator has too many actions to list. Then no minimum number of edits is proved."""
         return any(
             ACTION_BINDINGS * self._usable.bit_count() ** operator.arity > _MAX_BINDINGS
             and self._is_too_wide(operator.name)
@@ -179,13 +186,13 @@ class ConflictChanges:
         return next(self.effect_conditions(action, change), None) is not None
 
     def preconditions(self, action: Action) -> list[ScopedCondition]:
-        """Return the conditions of an action."""
+        """Return the conditions of an action's checks, with the objects of their variables."""
         operator = self._domain.compiled[action.operator].operator
         scope = operator.scope(action.arguments)
         return [(remaining_condition(check, operator.checks), scope) for check in operator.checks]
 
     def effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
-        """Yield the known conditions of each effect by which an action may make a change."""
+        """Yield, for each effect by which an action may make a change, the effect's known conditions."""
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
         effect = action.operator, change.predicate, change.truth
@@ -200,16 +207,16 @@ class ConflictChanges:
     def changes_before_step(
         self, action: Action, state: State, changes: ChangeSet, *, executed: bool
     ) -> tuple[ChangeSet, bool]:
-        """Return the earlier changes that may make a step more useful, and whether the step undoes a change.
+        """Return changes that may make a step more useful, and whether the step undoes a change.
 
-        A step undoes a change if it makes the opposite change. A step is more useful if it makes more of the
-        given changes, or undoes fewer.
+        The returned changes must happen before the step. A step undoes a change if it makes the opposite
+        change. A step is more useful if it makes more of the given changes, or undoes fewer.
 
         Args:
             action: the step.
             state: the state before the step.
             changes: the given changes.
-            executed: whether the step is executed there, not skipped.
+            executed: whether the step is executed in this state, not skipped.
         """
         if action.operator in self._unread:
             return frozenset(
@@ -248,7 +255,7 @@ class ConflictChanges:
                         yield schema, scope, schema.adds == change.truth
 
     def changes_for_skipping(self, action: Action, state: State, *, executed: bool) -> ChangeSet:
-        """Return changes that may turn an executed step into a skipped one, or the reverse."""
+        """Return the changes that may turn an executed step into a skipped step, or the reverse."""
         operator = self._domain.compiled[action.operator].operator
         scope = operator.scope(action.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
@@ -256,7 +263,11 @@ class ConflictChanges:
         return self._changes_of_parts(wrong, state, not executed, all_needed=False)
 
     def _matches(self, schema: EffectSchema, action: Action, change: FactChange) -> dict[str, int] | None:
-        """Return the objects of a schema's variables if its effect in an action makes a change; else None."""
+        """Return a mapping from the variables of an effect schema to objects.
+
+        With these objects the effect makes the change. The result is None if the action does not make the
+        change by this effect.
+        """
         if schema.adds != change.truth or schema.atom.predicate != change.predicate:
             return None
         scope = dict(zip(schema.variables, action.arguments, strict=False))
@@ -266,7 +277,10 @@ class ConflictChanges:
         return find_object(constant, self._initial.scene)
 
     def find_changes(self, formula: f.Formula, scope: Scope, state: State, *, truth: bool) -> ChangeSet:
-        """Return changes of which at least one must happen before a condition becomes true, or false."""
+        """Return a set of changes.
+
+        At least one change must happen before a condition becomes true, or (not ``truth``) false.
+        """
         match formula:
             case f.Not(operand):
                 return self.find_changes(operand, scope, state, truth=not truth)
@@ -294,7 +308,11 @@ class ConflictChanges:
     def _changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
     ) -> ChangeSet:
-        """Return the changes for a compound condition: of its cheapest failed part, or of all parts."""
+        """Return the set of changes for a compound condition.
+
+        If all parts are needed, this is the set of the failing part with the fewest actions; otherwise the
+        union of the sets of all parts.
+        """
         if not all_needed:
             return frozenset().union(
                 *[self.find_changes(part, scope, state, truth=truth) for part, scope in parts]
@@ -314,7 +332,7 @@ class ConflictChanges:
     def _changes_of_any_instance(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return the changes for a quantified formula that a single value can satisfy."""
+        """Return the changes for a quantified formula that a single value of its variable can satisfy."""
         remaining = state.scene.category(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
@@ -334,7 +352,7 @@ class ConflictChanges:
         return frozenset(changes)
 
     def count_read_predicates(self, formula: f.Formula) -> int:
-        """Count the predicates that a condition reads and actions change; fewer give more precise changes."""
+        """Count the predicates that a condition reads and actions change. Few give precise changes."""
         cached = self._depths.get(id(formula))
         if cached is None:
             names = find_stored_predicates(predicates_of(formula), self._domain.vocabulary)
@@ -344,7 +362,7 @@ class ConflictChanges:
     def _find_patterns(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
-        """Yield the changes that may help a condition; None in a scope stands for any object."""
+        """Yield the changes that may help a condition. A variable with value None may be any object."""
         vocabulary = self._domain.vocabulary
         for change in changes_towards(formula, scope, truth, vocabulary, self._find_object):
             if change.predicate not in self._static:
@@ -360,7 +378,7 @@ class ConflictChanges:
         if defined is None:
             return frozenset(self.all_changes(atom))
         key = (name, arguments, truth)
-        if key in self._open:  # a circular definition can make an atom false, but not true
+        if key in self._open:  # an atom cannot become true by a definition that needs the atom itself
             return _NOTHING if truth else frozenset(self.all_changes(atom))
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -369,7 +387,7 @@ class ConflictChanges:
         return changes
 
     def all_changes(self, formula: f.Formula) -> Iterator[FactChange]:
-        """Yield all changes of the predicates that a condition reads."""
+        """Yield all possible changes of the predicates that a condition reads."""
         return self._all_changes_of(find_stored_predicates(predicates_of(formula), self._domain.vocabulary))
 
     def _all_changes_of(self, names: Iterable[str]) -> Iterator[FactChange]:
@@ -392,7 +410,7 @@ def _select_closed(
 
 @cache
 def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
-    """Return the condition of a check, without alternatives that the operator's other checks rule out."""
+    """Return the condition of a check, without disjuncts that the operator's other checks rule out."""
     condition = check.condition
     required = [other.condition for other in checks if other is not check]
     denied = [other.operand for other in required if isinstance(other, f.Not)]
@@ -404,7 +422,10 @@ def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
 
 
 def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
-    """Return the parts of a condition that must all be true, or all be false, with this truth."""
+    """Return the parts of a condition that must have a certain truth, so that the condition has ``truth``.
+
+    Each part comes with the truth that it must have.
+    """
     match formula:
         case f.Not(operand):
             return _conjuncts(operand, not truth)
@@ -415,5 +436,5 @@ def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
 
 
 def change_order(change: FactChange) -> tuple[str, tuple[int, ...], bool]:
-    """Return a sort key for changes."""
+    """Return a key for sorting changes."""
     return change.predicate, tuple([-1 if i is None else i for i in change.arguments]), change.truth

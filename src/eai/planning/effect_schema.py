@@ -1,7 +1,7 @@
-"""Effect schemas: the additions and deletions of operators, each with its conditions.
+"""Effect schemas: the additions and deletions in the effects of operators, each with its conditions.
 
 `changes_for` returns the changes of stored facts that may make a literal true. Effect schemas show which
-effects make these changes.
+operators make these changes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from eai.world.vocabulary import Vocabulary
 _NO_ATOM = f.Atom("")
 
 _Object = TypeVar("_Object")
-"""Type of an object: its number or its name."""
+"""Type of an object: its index, or its name."""
 
 FindObject: TypeAlias = "Callable[[f.Constant], int | None]"
 """Function that returns the number of the object that a constant names, or None for any object."""
@@ -32,12 +32,13 @@ class EffectSchema(NamedTuple):
 
     Attributes:
         operator: the operator.
-        adds: whether it makes the atom true; otherwise it makes it false.
-        atom: the atom; its variables are parameters of the operator, or bound by the effects around it.
-        variables: the operator's parameters, then the variables of the effects around this one.
+        adds: True if the effect makes the atom true, False if it makes the atom false.
+        atom: the atom. Its variables are parameters of the operator, or variables of enclosing effects.
+        variables: the operator's parameters, then the variables of the enclosing effects.
         checks: the conditions of the operator's checks.
-        conditions: the conditions of the effects around this one.
-        read_variables: the variables whose values are read from the state before the action, not chosen.
+        conditions: the conditions of the enclosing effects.
+        read_variables: the variables whose values are determined by the state before the action, not by its
+            arguments.
     """
 
     operator: Operator
@@ -50,13 +51,13 @@ class EffectSchema(NamedTuple):
 
 
 def make_operator_schema(operator: Operator) -> EffectSchema:
-    """Return a schema that stands for taking an operator, whatever the operator changes."""
+    """Return a schema that stands for taking an operator, whatever facts the operator changes."""
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 
 
 def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
-    """Yield all additions and deletions of an operator, in the order in which they are written."""
+    """Yield the schemas of an operator's additions and deletions, in the order in which they are written."""
     operator_schema = make_operator_schema(operator)
     yield from _schemas(operator.effects, operator_schema)
     for attempt in operator.tries:
@@ -66,7 +67,7 @@ def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
 
 
 def find_written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
-    """Yield the predicates that effects change, also those that `effect_schemas` leaves out."""
+    """Yield the predicates that effects change, even by effects that `effect_schemas` leaves out."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -78,7 +79,10 @@ def find_written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
 
 
 def find_changed_predicates(operator: Operator) -> list[str]:
-    """Return the predicates that an operator changes, its tries included, once for each effect."""
+    """Return the predicates that an operator changes, one entry for each addition or deletion.
+
+    The effects of tries (alternatives) are included.
+    """
     return [
         name
         for effects in (operator.effects, *(t.effects for t in operator.tries))
@@ -87,13 +91,16 @@ def find_changed_predicates(operator: Operator) -> list[str]:
 
 
 def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
-    """Return the predicates that an operator changes, if `effect_schemas` leaves out any of its effects."""
+    """Return the predicates that an operator changes, if `effect_schemas` leaves out any of its effects.
+
+    The result is () if the schemas describe all effects.
+    """
     changed = find_changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*effect_schemas(operator)]) else ())
 
 
 def _schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectSchema]:
-    """Yield the additions and deletions of nested effects; ``outer`` describes the effects around them."""
+    """Yield the schemas of nested effects; ``outer`` is a schema that describes the enclosing effects."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -102,7 +109,7 @@ def _schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectS
                 yield from _schemas(inner, _add_condition(outer, condition))
                 yield from _schemas(otherwise, _add_condition(outer, f.Not(condition)))
             case ForEach(variable, condition, inner) | Let(variable, condition, inner):
-                # An effect whose variable hides another variable is left out: estimates can do without it.
+                # An effect whose variable hides an outer variable is left out: estimates do not need it.
                 if variable.name not in outer.variables:
                     wider = outer._replace(variables=(*outer.variables, variable.name))
                     if isinstance(effect, Let):
@@ -119,13 +126,13 @@ def match_atom(
     find_object: Callable[[f.Constant], _Object | None],
     bound: Mapping[str, _Object] = MappingProxyType({}),
 ) -> dict[str, _Object] | None:
-    """Return the objects of variables that give an effect's atom these arguments; None if no objects do.
+    """Return a mapping from variables to objects that gives an effect's atom these arguments, or None.
 
     Args:
         atom: the atom of the effect.
         arguments: objects; None for any object.
-        find_object: returns the object that a constant names, or None if it may be any object.
-        bound: the objects of variables that are fixed beforehand.
+        find_object: function that returns the object that a constant names, or None if it may be any object.
+        bound: mapping from variables to objects that are fixed beforehand.
     """
     scope = {**bound}
     for term, argument in zip(atom.arguments, arguments, strict=True):
@@ -144,10 +151,10 @@ def _add_condition(outer: EffectSchema, condition: f.Formula) -> EffectSchema:
 
 
 def _specialize_check(check: f.Formula, variable: f.Variable, condition: f.Formula) -> f.Formula:
-    """Specialize a check about all objects that meet ``condition`` to the one object of ``variable``.
+    """Turn a check about all objects that meet ``condition`` into a check about one object, ``variable``.
 
-    For example, the operator is about to put an object into the hand. The check "the object in the hand is
-    not too big" then becomes "this object is not too big".
+    For example, the operator puts an object into the hand. The check "the object in the hand is not too big"
+    becomes "this object is not too big".
     """
     match check:
         case f.Atom(predicate, arguments) if (
@@ -172,7 +179,10 @@ def _conjoin(parts: Sequence[f.Formula]) -> f.Formula:
 
 
 class FactChange(NamedTuple):
-    """A fact of a stored predicate that becomes true or false; None in it stands for any object."""
+    """A change of a fact of a stored predicate, which becomes true or false.
+
+    An argument that is None stands for any object.
+    """
 
     predicate: str
     arguments: tuple[int | None, ...]
@@ -180,15 +190,16 @@ class FactChange(NamedTuple):
 
 
 def changes_for(literal: GroundAtom, vocabulary: Vocabulary, find_object: FindObject) -> list[FactChange]:
-    """Return the changes that may make a literal true, as far as the definition of its predicate shows.
+    """Return the changes of stored facts that may make a literal true, by the definition of its predicate.
 
-    Objects may be numbered in any way. Values of variables that a definition binds are not distinguished. For
-    a function, every change of the predicates that it reads counts.
+    The caller may number objects in any way. Variables that quantifiers in a definition bind stand for any
+    object. For a predicate that a function computes, every change of the predicates that it reads counts.
 
     Args:
         literal: the literal.
-        vocabulary: the vocabulary that declares its predicate.
-        find_object: returns the number of the object that a constant names, or None if it may be any object.
+        vocabulary: the vocabulary that declares the literal's predicate.
+        find_object: function that returns the number of the object that a constant names, or None if it may
+            be any object.
     """
     return _reduce_to_stored([FactChange(*literal)], vocabulary, find_object)
 
@@ -200,14 +211,17 @@ def changes_towards(
     vocabulary: Vocabulary,
     find_object: FindObject,
 ) -> list[FactChange]:
-    """Return the changes that may make a condition true, or false. None in ``scope`` is any object."""
+    """Return the changes of stored facts that may make a condition true, or (not ``truth``) false.
+
+    A variable with None in ``scope`` may be any object.
+    """
     return _reduce_to_stored(list(_atoms(formula, scope, truth, find_object)), vocabulary, find_object)
 
 
 def _reduce_to_stored(
     pending: list[FactChange], vocabulary: Vocabulary, find_object: FindObject
 ) -> list[FactChange]:
-    """Replace changes of derived predicates by changes of stored predicates that may cause them."""
+    """Replace changes of derived predicates by the changes of stored predicates that may cause them."""
     seen: dict[FactChange, None] = {}
     changes: list[FactChange] = []
     while pending:
@@ -233,7 +247,7 @@ def _reduce_to_stored(
 def _atoms(
     formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
-    """Yield the atoms of a formula, each with the truth that helps to make the formula true, or false."""
+    """Yield each atom of a formula with the truth of the atom that helps to give the formula ``truth``."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]

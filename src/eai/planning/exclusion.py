@@ -1,8 +1,9 @@
-"""Exclusion: proofs that no state of an episode meets some literals, from the declaration of the domain.
+"""Exclusion: proofs, from the declaration of a domain, that no state of an episode meets some literals.
 
-Two facts exclude each other under two conditions. They do not both hold at the start. And an action that adds
-one fact deletes the other, or needs a fact that excludes the other. Pairs are proved together, by induction
-over the actions of an episode: a pair is assumed until its proof fails. A failed proof decides nothing.
+Two facts exclude each other under two conditions. First, they do not both hold at the start. Second, every
+action that adds one fact deletes the other, or needs a fact that excludes the other. Pairs of facts are
+proved together, by induction over the actions of an episode: a pair is assumed to be exclusive until its
+proof fails. If a proof fails, it is unknown whether the facts exclude each other.
 """
 
 from __future__ import annotations
@@ -28,22 +29,22 @@ from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
 
 _MAX_PAIRS = 64
-"""Maximum number of pairs for one question; further pairs are assumed to be compatible."""
+"""Maximum number of pairs of facts in one proof; further pairs are assumed not to exclude each other."""
 
 _MAX_CACHED_FACTS = 4096
-"""Maximum number of cached answers to whether a fact holds at the start."""
+"""Maximum number of cached answers to the question whether a fact holds in the initial state."""
 
 _PASSES = 2
-"""Number of times that all conditions are evaluated; each pass may use facts found before."""
+"""Number of passes in which all conditions are evaluated. A pass may use facts found in earlier passes."""
 
 _FactArgument: TypeAlias = int | str | None
-"""An object by index, an unknown object by a name, or None for any object."""
+"""Argument of a fact: an object by index, an unknown object by a name, or None for any object."""
 
 _ArgumentScope: TypeAlias = Mapping[str, _FactArgument]
 
 
 class _FactPattern(NamedTuple):
-    """A fact of a stored predicate; None in it matches any object."""
+    """A fact of a stored predicate; an argument that is None matches any object."""
 
     predicate: str
     arguments: tuple[_FactArgument, ...]
@@ -65,13 +66,14 @@ class ExclusionRules:
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
     def make_exclusion(self, initial: State) -> _Exclusion:
-        """Return the exclusion of literals in the episode that begins in a state."""
+        """Return the object that proves exclusions in the episode that begins in a state."""
         return _Exclusion(self, initial)
 
     def _find_rivals(self, domain: Domain) -> dict[str, set[str]]:
-        """Return, by predicate, the predicates whose facts may exclude facts of the predicate.
+        """Return a mapping from each predicate to the predicates whose facts may exclude its facts.
 
-        Two predicates are rivals if an effect that adds a fact of one deletes or denies a fact of the other.
+        Predicate p is in the set of q, and q in the set of p, if an operator adds facts of p and deletes or
+        denies facts of q.
         """
         rivals: dict[str, set[str]] = {}
         for operator in domain.operators:
@@ -88,10 +90,10 @@ class ExclusionRules:
 
 
 class _Exclusion:
-    """Proves that no state of one episode meets some literals.
+    """Proves that no state of one episode meets given literals.
 
     Args:
-        rules: the rules of the domain.
+        rules: the rules by which facts exclude each other in the domain.
         initial: the initial state of the episode.
     """
 
@@ -130,13 +132,13 @@ class _Exclusion:
     def match(
         self, atom: f.Atom, fact: _FactPattern, bound: _ArgumentScope
     ) -> dict[str, _FactArgument] | None:
-        """Return the objects of variables that give an effect's atom the arguments of a fact, or None."""
+        """Return a mapping from variables to objects that makes an effect's atom fit a fact, or None."""
         return match_atom(atom, fact.arguments, self.index, bound)
 
     def deletes(
         self, effect: EffectSchema, schema: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
     ) -> bool:
-        """Whether an effect deletes a fact whenever another effect of its operator takes place."""
+        """Whether an effect deletes a fact whenever another effect of the same operator takes place."""
         return (
             not effect.adds
             and effect.atom.predicate == fact.predicate
@@ -148,7 +150,7 @@ class _Exclusion:
         )
 
     def term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
-        """Return the object of a term."""
+        """Return the object of a term: an index, the name of an unknown object, or None."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
 
     def index(self, constant: f.Constant) -> int:
@@ -157,12 +159,12 @@ class _Exclusion:
 
 
 class _Induction:
-    """A proof for one question. Each pair of facts that it needs is assumed until it fails.
+    """A proof by induction for one question. Pairs of facts are assumed exclusive until a proof fails.
 
-    Every question has its own pairs: no answer depends on earlier questions, and threads may ask at once.
+    Every question has its own pairs. So no answer depends on earlier questions, and threads may ask at once.
 
     Args:
-        exclusion: the exclusion of the episode.
+        exclusion: the exclusion of the episode, which holds the rules and the initial facts.
     """
 
     def __init__(self, exclusion: _Exclusion) -> None:
@@ -176,7 +178,7 @@ class _Induction:
         """Whether it is proved that no state meets all the conditions.
 
         A pair of facts is assumed to be exclusive when it is first needed. If an action breaks the
-        assumption, it is given up, and all pairs that depend on it are judged again.
+        assumption, it is given up, and all pairs whose proof used it are examined again.
         """
         if _Supposition(self).may_meet(conditions):
             return False
@@ -194,7 +196,7 @@ class _Induction:
         return True
 
     def are_exclusive(self, one: _FactPattern, other: _FactPattern) -> bool:
-        """Whether two general facts exclude each other, by the rules or by assumption."""
+        """Whether two facts without unknown objects exclude each other, by the rules or by assumption."""
         rules = self.exclusion.rules
         if one.predicate == other.predicate:
             different = one != other and None not in one.arguments + other.arguments
@@ -217,7 +219,7 @@ class _Induction:
         return self._assumed[pair]
 
     def _is_invariant(self, one: _FactPattern, other: _FactPattern) -> bool:
-        """Whether two facts do not both hold at the start, and no action establishes both."""
+        """Whether two facts do not both hold in the initial state, and no action makes both true."""
         if self.exclusion.rules.unread & {one.predicate, other.predicate} or (
             self.exclusion.holds_at_start(one) and self.exclusion.holds_at_start(other)
         ):
@@ -231,7 +233,7 @@ class _Induction:
         )
 
     def _preserves(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
-        """Whether an effect that adds one fact makes or keeps the other fact false."""
+        """Whether an effect that adds one fact guarantees that the other fact is false afterwards."""
         scope = self.exclusion.match(schema.atom, added, {})
         if scope is None:
             return True
@@ -273,11 +275,11 @@ class _Induction:
 
 
 class _Supposition:
-    """A partly known state: the supposed facts and their immediate consequences.
+    """A partly known state: facts that are supposed to hold, and their immediate consequences.
 
     Args:
         induction: the proof, with its assumptions about all states of the episode.
-        facts: the facts that hold.
+        facts: the facts that are supposed to hold.
     """
 
     def __init__(self, induction: _Induction, *facts: _FactPattern) -> None:
@@ -288,8 +290,8 @@ class _Supposition:
         self._unknown = 0
 
     def may_meet(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
-        """Suppose that conditions hold, and return whether some state may meet them."""
-        for _ in range(_PASSES):  # a condition may be decided only after the consequences of a later one
+        """Suppose that conditions hold. Return False if it is proved that no state meets them all."""
+        for _ in range(_PASSES):  # consequences of a later condition may decide an earlier condition
             if not all(self._suppose(formula, scope, truth=True) for formula, scope in conditions):
                 return False
         return True
@@ -337,7 +339,10 @@ class _Supposition:
     def _suppose(
         self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset(), *, truth: bool
     ) -> bool:
-        """Suppose that a formula is true, or false, with all consequences. Return False if it cannot be."""
+        """Suppose that a formula is true (or false), and record the consequences.
+
+        Return False if they contradict earlier suppositions.
+        """
         value = self._evaluate(formula, scope, within)
         if value is not None:
             return value is truth
@@ -365,7 +370,7 @@ class _Supposition:
                     return not is_general or self._suppose(
                         body, {**scope, variable.name: None}, within, truth=truth
                     )
-                if None in scope.values():  # the unknown object may depend on the general arguments
+                if None in scope.values():  # the object may differ between the values that None stands for
                     return True
                 self._unknown += 1
                 return self._suppose(body, {**scope, variable.name: f"{self._unknown}"}, within, truth=truth)
@@ -381,7 +386,7 @@ class _Supposition:
         return True
 
     def _evaluate_fact(self, fact: _FactPattern) -> bool | None:
-        """Return whether a fact, or every fact of a pattern, holds; None if it is unknown."""
+        """Return whether a fact (or every fact that a pattern matches) holds; None if it is unknown."""
         if fact in self._true:
             return True
         if fact.predicate not in self._exclusion.rules.changed:
@@ -414,7 +419,7 @@ class _Supposition:
 
 
 def _find_denied_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
-    """Return the stored predicates that formulas deny, directly or by definitions."""
+    """Return the stored predicates that occur negated in formulas or in the definitions of predicates."""
     pending, seen, denied = [*formulas], set[str](), set[str]()
     while pending:
         for part in walk(pending.pop()):
@@ -433,7 +438,7 @@ def _sort_key(fact: _FactPattern) -> tuple[str, list[int]]:
 
 
 def _generalize(fact: _FactPattern) -> _FactPattern:
-    """Replace the unknown objects of a fact by None."""
+    """Return a fact in which None replaces each unknown object."""
     return _FactPattern(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
 
 

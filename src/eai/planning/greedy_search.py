@@ -1,8 +1,8 @@
 """Greedy best-first search: the state with the lowest estimated cost is expanded next.
 
 A state is expanded by its preferred operators (Hoffmann and Nebel 2001): the applicable actions on the
-cheapest estimated path to a condition (see `additive_heuristic`). If those fail, a thorough search tries
-every applicable action.
+cheapest estimated path to a condition (see `additive_heuristic`). If this leads to no goal, a thorough search
+tries every applicable action.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from eai.world.action import Action
 from eai.world.derived import Defined
 
 _STEP_COST = 0.2
-"""Cost of an action on the path so far; each estimated action ahead costs 1.
+"""Cost of an action on the path so far, compared with 1 for each estimated action ahead.
 
-This cost is enough to make the search leave long detours.
+This cost is just high enough to make the search give up long detours.
 """
 
 _UNEXPANDED, _EXPANDED = 0, 1
-"""Ranks of states: those not yet expanded come first."""
+"""Ranks of states in the queue: states that were not yet expanded come first."""
 
 
 class GreedySearch:
@@ -39,8 +39,8 @@ class GreedySearch:
     Attributes:
         heuristic: the heuristic of the domain.
         successors: generates the states after one action.
-        effort: number of states that were reached and estimated.
-        bindings: number of values that were given to parameters to find actions.
+        effort: counter of states that were reached and estimated.
+        bindings: counter of values that were given to parameters to find actions.
     """
 
     def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, limits: Limits) -> None:
@@ -52,11 +52,11 @@ class GreedySearch:
 
     @property
     def is_over(self) -> bool:
-        """Whether a limit is reached."""
+        """Whether any limit of all searches together is reached."""
         return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
     def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> Estimates:
-        """Return the estimates from a state. Actions that undo a protected condition cost more."""
+        """Return the estimates from a node's state. Actions that undo a protected condition cost more."""
         return Estimates(
             self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
         )
@@ -64,12 +64,12 @@ class GreedySearch:
     def search(
         self, start: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
     ) -> PlanNode | SearchEnd:
-        """Search for a path from a node to a target; if none is found, return how the search ended.
+        """Search for a path from a node to a target. If no path is found, return how the search ended.
 
         Args:
             start: the node.
             subgoals: closed conditions that must hold at the end.
-            taken: number of action goals that must have been taken at the end.
+            taken: number of action goals (operators to take, in order) that must have been taken at the end.
             limits: the limits. If they are thorough, all applicable actions are tried after the preferred
                 ones.
         """
@@ -83,7 +83,7 @@ class GreedySearch:
     def estimate(
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int
     ) -> tuple[float, tuple[Action, ...]]:
-        """Estimate the cost from a state to the target of `search`, and return the preferred actions, too."""
+        """Return the estimated cost from a state to the target of `search`, and the preferred actions."""
         estimates = self.make_estimates(node, subgoals)
         preferred = _PreferredOperators(self.heuristic, estimates)
         total = 0.0
@@ -100,7 +100,7 @@ class GreedySearch:
 
 
 class _Expansion(NamedTuple):
-    """A state to expand, its rank, and the actions that expand it; None for all applicable actions."""
+    """A state to expand, its rank, and the actions to expand it by; None for all applicable actions."""
 
     node: PlanNode
     rank: tuple[float, int]
@@ -158,7 +158,7 @@ class _GreedyRun:
         return self._effort.is_used_up or self._searches.is_over
 
     def _add_state(self, node: PlanNode) -> PlanNode | None:
-        """Estimate a new state and put it into the queue. Return its node if the state reaches the target."""
+        """Estimate a new state and put it into the queue. Return its node if the target is reached."""
         self._effort.used += 1
         ahead, preferred = self._searches.estimate(node, *self._target)
         if ahead == 0.0:

@@ -1,10 +1,10 @@
 """Landmarks: sets of actions. Every plan that succeeds contains an action of each landmark.
 
-Landmarks are found in the delete relaxation. Suppose that some actions never reach the goals, even if
-deletions are ignored and actions are repeated. Then a plan needs another action, which makes a first change
-between those actions and the goals. The set of these further actions is a cut, a disjunctive landmark. A plan
-lacks at least as many actions as are needed to hit its missed cuts. A smallest set of such actions is added,
-and the next cut is found, until the goals are reachable (an implicit hitting set, Bonet and Helmert 2010).
+Landmarks are found in the delete relaxation: deletions are ignored and actions are repeated. If some actions
+do not reach the goals in this relaxation, every plan needs another action. The first actions needed beyond
+the present actions form a cut (a disjunctive landmark). A plan that misses cuts needs at least as many more
+actions as can hit these cuts. A smallest set of such actions is added, and the next cut is computed, until
+the goals are reachable (an implicit hitting set, Bonet and Helmert 2010).
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 Cut: TypeAlias = frozenset[Action]
-"""A set of actions; every plan that succeeds contains at least one of them."""
+"""Set of actions: every plan that succeeds contains at least one of them."""
 
 _TRUE, _FALSE = 0, 1
-"""The numbers of the condition that always holds, and of the condition that never holds."""
+"""Numbers of two conditions: the condition that always holds, and the condition that never holds."""
 
 _MAX_CONDITIONS = 30_000
 """Maximum number of conditions in a graph; further conditions are assumed to hold."""
 
 _MAX_VALUES = 60
-"""Maximum number of values of a variable that are distinguished."""
+"""Maximum number of values of a quantified variable for which a graph has conditions of their own."""
 
 _MAX_BRANCHES = 200
-"""Maximum number of branches of the search for a smallest hitting set.
+"""Maximum number of branches of the search for a smallest set of actions that hits all cuts.
 
-Beyond it, disjoint cuts are counted.
+If there are more branches, disjoint cuts are counted instead.
 """
 
 _MAX_CUT_SIZE = 250
@@ -52,13 +52,14 @@ _CONDITIONS_PER_EFFORT = 20
 
 
 class _RelaxationGraph:
-    """The delete relaxation of one episode: a graph of conditions and changes.
+    """The delete relaxation of one episode: a graph of conditions and changes of facts.
 
-    A condition needs all or any of its parts. A change needs one action that makes it. The graph grows
-    backwards from the goals. It grows by the given actions as long as these do not reach the goals.
+    A condition needs either all of its parts, or any single part. A change needs one action that makes the
+    change. The graph grows backwards from the goals, by the examined actions, until these actions reach the
+    goals.
 
     Args:
-        conflict_changes: the changes that conditions need, and the actions that make changes.
+        conflict_changes: the changes that conditions need, and the actions for these changes.
         initial: the state in which plans begin.
         goals: the goals of plans.
         steps: the steps of a plan; they may use objects that no other action uses.
@@ -116,10 +117,9 @@ class _RelaxationGraph:
         return [action for action in cut_actions if action not in actions]
 
     def _find_conditions_between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
-        """Return the conditions through which some actions fall short of the goals, the goals first.
+        """Return the numbers of the conditions between some actions and the goals, the goals first.
 
-        If all parts of a condition are needed, one failing part is followed; otherwise every part is
-        followed.
+        If all parts of a condition are needed, the search follows one failing part; otherwise every part.
         """
         seen = {self._goal: None}
         pending = deque(seen)
@@ -143,7 +143,7 @@ class _RelaxationGraph:
         return seen
 
     def _group_makers(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
-        """Return the actions that make a change, grouped by their conditions; for a condition, no actions."""
+        """Return the actions that make a change, each group with its conditions; [] for a condition."""
         change = self._changes.get(number)
         if change is None:
             return []
@@ -174,7 +174,7 @@ class _RelaxationGraph:
         return reached
 
     def _add_makers(self, numbers: Iterable[int]) -> bool:
-        """Add actions that make some changes to the graph; return whether an action was added."""
+        """Add the actions that make some changes to the graph. Return whether any action was added."""
         fresh = [
             (number, action)
             for number in numbers
@@ -185,9 +185,9 @@ class _RelaxationGraph:
         return sum([self._add_maker(number, action) for number, action in fresh]) > 0
 
     def _add_maker(self, number: int, action: Action) -> bool:
-        """Add the conditions of an action that makes a change, for each effect.
+        """Add the conditions of each effect by which an action makes a change.
 
-        Return whether any were added.
+        Return whether any conditions were added.
         """
         alternatives: list[int] = []
         for conditions in self._conflict_changes.effect_conditions(action, self._changes[number]):
@@ -261,7 +261,7 @@ class _RelaxationGraph:
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
             return self._add_changes(self._conflict_changes.all_changes(atom))
-        if result is None:  # a recursive definition refers to the atom by this number
+        if result is None:  # a recursive definition uses this number for the atom itself
             number = self._numbers[key] = self._add_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -298,7 +298,7 @@ class _RelaxationGraph:
         return _TRUE if _TRUE in numbers else self._combine(numbers, 1, _FALSE)
 
     def _combine(self, parts: tuple[int, ...], needed: int, default: int) -> int:
-        """Return the number of the condition that needs one of its parts, or all of them."""
+        """Return the number of the condition that needs all of its parts, or one of them."""
         if len(parts) < 2:
             return parts[0] if parts else default
         key = needed > 1, parts
@@ -321,17 +321,17 @@ class _RelaxationGraph:
 
 
 class Landmarks:
-    """The known cuts during the repair of one plan, and the number of actions needed to hit them.
+    """The cuts found during the repair of one plan, and the number of actions needed to hit them.
 
     Args:
         conflict_changes: the changes that conditions need, and the actions that make changes.
         initial: the state in which plans begin.
         goals: the goals of plans.
         steps: the steps of the plan.
-        cuts: cuts that are known from the start.
+        cuts: cuts from earlier repairs.
 
     Attributes:
-        cuts: the known cuts.
+        cuts: the cuts found so far.
     """
 
     def __init__(
@@ -361,18 +361,18 @@ class Landmarks:
             self._hits[action] = self._hits.get(action, 0) | bit
 
     def hit_cuts(self, action: Action | None) -> int:
-        """Return the cuts that an action hits, as a mask."""
+        """Return the cuts that an action hits, as a bit mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
     def find_missed_cuts(self, actions: Iterable[Action]) -> int:
-        """Return the cuts that none of some actions hits, as a mask."""
+        """Return the cuts that none of some actions hits, as a bit mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
             missed &= ~self._hits.get(action, 0)
         return missed
 
     def min_actions(self, mask: int) -> int:
-        """Return the minimum number of actions that hit some cuts."""
+        """Return the minimum number of actions that hit all cuts in a bit mask."""
         return self._min_hitting_set(mask)[0]
 
     def find_more_cuts(self, steps: frozenset[Action], effort: Effort) -> None:
@@ -380,7 +380,7 @@ class Landmarks:
 
         Args:
             steps: the actions of the plan.
-            effort: the limit; it counts conditions of the graph.
+            effort: counter of conditions of the graph; at its limit the search stops.
         """
         if steps in self._done or effort.is_used_up:
             return
@@ -421,11 +421,11 @@ class Landmarks:
 
 
 class _HittingSets:
-    """A search for a smallest set of patterns that covers a mask.
+    """A search for a smallest set of bit masks (patterns) that together cover a mask.
 
     Args:
-        patterns: the available masks.
-        mask: the mask.
+        patterns: the available bit masks.
+        mask: the mask to cover.
 
     Attributes:
         least: lower bound of the number of patterns.
@@ -457,7 +457,7 @@ class _HittingSets:
         return tuple(chosen)
 
     def _count_disjoint_cuts(self, mask: int) -> int:
-        """Count greedily chosen cuts that are disjoint: no pattern hits two of them."""
+        """Count disjoint cuts, chosen greedily: no pattern hits two of them."""
         number = 0
         for bit, covered in self._covered_with.items():
             if mask & bit:

@@ -1,8 +1,8 @@
-"""The planner on declared domains. Its plans take given actions in order and make given conditions hold.
+"""The planner on declared domains. Plans take required operators in order and reach required conditions.
 
-The goals are reached one after the other, each by greedy best-first search (`greedy_search`). The search is
+The goals are reached one after the other, each by a greedy best-first search (`greedy_search`). The search is
 guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). If no goal can be
-reached without giving up another, one search looks for all of them together. All actions of a plan are
+reached without undoing another goal, a single search looks for all goals together. All actions of a plan are
 applicable. Effort is limited by a number of states, never by time: equal input gives equal output.
 """
 
@@ -28,19 +28,19 @@ _FIRST_LIMITS = Limits(50, thorough=False)
 """Limits of the first search for one goal."""
 
 _LIMIT_GROWTH = 4
-"""Factor by which the limit of states grows after the searches for all goals have failed."""
+"""Factor by which the maximum number of states grows each time the searches for all goals fail."""
 
 _WHOLE_GOAL_FACTOR = 4
-"""Factor of the limit of states if one search looks for a whole goal instead of its parts."""
+"""Factor by which the maximum number of states is larger if a search must reach all parts of a goal."""
 
 _MAX_DIRECT_COST = 12.0
-"""Maximum estimated cost of a goal that is reached directly.
+"""Maximum estimated cost of a goal that is searched directly.
 
-Prerequisites of a costlier goal are reached first.
+The prerequisites of a costlier goal are reached first.
 """
 
 _NEXT_ACTION = -1
-"""Number that stands for the goal to take the next action; conditions are numbered from 0."""
+"""Number of the goal to take the next operator of `PlanningGoal.actions`; other goals have numbers from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +49,8 @@ class PlanningGoal:
 
     Attributes:
         conditions: closed state formulas that must hold at the end.
-        actions: operators that must be taken, one after the other, with any objects; each entry lists
-            alternatives.
+        actions: operators to take, one after the other, with any objects. Each entry lists the names of
+            alternative operators.
     """
 
     conditions: tuple[Formula, ...]
@@ -70,7 +70,7 @@ def drop_needless_actions(
         domain: the domain.
         initial: the initial state.
         plan: the plan.
-        reached: whether a node reaches the goal.
+        reached: function that tests whether a node reaches the goal.
         actions: operators that must be taken, as in `PlanningGoal`.
     """
     successors = SuccessorGenerator(domain, (), actions)
@@ -98,7 +98,7 @@ class Planner:
         self._allowed: Callable[[State], bool] | None = None
 
     def restrict_states(self, allowed: Callable[[State], bool]) -> Planner:
-        """Return a planner with the same caches, whose plans pass only through allowed states."""
+        """Return a planner with the same caches whose plans lead only through allowed states."""
         other = copy(self)
         other._allowed = allowed
         return other
@@ -106,15 +106,15 @@ class Planner:
     def holds(self, condition: Formula, state: State) -> bool:
         """Whether a closed condition holds in a state.
 
-        Compiled conditions are cached as long as the planner lives.
+        The planner caches compiled conditions.
         """
         return self.heuristic.readings.holds(condition, {}, state)
 
     def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int], **scope: int) -> bool:
-        """Whether the heuristic finds actions on some objects that establish a condition.
+        """Whether the heuristic finds actions on given objects that establish a condition.
 
-        False is not a proof, but the planner makes no search for such a condition. ``scope`` has the objects
-        of free variables.
+        False is no proof that there are no such actions, but the planner does not search for such a
+        condition. ``scope`` gives the objects of free variables.
         """
         estimates = Estimates(self.heuristic, state, objects)
         return estimates.estimate(Subgoal(condition, scope, True)) < INFINITE
@@ -141,7 +141,7 @@ class Planner:
     def reach(
         self, initial: State, conditions: tuple[Subgoal, ...], objects: Sequence[int], limits: Limits
     ) -> tuple[Action, ...] | None:
-        """Return the actions by which one greedy search establishes conditions together, or None.
+        """Return actions that establish conditions together, by one greedy search; None if it fails.
 
         Args:
             initial: the initial state.
@@ -168,7 +168,7 @@ def get_planner(domain: Domain) -> Planner:
 def _search_plan(
     search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Limits
 ) -> SearchResult[Action]:
-    """Search until a plan is found, no search is left to try, or the limits are reached."""
+    """Search until a plan is found, every kind of search has failed, or the limits are reached."""
     holds = search.heuristic.readings.holds
 
     def is_reached(node: PlanNode) -> bool:
@@ -196,11 +196,11 @@ def _search_plan(
 
 
 class _Agenda:
-    """Reaches the goals of one task one by one. Each search keeps all goals that were reached before.
+    """Reaches the goals of one task one by one. Each search keeps the goals that were reached before.
 
-    Goals in such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost comes
-    first. A goal with alternatives is reached part by part along the cheapest alternative. The alternative is
-    chosen again after every part.
+    Goals with such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost
+    comes first. If a goal has alternatives, the parts of the cheapest alternative are reached one by one. The
+    alternative is chosen again after every part.
 
     Args:
         search: the searches and estimates.
@@ -215,7 +215,7 @@ class _Agenda:
         self._failed: set[int] = set()
 
     def reach_next_goal(self, node: PlanNode, limits: Limits) -> PlanNode | None:
-        """Return a node in which one more goal is reached; None if no goal is reached within the limits."""
+        """Return a node in which one more goal is reached; None if the searches for all goals fail."""
         holds = self._search.make_estimates(node).holds
         reached = tuple([goal for goal in self._goals if holds(goal)])
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
@@ -232,19 +232,20 @@ class _Agenda:
         return None
 
     def mark_hard_goals(self) -> bool:
-        """Mark the goals that just failed as hard, so that they come first.
+        """Mark the goals that were just not reached as hard, so that they come first.
 
-        Return False if all were marked before.
+        Return False if all of them were already marked.
         """
         new = self._failed - self._hard
         self._hard |= new
         return bool(new)
 
     def _nearest_first(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
-        """Yield goals by their estimated cost, hard goals first.
+        """Yield the numbers of goals by their estimated cost, hard goals first.
 
-        The last known cost of a goal is used until its turn comes. Only then is it estimated again. A single
-        goal is estimated only after it was not reached; the estimate sets its turn after a restart.
+        Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. A
+        single goal is estimated only after it was not reached, and this cost sorts it when all searches start
+        again.
         """
         if len(pending) == 1:
             yield pending[0]
@@ -270,7 +271,7 @@ class _Agenda:
     def _achieve(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        """Reach a goal part by part. If that fails, search for the whole goal at once."""
+        """Reach the parts of a goal one after the other. If this fails, search for the whole goal."""
         while True:
             further = self._reach_part(node, goal, protected, limits)
             if further is None:
@@ -283,9 +284,10 @@ class _Agenda:
     def _reach_part(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        """Return a node in which one more part of a goal is reached, or None.
+        """Return a node in which one more part of a goal is reached, or None if no part is reached.
 
-        Parts are tried by ascending cost, but the prerequisites of a costly goal by descending cost.
+        Parts are tried by ascending cost. For a costly goal without parts, prerequisites are tried by
+        descending cost.
         """
         estimates = self._search.make_estimates(node, protected)
         parts: Sequence[Subgoal] = estimates.choose_atoms(goal)

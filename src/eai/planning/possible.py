@@ -1,9 +1,9 @@
-"""Delete relaxation of a declared domain: an upper bound of the facts that may ever hold.
+"""Delete relaxation of a declared domain: a superset of the facts that may ever hold.
 
-Every added fact is possibly true from then on. Every deleted fact is possibly false from then on, and
-possibly true as well (Bonet and Geffner 2001). A goal that does not hold even then is proved unreachable.
-Computed predicates may have any truth. Effort is counted: nothing is proved for a domain with too many
-actions.
+Every fact that an action adds counts as possibly true from then on. Every deleted fact counts as possibly
+false, but stays possibly true (Bonet and Geffner 2001). A goal that does not hold even under these
+assumptions is proved unreachable. Predicates that a function computes may be true or false. Effort is
+counted: nothing is proved for a domain with too many actions.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of tried parameter values; number of values for which each look at an action counts."""
+"""Maximum number of tried values of parameters. Each examination of an action counts as many values."""
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, its arguments, and whether it is true."""
 
 
 class PossibleFacts:
-    """The facts that may ever be true, and those that may ever be false, in an episode of a domain.
+    """The facts that may ever be true, and the facts that may ever be false, in an episode of a domain.
 
     Args:
         domain: the domain.
         initial: the initial state.
-        usable: the objects that actions may use.
+        usable: the objects that actions may use, by index.
     """
 
     def __init__(self, domain: Domain, initial: State, usable: Sequence[int]) -> None:
@@ -60,15 +60,15 @@ class PossibleFacts:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all actions were examined; otherwise every fact may hold."""
+        """Whether all actions were examined within the limit of effort. If not, every fact may hold."""
         return not self._effort.is_exceeded
 
     def count_literals(self) -> int:
-        """Return the number of possible literals."""
+        """Return the number of facts that may be true plus the number of facts that may be false."""
         return len(self.possibly_true) + len(self.possibly_false)
 
     def _possible_actions(self, operator: Operator, initial: State, usable: Sequence[int]) -> Iterator[Scope]:
-        """Yield the bindings of an operator for which actions are possible by the facts that never change."""
+        """Yield the arguments of an operator, by parameter, that the facts that never change allow."""
         static = tuple([check for check in operator.checks if self._is_static(check)])
         unchanging = replace(operator, checks=static, effects=(), tries=())
         arguments = applicability(unchanging, self.domain.vocabulary)
@@ -126,7 +126,7 @@ class PossibleFacts:
         return scope[term.name] if isinstance(term, f.Variable) else find_object(term, self._scene)
 
     def _is_possible(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
-        """Whether a literal may hold. A possible literal stays possible."""
+        """Whether a literal may ever hold. If it may, it stays possible."""
         literal = predicate, arguments, truth
         if literal in self._proved or literal in self._denied:
             return literal in self._proved
@@ -150,11 +150,11 @@ class PossibleFacts:
         return self._evaluate_definition(derived, arguments, truth) if isinstance(derived, Defined) else True
 
     def _evaluate_definition(self, derived: Defined, arguments: tuple[int, ...], truth: bool) -> bool:
-        """Whether a defined predicate may be true, or (not ``truth``) false.
+        """Whether a predicate that a formula defines may ever be true, or (not ``truth``) false.
 
-        A recursive definition is evaluated as a least fixpoint. On recursion, the same literal is assumed
-        impossible if it must be true, and possible if it must be false. The outer call is repeated until it
-        finds no new possible literal.
+        A recursive definition is evaluated as a least fixpoint. If the definition needs the same literal
+        again, the literal is assumed impossible if it must be true, and possible if it must be false. The
+        outer call is repeated until it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
         if literal in self._assumed:
@@ -173,7 +173,7 @@ class PossibleFacts:
                 return result
 
     def _apply_actions(self) -> None:
-        """Apply every action once. Effects that were impossible before may be possible in the next round."""
+        """Apply every action once. Effects that are impossible now may become possible in the next round."""
         self._denied.clear()
         self._done.clear()
         for operator in self.domain.operators:
@@ -182,7 +182,7 @@ class PossibleFacts:
             ]
 
     def _apply_action(self, operator: Operator, scope: Scope) -> bool:
-        """Apply an action. Return whether later applications can have no further effect."""
+        """Apply an action. Return whether applying it again later can have no further effect."""
         if self._effort.spend(_ACTION_LOOKS) or not self._passes(operator.checks, scope):
             return False
         self._apply_effects(operator.effects, scope)

@@ -1,6 +1,6 @@
 """Roles of operators: movement, taking an object, releasing an object, or another change of the world.
 
-The roles show which predicates describe the places of objects.
+The roles reveal which predicates describe the places of objects.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from eai.world.operator import Operator, Role
 def role_of(operator: Operator) -> Role:
     """Return the declared role of an operator, or infer the role from its effects.
 
-    Movement changes only facts about the agent, and relations between the agent and the objects that it
-    leaves or reaches (``at(agent, *)`` is deleted and ``at(agent, x)`` added). Objects that the agent carries
-    may change in the same relations. An operator that only adds a relation of the agent to an object
-    (``holds(agent, x)``), and may delete relations of the object, takes it.
+    A movement changes only facts about the agent, and relations between the agent and the objects that it
+    leaves or reaches (it deletes ``at(agent, *)`` and adds ``at(agent, x)``). Objects that the agent carries
+    may change in the same relations. An operator takes an object if it adds only a relation of the agent to
+    the object (``holds(agent, x)``). It may delete relations of the object.
     """
     if operator.role is not None:
         return operator.role
@@ -44,7 +44,7 @@ def _is_movement(changes: list[EffectSchema]) -> bool:
 
 
 def _is_left(change: EffectSchema) -> bool:
-    """Whether a change ends the agent's relation to all objects, not only to an argument."""
+    """Whether a change ends the relation of the agent to all objects, not only to an argument."""
     if change.adds or AGENT not in change.atom.arguments or len(change.atom.arguments) != 2:
         return False
     (other,) = [term for term in change.atom.arguments if term != AGENT] or [AGENT]
@@ -52,7 +52,7 @@ def _is_left(change: EffectSchema) -> bool:
 
 
 def _is_taking(changes: list[EffectSchema]) -> bool:
-    """Whether an operator adds facts, all of which relate the agent to an argument."""
+    """Whether an operator adds only facts that relate the agent to the arguments."""
     added = [change for change in changes if change.adds]
     return bool(added) and all(
         change.atom.arguments[:1] == (AGENT,) and change.atom.arguments[1:] == change.operator.parameters
@@ -63,13 +63,13 @@ def _is_taking(changes: list[EffectSchema]) -> bool:
 def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the stored predicates that describe places, in the order of a domain's operators.
 
-    The first tuple has the predicates for objects in a hand, with the agent as first argument or without it.
-    The second has the predicates for objects in, on or under another object.
+    The first tuple has the predicates for objects in a hand, with or without the agent as first argument. The
+    second tuple has the predicates for objects in, on or under another object.
 
     A predicate describes held objects if an operator that takes an object adds it, and another operator
-    deletes it. A predicate describes a place if an operator that releases a held object adds it about this
-    object and another one. Predicates that an operator adds in both directions ("beside each other") are
-    neither.
+    deletes it. A predicate describes a place if an operator that releases a held object adds a fact of it
+    about this object and another one. A predicate that an operator adds in both directions ("beside each
+    other") is left out.
     """
     changes = {operator.name: list(effect_schemas(operator)) for operator in domain.operators}
     takers = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]

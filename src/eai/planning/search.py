@@ -17,14 +17,15 @@ A = TypeVar("A")
 """Type variable for actions."""
 
 T = TypeVar("T")
-"""Type of an item of an open list: a node, or a node with the actions that expand it."""
+"""Type of an item of an open list: a node, or a node with the actions by which it is expanded."""
 
 
 class Effort:
     """Counts the operations of a search: applied actions, estimated states, tried objects.
 
-    Callers add to `used`. Beyond the limit, `take_within_limit` yields no more objects, so that every
-    computation ends soon. Its result is then invalid, and its caller checks `is_exceeded`.
+    Callers add to `used`. If the limit is exceeded, `take_within_limit` yields no more objects, so that every
+    computation ends soon. The result of a computation is then invalid, so its caller must check
+    `is_exceeded`.
 
     Args:
         limit: maximum number of operations of all callers together; infinite by default.
@@ -51,12 +52,12 @@ class Effort:
         return self.used > self.limit
 
     def spend(self, number: int = 1) -> bool:
-        """Count operations, and return whether there are more than allowed."""
+        """Count operations. Return whether the limit is exceeded."""
         self.used += number
         return self.used > self.limit
 
     def take_within_limit(self, names: Iterable[str]) -> Iterator[str]:
-        """Yield the names of objects until the limit is exceeded; each counts as one operation."""
+        """Yield the names of objects until the limit is exceeded. Each name counts as one operation."""
         for name in names:
             if self.spend():
                 return
@@ -65,17 +66,17 @@ class Effort:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The limits of a search, counted and never timed.
+    """The limits of a search. They count operations, never time.
 
     Attributes:
         states: maximum number of states that are reached and estimated.
         thorough: whether to try another order of goals, and unpromising actions, as a last resort. If not, a
-            goal that looks out of reach stays undecided.
-        bindings: maximum number of values given to parameters to find actions on a declared domain; each
-            action counts for `successor_generator.ACTION_BINDINGS` more.
-        looks: maximum number of tested literals, options and effects in a search with given operators, or of
-            tested actions in estimates on a declared domain. Operators of nine models' answers need fewer
-            than 400,000 for every decided problem.
+            goal that seems unreachable stays undecided.
+        bindings: maximum number of values of parameters tried to find actions on a declared domain. Each
+            action counts as `successor_generator.ACTION_BINDINGS` more values.
+        looks: on a declared domain, maximum number of actions tested for estimates. In a search with fixed
+            operators, maximum number of tested literals, options and effects; operators from the answers of
+            nine models need fewer than 400,000 for every decided problem.
     """
 
     states: int = 2_000
@@ -96,14 +97,15 @@ class SearchEnd(str, Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node(Generic[S, A]):
-    """A state that a search has reached, and the path to it.
+    """A state that a search has reached, and the path to this state.
 
     Attributes:
         state: the state.
-        met: the achieved part of the goal, if the state does not show it: a number of parts, or their mask.
+        met: the reached part of the goal, if the state does not show it: a number of parts, or a mask of
+            parts.
         depth: number of actions on the path.
         parent: the node before the last actions; None for the start.
-        actions: the actions that lead here from the parent, one or several.
+        actions: the actions that lead from the parent to this node, one or several.
     """
 
     state: S
@@ -113,11 +115,11 @@ class Node(Generic[S, A]):
     actions: tuple[A, ...] = ()
 
     def plan(self) -> tuple[A, ...]:
-        """Return the actions on the path."""
+        """Return the actions on the path to this node."""
         return tuple(chain.from_iterable([node.actions for node in self.path()]))
 
     def path(self) -> list[Node[S, A]]:
-        """Return the nodes on the path, the start first."""
+        """Return the nodes on the path to this node, the start first."""
         nodes = []
         node: Node[S, A] | None = self
         while node is not None:
@@ -131,8 +133,8 @@ class SearchResult(Generic[A]):
     """The outcome of a search.
 
     Attributes:
-        end: how the search ended.
-        plan: the plan; empty if none was found.
+        end: reason for the end of the search.
+        plan: the plan; empty if no plan was found.
         states: number of estimated states.
     """
 
@@ -142,7 +144,7 @@ class SearchResult(Generic[A]):
 
 
 class OpenList(Generic[T]):
-    """A queue of the items to visit, lowest rank first. Every item needs a rank of its own."""
+    """A queue of items to visit, lowest rank first. No two items may have equal ranks."""
 
     def __init__(self) -> None:
         self._entries: list[tuple[tuple[float, ...], T]] = []
@@ -151,23 +153,24 @@ class OpenList(Generic[T]):
         return bool(self._entries)
 
     def push(self, item: T, *rank: float) -> None:
-        """Add an item by its rank."""
+        """Add an item with its rank."""
         heapq.heappush(self._entries, (rank, item))
 
     def pop(self) -> T | None:
-        """Remove and return the first item, or None if the list is empty."""
+        """Remove and return the item of lowest rank, or None if the list is empty."""
         return heapq.heappop(self._entries)[1] if self._entries else None
 
 
 def best_first(
     following: Callable[[], T | None], visit: Callable[[T], Node[S, A] | SearchEnd | None]
 ) -> Node[S, A] | SearchEnd:
-    """Visit items until the search ends; return the goal, or the reason why none was found.
+    """Visit items until the search ends. Return the goal's node, or the reason why no goal was found.
 
     Args:
-        following: removes and returns the next item of the open list, or None if the list is empty.
-        visit: tests an item, or expands it and adds its successors to the open list. It returns the goal or
-            the reason if the search ends there, else None.
+        following: function that removes and returns the next item of the open list, or returns None if the
+            list is empty.
+        visit: function that tests an item, or expands it and adds its successors to the open list. It returns
+            the goal's node, or the reason if the search ends at this item, else None.
     """
     while (item := following()) is not None:
         end = visit(item)

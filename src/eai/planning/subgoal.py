@@ -1,4 +1,4 @@
-"""Subgoals: conditions that must hold or must not hold, and their parts."""
+"""Subgoals: conditions that must be true, or must be false. Conditions are split into their parts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from eai.world.state import Scene, State
 
 
 class Subgoal(NamedTuple):
-    """A condition that must hold, or (``truth`` False) must not hold, for the objects in ``scope``."""
+    """A condition that must be true, or (``truth`` False) false, for the objects in ``scope``."""
 
     formula: f.Formula
     scope: Scope
@@ -22,12 +22,12 @@ class Subgoal(NamedTuple):
 
     @property
     def negated(self) -> Subgoal:
-        """The opposite subgoal."""
+        """The subgoal with the opposite truth."""
         return self._replace(truth=not self.truth)
 
 
 class GroundAtom(NamedTuple):
-    """An atom with objects, and whether it must hold."""
+    """A ground atom, and whether it must be true or false."""
 
     predicate: str
     arguments: tuple[int, ...]
@@ -35,11 +35,11 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
-"""The parts of a condition that are chosen to hold. All other parts must not hold."""
+"""Choice among the parts of a condition: all, any, a number of them, or pairs. See `eai.logic.choice`."""
 
 
 class Unfolding:
-    """Splits conditions into parts in one state.
+    """Splits conditions into their parts, given one state.
 
     Args:
         evaluator: evaluates the formulas of the domain.
@@ -53,17 +53,17 @@ class Unfolding:
         self._objects = objects
 
     def holds(self, subgoal: Subgoal) -> bool:
-        """Whether a subgoal is already reached."""
+        """Whether a subgoal is reached in the state."""
         formula, scope, truth = subgoal
         return self._evaluator.holds(formula, scope, self._state) == truth
 
     def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
-        """Return the ground atom of an atom, with the objects of its terms in a subgoal."""
+        """Return a subgoal's atom with the objects of its terms."""
         arguments = arguments_of(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
     def split(self, subgoal: Subgoal) -> SubgoalParts | None:
-        """Return the parts of a compound condition; None for an atom and for an unsupported condition."""
+        """Return the choice among the parts of a compound condition; None for other conditions."""
         formula, scope, truth = subgoal
         match formula:
             case f.Not(operand):
@@ -106,7 +106,10 @@ class Unfolding:
         return [i for i in self._objects if allowed >> i & 1]
 
     def _promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
-        """Return the usable values for which a part of the body holds; all usable values if no part does."""
+        """Return the usable values for which at least one conjunct of the body holds.
+
+        If no conjunct holds for any of them, all usable values are returned.
+        """
         usable = self._usable_values(variable)
         parts = body.operands if isinstance(body, f.And) else ()
         promising = {
@@ -140,21 +143,21 @@ class Unfolding:
 
 
 def arguments_of(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
-    """Return the objects of the terms of an atom."""
+    """Return the indices of the objects that the terms of an atom denote."""
     return tuple(
         [scope[t.name] if isinstance(t, f.Variable) else find_object(t, scene) for t in atom.arguments]
     )
 
 
 def find_object(constant: f.Constant, scene: Scene) -> int:
-    """Return the object of a scene that a constant names; `UNBOUND` for the agent of a scene without one."""
+    """Return the index of the object that a constant names; `UNBOUND` for an agent that the scene lacks."""
     if constant == AGENT:
         return UNBOUND if scene.agent is None else scene.agent
     return scene.index[constant.name]
 
 
 def subgoals_of(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal, ...]:
-    """Return the conjuncts of closed conditions, in order."""
+    """Return the conjuncts of closed conditions as subgoals, in order."""
     return tuple(
         [part for condition in conditions for part in conjuncts(Subgoal(condition, {}, True), scene)]
     )

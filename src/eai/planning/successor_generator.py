@@ -1,4 +1,4 @@
-"""The successor generator: the actions that are applicable in a state, and the states that they lead to."""
+"""The successor generator: the actions that are applicable in a state, and the states after these actions."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of bindings for which an action counts, since handling an action takes longer."""
+"""Number of bindings as which each action counts, since handling an action takes longer."""
 
 PlanNode: TypeAlias = Node[State, Action]
-"""A node of a search on a declared domain; ``met`` is the number of action goals taken on the path."""
+"""Node of a search on a declared domain; ``met`` is the number of required operators taken so far."""
 
 
 class SuccessorGenerator:
-    """Generates applicable actions and successors of states.
+    """Generates applicable actions, and the states after the actions.
 
     Args:
         domain: the domain.
         objects: the objects that actions may use, by index.
-        goals: operators that must be taken, one after the other; each entry lists alternatives.
-        allowed: whether an action may lead to a state; None allows all states.
+        goals: operators to take, one after the other. Each entry lists the names of alternative operators.
+        allowed: function that tests whether an action may lead to a state; None allows all states.
     """
 
     def __init__(
@@ -53,14 +53,14 @@ class SuccessorGenerator:
         return Node(after, node.met + counts, node.depth + 1, node, (action,))
 
     def applicable(self, node: PlanNode, bindings: Effort | None = None) -> Iterator[Action]:
-        """Yield all actions that no check forbids in a node, until the limit of bindings is exceeded."""
+        """Yield all actions that are possible in a node, until the limit of bindings is exceeded."""
         for operator in self._domain.operators:
             yield from applicable_actions(self._domain, operator, node.state, self.objects, bindings)
 
     def remove_needless_actions(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
     ) -> PlanNode:
-        """Return a plan's end without needless actions, so that it still reaches its goal.
+        """Return the end of a plan's path without needless actions, so that it still reaches the goal.
 
         This is action elimination (Nakhost and Mueller 2010). Each action in turn is left out, together with
         the later actions that become impossible, until all remaining actions are needed.
@@ -87,15 +87,15 @@ def applicable_actions(
     objects: Sequence[int],
     bindings: Effort | None = None,
 ) -> Iterator[Action]:
-    """Yield the actions by an operator on given objects that no check forbids in a state.
+    """Yield the actions by an operator that are possible in a state.
 
     Args:
         domain: the domain.
         operator: the operator.
         state: the state.
         objects: the objects that actions may use, by index.
-        bindings: counts values of parameters, and each action as `ACTION_BINDINGS` values. If its limit is
-            exceeded, no more actions follow. None for no limit.
+        bindings: counter of values of parameters; each action counts as `ACTION_BINDINGS` values. If its
+            limit is exceeded, no more actions follow. None for no limit.
     """
     bindings = bindings or Effort()
     compiled = domain.compiled[operator.name]

@@ -1,1 +1,1 @@
-"""Repair plans by fewest edits: edits of plans, conflicts of edited plans, and the search for repairs."""
+"""Repair of plans by fewest edits: the edits, the conflicts of edited plans, and the search for repairs."""

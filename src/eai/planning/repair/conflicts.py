@@ -1,8 +1,8 @@
 """Conflicts of edited plans, and the edits that may help.
 
-A plan's conflict is its first impossible step, or a goal that it misses at its end. The conflict remains
-until one of certain changes happens (`eai.planning.conflict_changes`). Every repair has an edit that makes
-such a change.
+A plan's conflict is its first impossible step, or else a goal that the plan misses at its end. The conflict
+remains until one of certain changes happens (`eai.planning.conflict_changes`). Every repair has an edit that
+makes such a change.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""A moment of a plan: the number of its state, and the number of action goals taken so far."""
+"""Moment of a plan: the number of the state, and the number of required operators taken so far."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
-"""The moments before each entry of a plan, up to its conflict or its end."""
+"""Moments of a plan: one before each entry up to the conflict; or before each entry and at the end."""
 
 START: PlanPath = ((0, 0),)
 
 
 class PlanStates:
-    """The states to which plans for one task lead. Each state is computed once.
+    """The states to which plans for one task lead. Each state has a number and is computed once.
 
     Args:
         domain: the domain.
@@ -39,7 +39,7 @@ class PlanStates:
         conflict_changes: the changes that conditions need.
 
     Attributes:
-        by_number: the states; the initial one is number 0.
+        by_number: the states; the index of a state is its number. The initial state has number 0.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class PlanStates:
         self.forget()
 
     def forget(self) -> None:
-        """Remove all states but the initial one."""
+        """Remove all states except the initial state."""
         self.by_number = [self.initial]
         self._numbers = {self.initial: 0}
         self._after: dict[tuple[int, Action], tuple[int | None, bool]] = {}
@@ -70,10 +70,10 @@ class PlanStates:
         return after, taken + takes
 
     def try_step(self, number: int, action: Action) -> tuple[int | None, bool]:
-        """Return the number of the state after a step, or None; and whether the step is executed.
+        """Return the number of the state after a step, and whether the step is executed.
 
-        The number is None if the step is impossible. A step that is skipped, since it is not needed, leads to
-        the same state and is not executed.
+        The number is None if the step is impossible. A step that is skipped, because it is not needed, leads
+        to the same state and is not executed.
         """
         outcome = self._after.get((number, action))
         if outcome is None:
@@ -103,12 +103,12 @@ class PlanStates:
         return missed
 
     def find_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
-        """Return the path of a plan.
+        """Return the path of a plan: the moments before its entries.
 
         Args:
             plan: the plan.
             begin: a path that equals the path of the plan before the entry ``at``.
-            at: the number of the first entry to compute.
+            at: the number of the first entry to execute.
         """
         moments = [*begin[: at + 1]]
         for _, action in plan[at:]:
@@ -119,7 +119,7 @@ class PlanStates:
         return tuple(moments)
 
     def count_failures(self, steps: PlanSteps, moment: PlanMoment) -> int:
-        """Count the failed steps from a moment on, plus the goals missed at the end."""
+        """Count the steps that fail from a moment on, plus the goals missed at the end."""
         failed = 0
         for action in steps:
             if action is not None:
@@ -130,23 +130,23 @@ class PlanStates:
         return failed + len(self.find_missed_goals(number)) + len(self.goal.actions) - taken
 
     def succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
-        """Whether a plan succeeds whose path is already computed."""
+        """Whether a plan with this path succeeds."""
         number, taken = path[-1]
         return (
             len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_missed_goals(number)
         )
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
-        """Whether a plan, executed from a moment on, reaches the goal."""
+        """Whether a plan reaches the goal from ``start`` on."""
         return self.succeeds(plan, self.find_path(plan, (start,), 0))
 
 
 HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
-"""A position in a plan, and the actions to insert there; None stands for deleting the entry."""
+"""Position in a plan, and the actions to insert there. None among the actions means: delete the entry."""
 
 
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
-"""Function from an edited plan and its path to edits; every repair contains at least one of them."""
+"""Function from an edited plan and its path to edits. Every repair contains at least one such edit."""
 
 
 def helping_edits(states: PlanStates) -> EditsFinder:
@@ -168,7 +168,7 @@ class _Conflicts:
         self._lacking: dict[int, list[ChangeSet]] = {}
 
     def find_edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
-        """Return edits of a plan, of which every repair contains at least one."""
+        """Return edits of a plan, so that every repair contains at least one edit among them."""
         at = len(path) - 1
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
@@ -186,7 +186,7 @@ class _Conflicts:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
-        """Return the changes that may make an impossible step possible, or let it be skipped."""
+        """Return the changes that may make an impossible step possible, or let the step be skipped."""
         changes = self._fatal.get((number, action))
         if changes is None:
             changes = self._fatal[number, action] = self._find_changes_to_unblock(number, action)
@@ -216,7 +216,7 @@ class _Conflicts:
         return frozenset(changes)
 
     def _changes_to_reach_goals(self, number: int) -> list[ChangeSet]:
-        """Return a set of changes for each missed goal. One change of its set must happen for the goal."""
+        """Return a set of changes for each missed goal. One change of each set must happen."""
         changes = self._lacking.get(number)
         if changes is None:
             state, find_changes = self._states.by_number[number], self._conflict_changes.find_changes
@@ -257,7 +257,10 @@ class _Conflicts:
     def _find_earlier_changes(
         self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return earlier changes that let a step help, or stop it from undoing; and whether it undoes."""
+        """Return changes before a step that let the step help, or keep it from undoing one of ``changes``.
+
+        The second value is whether the step undoes any of ``changes``.
+        """
         state, executed = self._states.by_number[number], self._states.try_step(number, action)[1]
         earlier_changes, undoes = self._conflict_changes.changes_before_step(
             action, state, changes, executed=executed

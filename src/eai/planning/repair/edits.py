@@ -1,6 +1,6 @@
 """Edits of a plan: inserted, deleted and replaced steps.
 
-Conversion of one plan to another by fewest edits.
+`align` converts one plan to another by fewest edits.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import NamedTuple, TypeAlias
 from eai.world.action import Action
 
 PlanSteps: TypeAlias = Sequence["Action | None"]
-"""The steps of a written plan; None stands for an unreadable step."""
+"""Steps of a written plan; None stands for an unreadable step."""
 
 
 class PlanEntry(NamedTuple):
     """An entry of an edited plan.
 
     Attributes:
-        step: the number of the original step, which may be deleted; -1 for an inserted step.
+        step: the number of the step in the original plan; -1 for an inserted step.
         action: the action; None if the step was deleted.
     """
 
@@ -40,7 +40,7 @@ class PlanEdit(NamedTuple):
     """An edit of a plan.
 
     Attributes:
-        step: the number, from 0, of the step before which an action is inserted.
+        step: the number, from 0, of the step before which the edit takes place.
         removed: the number of the deleted or replaced step; None if the edit only inserts.
         action: the inserted action; None if the edit only deletes.
     """
@@ -56,7 +56,7 @@ def as_entries(plan: PlanSteps) -> EditedPlan:
 
 
 def align(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
-    """Convert another plan to edits of a plan, with fewest edits (Levenshtein 1966)."""
+    """Return the edits that turn a plan into another plan, with fewest edits (Levenshtein 1966)."""
     rows = [[*range(len(other) + 1)]]
     for i, step in enumerate(plan, 1):
         row = [i]
@@ -81,7 +81,10 @@ def align(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
 
 
 def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]:
-    """Yield the edited plans with one edit undone: an insertion, a deletion, or one of each."""
+    """Yield each edited plan in which one edit fewer is made.
+
+    An insertion is undone, a deletion is undone, or one insertion and one deletion.
+    """
     yield from _undo_one_insertion(plan)
     start = 0
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
@@ -109,10 +112,10 @@ def _undo_one_insertion(plan: EditedPlan) -> Iterator[EditedPlan]:
 
 
 class EditCost(NamedTuple):
-    """The cost of an edited plan.
+    """The number of edits of an edited plan. A deletion and an insertion at one place are one replacement.
 
     Attributes:
-        edits: the number of edits.
+        edits: the number of edits, replacements included.
         deletions: the number of edits that only delete a step.
         insertions: the number of edits that only insert a step.
     """
@@ -122,14 +125,14 @@ class EditCost(NamedTuple):
     insertions: int
 
     def min_edits_with(self, number: int) -> int:
-        """Return the minimum number of edits after ``number`` more steps are inserted."""
+        """Return the minimum number of edits if ``number`` more steps must be inserted."""
         return self.edits + max(0, number - self.deletions)
 
 
 def edit_cost(plan: EditedPlan) -> EditCost:
-    """Return the cost of an edited plan.
+    """Return the numbers of edits of an edited plan.
 
-    A deletion and an insertion between the same kept steps are one edit.
+    A deletion and an insertion without an unchanged step between them are one edit.
     """
     edits = deletions = insertions = deleted = inserted = 0
     for step, action in (*plan, _END):
@@ -151,7 +154,10 @@ def count_edits(plan: EditedPlan | None) -> float:
 
 
 def replaceable(plan: EditedPlan) -> Iterator[int]:
-    """Yield the kept steps whose deletion is free, since more insertions than deletions precede them."""
+    """Yield the positions of unchanged steps whose deletion costs no further edit.
+
+    More insertions than deletions come just before such a step, so that its deletion makes a replacement.
+    """
     surplus = 0
     for position, entry in enumerate(plan):
         if entry.is_kept and surplus > 0:
@@ -160,11 +166,11 @@ def replaceable(plan: EditedPlan) -> Iterator[int]:
 
 
 _END = PlanEntry(0, Action("", ()))
-"""Kept step appended to a plan when edits are counted, so that the edits at its end count, too."""
+"""Unchanged step that is appended to a plan when edits are counted, so that the last edits count, too."""
 
 
 def edits_of(plan: EditedPlan) -> tuple[PlanEdit, ...]:
-    """Return the edits of an edited plan. Deletions and insertions between kept steps are paired."""
+    """Return the edits of an edited plan. Deletions and insertions between unchanged steps are paired."""
     edits: list[PlanEdit] = []
     inserted: list[Action | None] = []
     deleted: list[int] = []
@@ -184,7 +190,7 @@ def edits_of(plan: EditedPlan) -> tuple[PlanEdit, ...]:
 
 
 def normalize(plan: EditedPlan) -> EditedPlan:
-    """Put inserted steps before deleted ones, between every two kept steps of an edited plan."""
+    """Return an edited plan with inserted before deleted steps, between every two unchanged steps."""
     entries_in_order: list[PlanEntry] = []
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
         segment = [*entries]
@@ -193,7 +199,11 @@ def normalize(plan: EditedPlan) -> EditedPlan:
 
 
 def apply_edit(plan: EditedPlan, position: int, action: Action | None) -> tuple[EditedPlan, int]:
-    """Return a plan after one more edit, in the order of `normalize`, and its first entry that differs."""
+    """Return a plan after one more edit, and the number of its first entry that differs.
+
+    Inserted and deleted steps are in the order of `normalize`. If ``action`` is None, the entry at
+    ``position`` is deleted.
+    """
     start = position
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:
         start -= 1

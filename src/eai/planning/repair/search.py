@@ -1,8 +1,8 @@
 """Repair: the fewest edits that make a plan succeed.
 
-An edit inserts, deletes or replaces a step. Every repair has an edit that may help the conflict of the plan
-(`conflicts`). The search expands the edited plan with fewest edits first, by the edits that may help its
-conflict. So it finds all repairs with fewest edits. Effort is counted and never timed.
+An edit inserts, deletes or replaces a step. Every repair has an edit that may help the plan's conflict
+(`conflicts`). The search first expands the edited plan with fewest edits, by the edits that may help its
+conflict. So it finds a repair with fewest edits. Effort counts operations, never time.
 """
 
 from __future__ import annotations
@@ -39,14 +39,17 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 _FIRST_SHARE, _SEARCH_SHARE, _ENABLING_SHARE, _UNDOING_SHARE = 0.03, 0.7, 0.075, 0.025
-"""Shares of the effort: for the search before the planner runs, for the whole search, for making steps
-possible, and for removing needless edits from each repair."""
+"""Shares of the effort.
+
+They are for the search before the planner runs, for the whole search, for actions that make a step possible,
+and for removing needless edits from each repair.
+"""
 
 _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to finish a plan."""
 
 _START_FACTOR = 3
-"""Factor of the limit of actions that the planner tests from the initial state, once for each task."""
+"""Factor by which the planner may test more actions for the one plan from the initial state."""
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
 """Limits of the search for actions that make a step possible."""
@@ -55,29 +58,33 @@ _STEPS_PER_EFFORT = 8
 """Number of executed steps that count as one unit of effort."""
 
 _MANY_EDITS, _LANDMARK_EFFORT = 5_000, 500
-"""Number of edits above which landmarks filter single edits; effort for finding these landmarks."""
+"""Two limits for single edits.
+
+If there are more candidates than the first number, landmarks filter them. The second number is the effort for
+finding these landmarks.
+"""
 
 _MAX_CACHED_STATES = 50_000
-"""Maximum number of states that are cached between plans."""
+"""Maximum number of states that are cached from one plan to the next."""
 
 _EASY_EFFORT = 60
-"""Effort below which no landmarks are computed, since many plans need only one edit."""
+"""Effort up to which a search computes no landmarks, since many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one unit of effort."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Effort for analyzing a conflict, for each step before it; number of edits for one unit of effort."""
+"""Effort for analyzing a conflict, for each moment of the path. Number of edits for one unit of effort."""
 
 
 class Repairer:
     """Repairs plans for one task.
 
     Args:
-        planner: the planner whose plans bound the number of edits from above.
+        planner: the planner; its plans give repairs, and so upper bounds of the number of edits.
         initial: the state in which plans begin.
         goal: the goal of plans.
-        objects: the objects of inserted steps, by index.
+        objects: the objects that inserted steps may use, by index.
 
     Attributes:
         conflict_changes: the changes that conditions need.
@@ -93,11 +100,11 @@ class Repairer:
         self._enabling_actions: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
     def repair(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
-        """Return the minimum number of edits of repairs, and the edits of the smallest repair found, or None.
+        """Return the proved minimum number of edits, and the edits of the smallest repair found, or None.
 
         Args:
             plan: the plan.
-            effort: the approximate limit. Earlier calls do not change the result.
+            effort: counter of effort with an approximate limit. Earlier calls do not change the result.
         """
         if len(self.states.by_number) > _MAX_CACHED_STATES:
             self.states.forget()
@@ -113,7 +120,10 @@ class Repairer:
         return search.min_edits, None if best is None else edits_of(best)
 
     def _repair_by_planner(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
-        """Return bounds like `repair`, from plans only, as there are too many actions to prove a minimum."""
+        """Return bounds like `repair`, from plans only.
+
+        There are too many actions to prove a minimum number of edits.
+        """
         if None not in plan and self.states.reaches_goal(as_entries(plan)):
             return 0, ()
         best = self._best_planner_repair(plan, effort)
@@ -137,9 +147,10 @@ class Repairer:
         return search.min_edits
 
     def _planner_repairs(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
-        """Yield repairs that continue the possible steps by the planner, or plan from the initial state.
+        """Yield up to two repairs by the planner.
 
-        ``looks`` limits the actions that the planner tests after the possible steps.
+        One continues after the plan's possible steps. The other is a plan from the initial state. ``looks``
+        limits the actions that the planner tests for the first.
         """
         walk_effort = Effort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
         actions, moment = self._execute_possible_steps(plan, walk_effort)
@@ -152,7 +163,10 @@ class Repairer:
             yield normalize(align(plan, whole))
 
     def _execute_possible_steps(self, plan: PlanSteps, effort: Effort) -> tuple[list[Action], PlanMoment]:
-        """Return a plan's possible steps and inserted actions that enable them, and the moment after them."""
+        """Return a plan's possible steps with inserted actions that make steps possible.
+
+        The second value is the moment after these actions.
+        """
         actions: list[Action] = []
         moment, skipped = START[0], 0
         for i, step in enumerate(plan):
@@ -170,14 +184,16 @@ class Repairer:
     def _take_enabled_step(
         self, moment: PlanMoment, step: Action, rest: PlanSteps, skipped: int, effort: Effort
     ) -> tuple[Sequence[Action], PlanMoment] | None:
-        """Return a step after the actions that enable it, and the next moment; None to leave out the step.
+        """Return a step with actions before it that make it possible, and the moment after the step.
+
+        The result is None if the step should be left out.
 
         Args:
             moment: the moment before the step.
             step: the step.
-            rest: the steps after it.
-            skipped: number of steps left out just before it.
-            effort: effort counter for making steps possible.
+            rest: the steps after this step.
+            skipped: number of steps left out just before this step.
+            effort: counter of the effort for making steps possible.
         """
         after = self.states.take_step(moment, step)
         if after is not None:
@@ -186,7 +202,7 @@ class Repairer:
         if before is None:
             return None
         path = self.states.find_path(as_entries((*before, step)), (moment,), 0)
-        if len(path) < len(before) + 2:  # the step, or an action before it, is impossible
+        if len(path) < len(before) + 2:  # the step is impossible even after these actions
             return None
         after = path[-1]
         effort.used += 2 * len(rest)
@@ -206,7 +222,7 @@ class Repairer:
         return self._enabling_actions[key]
 
     def _remove_needless_edits(self, plan: EditedPlan, original: PlanSteps, effort: Effort) -> EditedPlan:
-        """Remove needless edits from a repair, until the share of the effort is used up."""
+        """Remove needless edits from a repair, until the effort for this task is used up."""
         undo_effort = Effort(effort.limit * _UNDOING_SHARE)
         trials = undo_one_edit(plan, original)
         while (trial := next(trials, None)) is not None and not undo_effort.is_used_up:
@@ -272,7 +288,7 @@ class Repairer:
         actions: Iterable[Action | None],
         landmarks: Landmarks,
     ) -> Iterator[PlanEdit]:
-        """Yield edits that complete an edit by an inserted action, and make the plan succeed."""
+        """Yield copies of an edit with an inserted action, so that the edited plan succeeds."""
         rest = plan[edit.step + (edit.removed is not None) :]
         lacked = landmarks.find_missed_cuts(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
@@ -285,7 +301,7 @@ class Repairer:
                 yield edit._replace(action=action)
 
     def _possible_actions(self, moment: PlanMoment) -> Iterator[Action]:
-        """Yield the possible actions that change the world, or that an action goal names."""
+        """Yield the possible actions that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
             if operator.effects or operator.tries or operator.name in names:
@@ -298,7 +314,7 @@ class Repairer:
     def make_landmarks(self, plan: PlanSteps) -> Landmarks:
         """Return landmarks of plans that succeed.
 
-        Landmarks that the given plan contains anyway are not computed.
+        Landmarks that the given plan contains are not computed.
         """
         steps = [step for step in plan if step is not None]
         untaken = [
@@ -318,17 +334,17 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: its path; if ``first_unknown`` >= 0, the path of the plan before its last edit, equal up to that
-            entry.
-        first_unknown: the first entry with an unknown moment; -1 if all moments are known.
-        failures: number of failed steps and missed goals; of the plan before the last edit if
-            ``first_unknown`` >= 0.
-        cost: the cost of the plan.
-        missed_cuts: the landmarks that the plan lacks, as a mask.
+        path: the plan's path. If ``first_unknown`` is not -1, it is the path of the plan before the last
+            edit, which is equal up to that entry.
+        first_unknown: number of the first entry whose moment is unknown; -1 if all moments are known.
+        failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, it is the number of
+            the plan before the last edit.
+        cost: the numbers of edits of the plan.
+        missed_cuts: the landmarks that the plan lacks, as a bit mask.
         known_cuts: number of landmarks known when ``missed_cuts`` was computed.
-        missing_steps: minimum number of missing steps by the landmarks.
+        missing_steps: minimum number of missing steps, by the landmarks.
         min_edits: minimum number of edits for other reasons.
-        edits: the postponed edits, which cost more.
+        edits: the edits that were postponed, because they cost more.
     """
 
     plan: EditedPlan
@@ -356,8 +372,8 @@ class _RepairSearch:
         plan: the plan.
 
     Attributes:
-        effort: the effort spent.
-        min_edits: minimum number of edits of all repairs.
+        effort: counter of the effort so far.
+        min_edits: proved minimum number of edits of all repairs.
     """
 
     def __init__(self, repairer: Repairer, plan: PlanSteps) -> None:
@@ -374,11 +390,11 @@ class _RepairSearch:
         self._push(_RepairNode(start, START, 0, 0, edit_cost(start), 0, -1, 0))
 
     def run(self, limit: float, known_edits: float = inf) -> EditedPlan | None:
-        """Search best first, or continue the search; return a repair with fewest edits, or None.
+        """Search for a repair with fewest edits, or continue the search. Return the repair, or None.
 
         Args:
-            limit: the effort of all calls together.
-            known_edits: number of edits of a known repair; only repairs with fewer edits are looked for.
+            limit: maximum effort of all calls together.
+            known_edits: number of edits of a known repair; only repairs with fewer edits are searched.
         """
         self.effort.limit = limit
         while self.min_edits < known_edits and (node := self._waiting.pop()) is not None:
@@ -398,21 +414,21 @@ class _RepairSearch:
         return None
 
     def _push(self, node: _RepairNode) -> None:
-        """Put a plan into the queue. Each plan is queued once before and once after its execution."""
+        """Put a plan into the queue, once before and once after its execution."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
             self._push_again(node)
 
     def _push_again(self, node: _RepairNode) -> None:
-        """Put a plan into the queue by its rank; the last of equal ranks comes first."""
+        """Put a plan into the queue by its rank. Of plans with equal ranks, the last comes first."""
         self._pushed += 1
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
         self._waiting.push(node, node.at_least, node.failures, -self._pushed)
 
     def _execute(self, node: _RepairNode) -> bool:
-        """Whether a plan succeeds.
+        """Execute a plan, and return whether it succeeds.
 
-        If it fails, queue it again, and the plans with one more free replacement.
+        If it fails, queue it again, and queue each plan in which one more insertion becomes a replacement.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.find_path(node.plan, node.path, node.first_unknown)
@@ -429,7 +445,7 @@ class _RepairSearch:
         return False
 
     def _expand(self, node: _RepairNode) -> None:
-        """Queue the plan after each helping edit that costs no more, and postpone the costlier edits.
+        """Queue the edited plan for each helping edit that costs no more, and postpone costlier edits.
 
         Most postponed edits are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
@@ -454,11 +470,10 @@ class _RepairSearch:
     def _insert(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None], lacking: dict[Action, int]
     ) -> int:
-        """Queue the plans with one inserted action that cost no more.
+        """Queue each plan with one action inserted at a position, if it costs no more.
 
-        Return the maximum cost of all such plans.
-
-        ``lacking`` caches the number of missing steps with each action.
+        Return the maximum cost of all plans with one of the actions inserted. ``lacking`` caches the number
+        of missing steps after each insertion.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = apply_edit(node.plan, position, actions[0])
@@ -486,7 +501,7 @@ class _RepairSearch:
         return self._child(node, plan, at, edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
-        """Search for more landmarks, and return a node with the bounds of all known landmarks."""
+        """Search for more landmarks. Return the node with bounds by all known landmarks."""
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else Effort(0)
         landmarks.find_more_cuts(self._steps, search_effort)
