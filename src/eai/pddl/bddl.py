@@ -22,12 +22,15 @@ _TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")
 _COUNT: Final = re.compile(r"[0-9]+")
 
 _END: Final = ""
-"""The token after the last token of the text."""
+"""Token that stands after the last token of the text."""
 
 _NO_WORDS: Final = frozenset({"(", ")", _END})
 
 _NO_ARGUMENTS: Final = _NO_WORDS | {"-"}
-"""Tokens that end a list of arguments. A hyphen precedes a category, so it marks a missing parenthesis."""
+"""Tokens that end a list of arguments.
+
+A hyphen precedes a category, so here a closing parenthesis is missing.
+"""
 
 _SECTIONS: Final = frozenset({":domain", ":requirements", ":objects", ":init", ":goal"})
 
@@ -50,7 +53,7 @@ def parse_problem(text: str) -> PddlProblem:
 
 
 class _BddlReader:
-    """Reads one text token by token. A scope is the set of names that enclosing quantifiers bind."""
+    """Reads one BDDL text token by token. A scope is the set of variables that enclosing quantifiers bind."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -96,7 +99,7 @@ class _BddlReader:
         return PddlProblem(name, domains[0], objects[0], initial, denied, goals[0])
 
     def _section(self) -> str:
-        """Read the keyword at the beginning of a section."""
+        """Read the keyword at the beginning of a section, such as ``:init``."""
         self._take("(")
         keyword = self._tokens[self._next]
         if keyword not in _SECTIONS:
@@ -107,7 +110,10 @@ class _BddlReader:
         return keyword
 
     def _declarations(self) -> tuple[TypedName, ...]:
-        """Read groups of names, each followed by a hyphen and a category, and the closing parenthesis."""
+        """Read groups of names up to the closing parenthesis.
+
+        Each group is followed by a hyphen and a category.
+        """
         declarations: list[TypedName] = []
         while not self._next_is(")"):
             names = [self._declared_name("a name or ')'")]
@@ -255,11 +261,11 @@ class _BddlReader:
 
     @cached_property
     def _offsets(self) -> list[int]:
-        """The offset of each token in the text."""
+        """The offset of each token in the text, in characters."""
         offsets = [match.start() for match in _TOKEN.finditer(self._text) if match[0][0] != ";"]
         return [*offsets, len(self._text)]
 
 
 def _plain(word: str) -> str:
-    """Return a name without the question marks of a variable."""
+    """Return the name of a variable without its question marks."""
     return word.strip("?")

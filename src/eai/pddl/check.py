@@ -1,6 +1,6 @@
-"""Violations of PDDL text by name, and the check of names against their domain.
+"""Kinds of violations in PDDL text, and a check of names against their declarations.
 
-Form is checked when reading (`reader`). `check_action` and `check_problem` find all further violations.
+`reader` checks the form of a text. `check_action` and `check_problem` find all further violations.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from eai.logic.traversal import bound_variables, children
 
 
 class Violation(str, Enum):
-    """A kind of violation of PDDL. The values are written to records."""
+    """A kind of violation of the rules of PDDL. Records contain the values."""
 
     UNBALANCED = "unbalanced_parenthesis"
     """A parenthesis without its partner."""
     MALFORMED = "malformed"
-    """Balanced, but not PDDL, such as a connective with a wrong number of parts, or a word for a list."""
+    """Balanced parentheses, but not PDDL, such as a connective with a wrong number of parts."""
     UNSUPPORTED = "unsupported"
-    """PDDL beyond the fragment of the two domains: ``either``, numbers, preferences."""
+    """Valid PDDL that the two benchmarks' domains do not use: ``either``, numbers, preferences."""
     CONDITION_IN_EFFECT = "condition_in_effect"
     """``or``, ``exists``, ``imply`` or a negated compound in place of an effect."""
     EFFECT_IN_CONDITION = "effect_in_condition"
@@ -32,7 +32,7 @@ class Violation(str, Enum):
     UNKNOWN_PREDICATE = "unknown_predicate"
     WRONG_ARITY = "wrong_arity"
     WRONG_ARGUMENT_TYPE = "wrong_argument_type"
-    """An argument whose declared type the predicate does not admit. Planners do not check this."""
+    """An argument whose type does not fit the predicate's declaration. Planners do not check this."""
     UNKNOWN_TYPE = "unknown_type"
     UNBOUND_VARIABLE = "unbound_variable"
     UNDECLARED_CONSTANT = "undeclared_constant"
@@ -41,14 +41,14 @@ class Violation(str, Enum):
 
     @property
     def stops_planner(self) -> bool:
-        """Whether a planner that follows the standard refuses a domain with this violation."""
+        """Whether a planner that follows the standard refuses a domain with a violation of this kind."""
         return self is not Violation.WRONG_ARGUMENT_TYPE
 
     @property
     def stops_reading(self) -> bool:
-        """Whether a text with this violation cannot be read.
+        """Whether a text with a violation of this kind cannot be read.
 
-        Other violations are wrong names in a readable text.
+        Violations of other kinds are wrong names in a readable text.
         """
         return self in _UNREADABLE
 
@@ -66,11 +66,11 @@ _UNREADABLE = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class PddlFinding:
-    """One violation.
+    """One violation of PDDL in a text.
 
     Attributes:
         offence: the kind of the violation.
-        name: the name at fault (predicate, type, variable, constant), or the unmet expectation.
+        name: the wrong name (predicate, type, variable, constant), or the text that was expected instead.
         place: the location in words: the operator and its part.
     """
 
@@ -80,7 +80,7 @@ class PddlFinding:
 
     @property
     def words(self) -> str:
-        """The name at fault, or the unmet expectation after "expected"."""
+        """The wrong name, or the expected text after the word "expected"."""
         return f"expected {self.name}" if self.offence.stops_reading else self.name
 
 
@@ -100,7 +100,7 @@ class PddlError(ParseError):
 
 
 TypeScope = Mapping[str, str]
-"""The type of each variable that is bound at a point of the text."""
+"""Mapping from each variable that is bound at a point of the text to its type."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class Declarations:
 
     @classmethod
     def of_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> Declarations:
-        """Return the declarations of a domain, with the objects of a problem if they may be named."""
+        """Return the declarations of a domain, and those of a problem's objects if the text may name them."""
         return cls(
             parents=m.parents(domain.types),
             predicates={predicate.name: predicate for predicate in domain.predicates},
@@ -127,7 +127,7 @@ class Declarations:
         )
 
     def has_type(self, name: str) -> bool:
-        """Whether all alternatives of a type are declared. The root type always is."""
+        """Whether a type is declared, with all its alternatives. The root type always is."""
         return all(
             alternative == m.OBJECT or alternative in self.parents for alternative in m.alternatives(name)
         )
@@ -191,12 +191,12 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
 
 
 MENDABLE_BY_PROBLEMS = Violation.UNDECLARED_CONSTANT
-"""The violation of a domain that its problems can repair by declaring objects that the domain names."""
+"""Kind of violation in a domain that its problems can repair, by declaring objects that it names."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Checker:
-    """Checks one formula or effect. `place` states its location in words."""
+    """Checks one formula or effect. `place` states in words where the formula or effect stands."""
 
     vocabulary: Declarations
     place: str

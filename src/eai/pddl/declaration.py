@@ -1,8 +1,9 @@
-"""Convert a planning domain to a declared domain, and its problems to states and goals; reverses `export`.
+"""Convert a domain of PDDL to a declared domain, and its problems to states and goals; reverses `export`.
 
-Each conjunct of a precondition becomes a check: an affordance if no effect changes its truth, otherwise a
-missing step. Effects keep PDDL's meaning: an atom that is both deleted and added is true. The type of an
-object is its category. A type with subtypes also becomes a static predicate that is true of all its objects.
+Each conjunct of a precondition becomes a check. A check whose truth no effect changes is an affordance; a
+failed check of another kind means that a step is missing. Effects keep PDDL's meaning: an atom that is both
+deleted and added is true. The type of an object is its category. A type with subtypes also becomes a static
+predicate that is true of all its objects.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
 
 class DeclaredDomain:
-    """A planning domain converted to a declared domain.
+    """A domain of PDDL that was converted to a declared domain.
 
     Args:
-        source: the planning domain. All its names must be declared.
+        source: the domain of PDDL. All its names must be declared.
 
     Attributes:
         domain: the declared domain.
@@ -61,7 +62,7 @@ class DeclaredDomain:
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
 
     def problem(self, problem: m.PddlProblem) -> tuple[State, tuple[f.Formula, ...]]:
-        """Return the initial state and the goal's conjuncts of a problem of the domain."""
+        """Return the initial state of a problem of the domain, and the conjuncts of its goal."""
         items = (*self._source.constants, *problem.objects)
         things = [WorldObject(item.name, item.type) for item in items]
         index = {thing.name: i for i, thing in enumerate(things)}
@@ -81,12 +82,12 @@ class DeclaredDomain:
         return scene.state([*facts, *kinds]), goals
 
     def _define(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
-        """Return the derived predicate of some axioms, over the parameters of the first axiom."""
+        """Return the derived predicate that some axioms define, with the parameters of the first axiom."""
         first = axioms[0].parameters
         return Defined(name, first, f.Or(tuple([self._definition(axiom, first) for axiom in axioms])))
 
     def _definition(self, axiom: m.PddlAxiom, first: Sequence[f.Variable]) -> f.Formula:
-        """Return the condition of an axiom over the parameters of the first axiom of its predicate."""
+        """Return the condition of an axiom, with the parameters of the first axiom of its predicate."""
         places = [
             (f.Variable(a.name), f.Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)
         ]
@@ -113,7 +114,7 @@ class DeclaredDomain:
         return Check(self._types.convert(condition), fault, _reason(condition, parameters))
 
     def _effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
-        """Yield the additions, or the deletions, of an effect."""
+        """Yield either the additions or the deletions of an effect."""
         match effect:
             case Add() | Delete() if isinstance(effect, kind):
                 yield effect
@@ -131,10 +132,10 @@ class DeclaredDomain:
 
 
 class _TypePredicates:
-    """The types of a domain as categories and static predicates.
+    """The types of a domain of PDDL, converted to categories and static predicates.
 
     Attributes:
-        predicates: the static predicate of each type with subtypes.
+        predicates: mapping from each type with subtypes to its static predicate.
     """
 
     def __init__(self, source: m.PddlDomain) -> None:
@@ -151,12 +152,12 @@ class _TypePredicates:
         return said[0] if len(said) == 1 else f.Or(tuple(said))
 
     def _is_predicate(self, variable: f.Variable) -> bool:
-        """Whether static predicates, not a category, state the type of a variable."""
+        """Whether the type of a variable is expressed by static predicates instead of a category."""
         names = m.alternatives(m.type_of(variable))
         return len(names) > 1 or names[0] in self.predicates
 
     def convert(self, formula: f.Formula) -> f.Formula:
-        """Return a formula whose variables range over categories, or are restricted by static predicates."""
+        """Return a formula whose variables range over categories, or have static predicates as conditions."""
         match formula:
             case f.ForAll(variable, body) if self._is_predicate(variable):
                 kind = self.membership(variable)

@@ -1,9 +1,9 @@
-"""Execute operators on explicit states with the plain semantics of PDDL. Every plan is checked with it.
+"""Execute operators on explicit states with the plain semantics of PDDL. Every plan is checked in this way.
 
 A state is the set of the true atoms of predicates that are not derived. A quantifier considers only objects
 that the body's atoms allow, found by an index of the state; this does not change the truth of a condition.
 Derived predicates that depend on themselves are computed as least fixpoints. The search (`grounding`,
-`search`) has its own semantics of conditions and effects, so that a mistake there cannot hide itself.
+`search`) has its own code for conditions and effects, so that a mistake in the search cannot hide itself.
 """
 
 from __future__ import annotations
@@ -20,17 +20,19 @@ from eai.planning.search import Effort
 
 PddlState = frozenset[f.Atom]
 Valuation = Mapping[str, str]
-"""The object of each variable, by the variable's name."""
+"""Mapping from the name of each variable to its object."""
 
 _Row = tuple[str, ...]
 
 
 class DerivedPredicates:
-    """The axioms of a domain.
+    """The axioms of a domain, by the derived predicates that they define.
 
     Attributes:
-        axioms: the axioms of each derived predicate, which holds if the condition of any axiom does.
-        circles: for each predicate that depends on itself, all predicates that depend on each other with it.
+        axioms: mapping from each derived predicate to its axioms. The predicate holds if the condition of any
+            of them holds.
+        circles: mapping from each predicate that depends on itself to all predicates on which it depends and
+            which depend on it.
     """
 
     def __init__(self, axioms: Iterable[m.PddlAxiom]) -> None:
@@ -45,9 +47,9 @@ class DerivedPredicates:
         }
 
     def _reachable(self, predicate: str) -> tuple[str, ...]:
-        """Return the derived predicates that a predicate depends on.
+        """Return the derived predicates on which a predicate depends.
 
-        It includes itself only if it is recursive.
+        The predicate itself is among them only if it is recursive.
         """
         reachable: dict[str, None] = {}
         waiting = [predicate]
@@ -116,7 +118,7 @@ class _StateEvaluation:
                 raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
 
     def extensions(self, variable: f.Variable, body: f.Formula, binding: Valuation) -> Iterator[Valuation]:
-        """Yield a binding with each value of a variable for which a body may hold, in declared order."""
+        """Yield a binding with each value of a variable for which a condition may hold, in declared order."""
         members = self._objects[m.type_of(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
         candidates = support(body, variable.name, inner, True, self._find_atom_support)
@@ -137,7 +139,7 @@ class _StateEvaluation:
         return holds
 
     def _complete(self, predicate: str) -> None:
-        """Compute all rows of a derived predicate that depends on itself, and of its circle of predicates."""
+        """Compute all true rows of a recursive derived predicate, and of the predicates in its circle."""
         circle = self._circles.get(predicate)
         if circle is None or predicate in self._rows:
             return
@@ -162,7 +164,7 @@ class _StateEvaluation:
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
 
     def _find_atom_support(self, atom: f.Atom | f.Occurs, place: int, binding: Valuation) -> Set[str] | None:
-        """Return all objects that an argument of an atom may have if it holds; None for any object.
+        """Return the objects that an argument of an atom may have if the atom holds; None for any object.
 
         Variables outside the binding may have any value.
         """
@@ -186,7 +188,7 @@ class _StateEvaluation:
         return unite_supports(supports)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
-        """Yield the rows of a predicate with given values; None stands for any value."""
+        """Yield the arguments, among given values, for which a predicate is true; None is any value."""
         rows: Iterable[_Row] = self._rows.get(predicate, ())
         for place, value in enumerate(values):
             if value is not None:
@@ -204,7 +206,7 @@ class _StateEvaluation:
 
 
 def resolve_term(term: f.Term, binding: Valuation) -> str:
-    """Return the object of a term.
+    """Return the object that a variable or constant stands for.
 
     Raises:
         ValueError: the term is an unbound variable.
@@ -255,9 +257,7 @@ class Executor:
         return frozenset(self._problem.initial)
 
     def find_flaw(self, plan: Sequence[PlanStep]) -> tuple[int, str] | None:
-        """Return the index of the step at which a plan fails, with the reason.
-
-        None if the plan reaches the goal.
+        """Return the index of the step at which a plan fails, with the reason, or None if the plan succeeds.
 
         Steps count from 0. If all steps run but the goal is missed, the index is the length of the plan.
         """
@@ -297,16 +297,16 @@ class Executor:
         return self._evaluation(state).holds(formula, binding)
 
     def _evaluation(self, state: PddlState) -> _StateEvaluation:
-        """Return the evaluation of a state; the last one is cached."""
+        """Return the evaluator of conditions in a state; the last evaluator is cached."""
         if self._last is None or self._last[0] is not state:
             self._last = state, _StateEvaluation(state, self._derived, self._objects, self._looks)
         return self._last[1]
 
 
 def _changes(effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation) -> Iterator[m.Add | m.Delete]:
-    """Yield the ground additions and deletions of an effect.
+    """Yield the ground additions and deletions of an effect in a state.
 
-    All conditions are evaluated in the state before.
+    All conditions are evaluated in the state before the effect.
     """
     match effect:
         case m.Add(atom):
@@ -325,7 +325,7 @@ def _changes(effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation) ->
 
 
 def _guard(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
-    """Return a necessary condition for an effect to change anything; true if no simple condition is known."""
+    """Return a condition without which an effect changes nothing; true if no simple condition is known."""
     match effect:
         case m.WhenEffect(condition, part):
             return f.And((condition, _guard(part, bound)))

@@ -1,8 +1,8 @@
 """Export a declared domain with its problems as PDDL that any planner can read.
 
 Checks become preconditions, derived predicates axioms, ordered effects conditional effects, categories types
-and static predicates, and the agent a constant. Hidden predicates are exported too, unless they are left out
-on request. So exported operators lead from state to state as the engine does.
+and static predicates, and the agent a constant. Hidden predicates are exported too, unless the caller leaves
+them out. So exported operators change states exactly as the engine does.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from eai.world.vocabulary import parameter_names
 
 
 def _object_keys(scene: Scene) -> list[str]:
-    """Return the keys of objects in the table of names.
+    """Return the keys of objects in the table of their PDDL names.
 
-    The key of the agent is the name that conditions use.
+    An object's key is its name, but the key of the agent is the name that conditions use for it.
     """
     keys = [f"{thing.name} " if thing.name == AGENT.name else thing.name for thing in scene.objects]
     if scene.agent is not None:
@@ -47,7 +47,7 @@ def _object_keys(scene: Scene) -> list[str]:
 
 
 def _order_name(glossary: Glossary) -> str:
-    """Return the predicate of the order of the objects."""
+    """Return the predicate which states the order of the objects."""
     return glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
 
 
@@ -77,7 +77,7 @@ def _atom(predicate: str, arguments: Sequence[int], words: Sequence[str]) -> f.A
 def _facts(
     glossary: Glossary, header: m.PddlDomain, source: ProblemSource
 ) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Yield the initial facts about the objects of a problem, with the PDDL names of their predicates."""
+    """Yield the initial facts about the objects of a problem as atoms with PDDL names."""
     declared = {predicate.name for predicate in header.predicates}
     indices = list(bits(source.kept))
     among = set(indices)
@@ -141,17 +141,17 @@ class ExportedProblem:
     _words: Sequence[str]
 
     def state(self, state: State) -> PddlState:
-        """Return a state of the same scene as its true atoms of exported predicates."""
+        """Return the true atoms, of exported predicates, in a state of the exported scene."""
         declared = {predicate.name for predicate in self.domain.predicates}
         facts = [(self._predicates[predicate], arguments) for predicate, arguments in state.facts()]
         return frozenset([_atom(name, things, self._words) for name, things in facts if name in declared])
 
     def step(self, action: Action) -> PlanStep:
-        """Return a ground action as a step of a plan."""
+        """Return a ground action of the declared domain as a step of a plan in PDDL."""
         return PlanStep(self._operators[action.operator], tuple([self._words[i] for i in action.arguments]))
 
     def action(self, step: PlanStep) -> Action:
-        """Return a step of a plan as a ground action.
+        """Return a step of a plan in PDDL as a ground action of the declared domain.
 
         Raises:
             KeyError: the step has a name that was not exported.
@@ -235,7 +235,7 @@ def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: f
 def _operator(
     operator: Operator, names: PddlNames, glossary: Glossary, hidden: frozenset[str]
 ) -> m.PddlAction:
-    """Return the operator without the predicate that records its execution."""
+    """Return the operator without the effect that records its execution."""
     conditions = ConditionWriter(glossary)
     scope = conditions.parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
@@ -250,13 +250,13 @@ def _operator(
 
 
 def _some_try(operator: Operator) -> f.Formula:
-    """Return the condition that some attempted try succeeds, or that no try is attempted."""
+    """Return the condition that one of the attempted tries succeeds, or that no try is attempted."""
     succeeds = [f.And(attempt.conditions) for attempt in operator.tries]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.tries])), *succeeds))
 
 
 def _add_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
-    """Return the operator with an effect that records its execution if a goal asks for it."""
+    """Return the operator with an effect that records its execution, if a goal asks for the record."""
     done = glossary.performed.get(operators.original_name(action.name))
     if done is None:
         return action
@@ -265,7 +265,7 @@ def _add_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames)
 
 
 def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> m.PddlDomain:
-    """Return the domain without operators: every predicate, type and constant that is used."""
+    """Return the exported domain without operators: all used predicates, types and constants."""
     axioms, constants = tuple(_axioms(glossary)), tuple(_constants(glossary, scene))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
     names = [each.name for each in stored] + [*glossary.derived, *glossary.frozen]
@@ -287,7 +287,7 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
 
 
 def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
-    """Yield the objects that operators name. Each has one category in all problems."""
+    """Yield the objects that operators name. Each object has the same category in all problems."""
     things = dict(zip(_object_keys(scene), scene.objects, strict=True))
     for name, written in glossary.things.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)

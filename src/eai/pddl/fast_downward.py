@@ -1,9 +1,9 @@
-"""Run Fast Downward as a planner: the binaries of the wheel ``up-fast-downward``, two processes a call.
+"""Run Fast Downward as a planner, from the binaries of the wheel ``up-fast-downward``.
 
-Every call works in a private temporary folder, which is always removed, so any number of calls may run at
-once. Both processes (translator and search) run under the operating system's limits of CPU time and memory.
-They and all their child processes are killed if the call is interrupted. Processes that plan together share
-slots for planners through a folder (`planner_slot`).
+A call runs two processes. Every call works in a private temporary folder, which is always removed, so any
+number of calls may run at once. Both processes (translator and search) run under the operating system's
+limits of CPU time and memory. They and all their child processes are killed if the call is interrupted.
+Processes limit the number of planner calls at a time through a folder that they share (`planner_slot`).
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ _PAUSE_SECONDS = 0.05
 
 @contextmanager
 def planner_slot(number: int, folder: Path) -> Iterator[None]:
-    """Hold one of a number of slots during the block; wait until a slot is free.
+    """Hold one of a limited number of slots during the block; wait until a slot is free.
 
-    All processes that use the same folder share the slots.
+    The number limits the calls at a time of all processes that use the same folder.
     """
     locks = [make_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:
@@ -81,7 +81,7 @@ _LAMA_FIRST = (
     "lazy_greedy([relaxed_plan, landmarks], preferred=[relaxed_plan, landmarks], "
     "cost_type=one, reopen_closed=false)))"
 )
-"""The alias ``lama-first`` for problems without action costs."""
+"""Search configuration of Fast Downward's alias ``lama-first``, for problems without action costs."""
 
 _OUTCOMES = {
     **dict.fromkeys((10, 11, 12), PlannerOutcome.UNSOLVABLE),
@@ -90,7 +90,10 @@ _OUTCOMES = {
     **dict.fromkeys((31, 33), PlannerOutcome.INPUT_ERROR),
     34: PlannerOutcome.UNSUPPORTED,
 }
-"""Exit statuses (https://www.fast-downward.org/latest/documentation/exit-codes/); any other is a crash."""
+"""Mapping from exit statuses to outcomes. Any other status is a crash.
+
+Source: https://www.fast-downward.org/latest/documentation/exit-codes/
+"""
 
 
 class _ProcessEnd(NamedTuple):
@@ -109,8 +112,8 @@ class FastDownward:
         version: version of the wheel; reports must name it, as results depend on it.
         cpu_seconds: CPU seconds for each of the two processes of a call.
         memory_mib: memory limit of each process, in MiB.
-        slots: the number of calls at a time, and the folder through which processes share them; no limit if
-            None.
+        slots: maximum number of calls at a time, and the folder through which processes keep to it; None for
+            no limit.
         remark: text after the name if the limits are not the usual ones.
     """
 
@@ -123,7 +126,7 @@ class FastDownward:
 
     @classmethod
     def find_installed(cls, cpu_seconds: int = 100) -> FastDownward:
-        """Return the planner of the current environment.
+        """Return the planner that the current Python environment has.
 
         Raises:
             DataError: the planner is not installed. The message says how to install it.
@@ -205,7 +208,7 @@ class FastDownward:
 
 
 def _find_binaries() -> Path | None:
-    """Return the folder of the programs; None if they are not installed."""
+    """Return the folder of Fast Downward's programs; None if they are not installed."""
     spec = importlib.util.find_spec(_MODULE)
     if spec is None or not spec.submodule_search_locations:
         return None

@@ -1,6 +1,7 @@
-"""Read files of PDDL: sound domains and problems, or an error with file, line and expectation.
+"""Read files of PDDL.
 
-Costs of actions are left out. Other numbers, time and preferences are refused.
+A file has a valid domain or problem, or raises an error with file, line and expectation. Costs of actions are
+left out. Other numbers, time and preferences are refused.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ _REFUSED = {
     "preference": "preferences",
     **dict.fromkeys(("<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"), _NUMBERS),
 }
-"""Unsupported features in words, by the word that begins them."""
+"""Mapping from the word that begins an unsupported feature of PDDL to the name of the feature."""
 _EXPECTED = {
     Violation.UNKNOWN_PREDICATE: "a declared predicate, not {}",
     Violation.WRONG_ARITY: "{} with as many arguments as are declared",
@@ -158,7 +159,7 @@ def read_problem_text(
 def _refuse_other_types(
     text: str, group: Group, problem: PddlProblem, domain: PddlDomain, declared: tuple[Path, str] | None
 ) -> None:
-    """Refuse objects that the domain declares as constants of another type."""
+    """Raise an error for objects of a problem that the domain declares as constants of another type."""
     constants = {constant_item.name: constant_item for constant_item in domain.constants}
     for item in problem.objects:
         constant = constants.get(item.name, item)
@@ -180,7 +181,7 @@ def _write_typed(item: TypedName) -> str:
 
 
 def _read_group(text: str) -> Group:
-    """Return the definition in a text. Commas may separate names."""
+    """Return the first definition in a text. Commas may separate names."""
     text = text.replace(",", " ")
     try:
         return read_group(text)
@@ -228,7 +229,7 @@ def begins_with_domain(path: Path) -> bool:
 
 
 def _definitions(path: Path) -> list[str]:
-    """Return the kinds of the definitions in a file; no kinds if it cannot be read."""
+    """Return the kinds of a file's definitions, ``domain`` or ``problem``; empty if it cannot be read."""
     try:
         text = read_text(path)
     except InputError:
@@ -237,7 +238,7 @@ def _definitions(path: Path) -> list[str]:
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file in UTF-8, whose comments may be in Latin-1.
+    """Return the text of a file in UTF-8. Its comments may be in Latin-1.
 
     Raises:
         InputError: the file cannot be read, or text outside comments is not in UTF-8.
@@ -253,7 +254,7 @@ def read_text(path: Path) -> str:
 
 
 def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> None:
-    """Refuse sections and expressions that cannot be read. Costs of actions are ignored."""
+    """Raise an error for sections and expressions that are not supported. Costs of actions are ignored."""
     sections = _SECTIONS_OF[kind]
     for section in group.items[1:]:
         if not isinstance(section, Group) or not (head := head_of(section)):
@@ -269,7 +270,7 @@ def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> N
 
 
 def _refusal(group: Group, *, numbers: bool) -> str | None:
-    """Return the unsupported feature of a group, in words; None if the group is supported."""
+    """Return the name of the unsupported feature in an expression; None if the expression is supported."""
     match group.items:
         case (Symbol("at"), Symbol(), Group()):
             return "facts that come true at a time"

@@ -26,17 +26,17 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 def conjunction(parts: Iterable[f.Formula]) -> f.Formula:
-    """Return a conjunction with each part once; false if two parts are opposites."""
+    """Return the conjunction of some parts, each once; false if two parts are opposites."""
     return _junction(f.And, parts)
 
 
 def disjunction(parts: Iterable[f.Formula]) -> f.Formula:
-    """Return a disjunction with each part once; true if two parts are opposites."""
+    """Return the disjunction of some parts, each once; true if two parts are opposites."""
     return _junction(f.Or, parts)
 
 
 def negation(formula: f.Formula) -> f.Formula:
-    """The formula does not hold."""
+    """Return the negation of a formula."""
     if isinstance(formula, f.Not):
         return formula.operand
     if formula in (f.TRUE, f.FALSE):
@@ -45,7 +45,7 @@ def negation(formula: f.Formula) -> f.Formula:
 
 
 def equality(left: f.Term, right: f.Term) -> f.Formula:
-    """Return the equality of two terms, simplified: constants with different names are never equal."""
+    """Return the condition that two terms are equal. Constants with different names are never equal."""
     if left == right:
         return f.TRUE
     return (
@@ -76,7 +76,7 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
 
 
 def substitute_term(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
-    """Return the replacement of a term, or the term itself."""
+    """Return the term that replaces a variable, or the term itself if nothing replaces it."""
     return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 
@@ -149,26 +149,26 @@ class PddlNames(dict[str, str]):
 
 
 ORDER = "precedes"
-"""The static predicate which states that the first of two objects has the lower index."""
+"""Name of the static predicate which states that its first argument has a lower index than its second."""
 
 TermScope = Mapping[str, f.Term]
-"""The PDDL term of each variable of a formula."""
+"""Mapping from each variable of a formula to its PDDL term."""
 
 
 @dataclass(slots=True)
 class Glossary:
-    """The names of one export. A name counts as used once a method has returned it.
+    """The PDDL names of one export. A name counts as used once a method has returned it.
 
     Attributes:
         vocabulary: the predicates of the declared domain.
         predicates: names of predicates, and of predicates that the export adds.
         types: names of the categories of objects and of quantified variables.
         things: names of the objects that the domain names, including the agent.
-        derived: the used derived predicates with a formula.
-        frozen: the used derived predicates without a formula.
-        kinds: the predicate of each category that conditions ask for.
-        performed: the predicate of each operator whose execution conditions ask for.
-        ordered: whether the order of the objects is used.
+        derived: the used derived predicates that a formula defines.
+        frozen: the used derived predicates that no formula defines.
+        kinds: mapping from each category that conditions ask for to its predicate.
+        performed: mapping from each operator whose execution conditions ask for to its predicate.
+        ordered: whether a condition uses the order of the objects.
     """
 
     vocabulary: Vocabulary
@@ -203,12 +203,12 @@ class Glossary:
         return self.predicates[name]
 
     def use_types(self, scene: Scene, objects: int) -> None:
-        """Add names for the categories of some objects of a scene, given as a mask."""
+        """Add PDDL names for the categories of some objects of a scene; the objects are a bit mask."""
         for i in bits(objects):
             self.types[scene.objects[i].category]
 
     def kind_predicate(self, category: str) -> str:
-        """Return the static predicate of the objects of a category."""
+        """Return the static predicate that holds for the objects of a category."""
         return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
 
     def history_predicate(self, operator: str) -> str:
@@ -222,11 +222,13 @@ class Glossary:
 
 
 class ConditionWriter:
-    """Writes conditions of one operator, axiom or goal. Each bound variable gets its own name.
+    """Writes the conditions of one operator, axiom or goal in PDDL.
+
+    Each bound variable gets a name of its own.
 
     Args:
-        glossary: the names.
-        things: names of the objects that conditions may use; those of the glossary by default.
+        glossary: the PDDL names of the export.
+        things: PDDL names of the objects that conditions may use; those of the glossary by default.
         scene: the objects, which pairings need; None if there are no pairings.
     """
 
@@ -240,11 +242,11 @@ class ConditionWriter:
         self._scene = scene
 
     def parameters(self, variables: Sequence[f.Variable]) -> dict[str, f.Variable]:
-        """Return the PDDL variables of parameters, by the parameters' names, in order."""
+        """Return a mapping from the names of parameters to their PDDL variables, in order."""
         return {variable.name: f.Variable(self._variables[variable.name]) for variable in variables}
 
     def fresh(self, like: str, category: str | None = None) -> f.Variable:
-        """Return a variable with a new name."""
+        """Return a variable with an unused name."""
         name = like
         while name in self._variables:
             self._count += 1
@@ -264,7 +266,7 @@ class ConditionWriter:
         return scope[term.name]
 
     def convert(self, formula: f.Formula, scope: TermScope) -> f.Formula:
-        """Return the PDDL condition of a state formula.
+        """Return a state formula as a condition of PDDL.
 
         Raises:
             DomainError: the formula is not about one state, or uses an undeclared name.
@@ -315,9 +317,10 @@ class ConditionWriter:
         return quantify(f.Exists, chosen, conjunction([*met, *_different(terms), only]))
 
     def _pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
-        """Return the condition of a pairing: different pairs, each satisfying a body.
+        """Return the condition of a pairing: enough pairs of different objects satisfy a body.
 
-        There are as many pairs as the formula asks for, or as the smaller category has objects.
+        The number of pairs is that of the formula or, if it has none, the number of objects of the smaller
+        category.
         """
         if self._scene is None:
             raise DomainError("a pairing of objects has a PDDL form in goals only")
@@ -348,7 +351,7 @@ def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
 
 
 def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
-    """Return the predicates that no text may mention: invisible ones, and those derived from them."""
+    """Return the predicates that no text may mention: invisible predicates, and those derived from them."""
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
     return frozenset(
@@ -357,9 +360,9 @@ def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
 
 
 def replace_hidden(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
-    """Return a formula without hidden atoms.
+    """Return a formula without atoms of hidden predicates.
 
-    They are replaced so that the formula holds, or with `positive=False` fails, more easily.
+    The replacements make the formula hold more easily, or fail more easily with `positive=False`.
     """
     match formula:
         case f.Atom(predicate):

@@ -42,7 +42,10 @@ class _GroundEffect(NamedTuple):
 
 
 class _GroundAction(NamedTuple):
-    """An operator with its objects. Its unconditional effects are combined into the first effect."""
+    """An operator with objects for its parameters.
+
+    Its unconditional effects are combined into the first effect.
+    """
 
     step: PlanStep
     precondition: _GroundCondition
@@ -52,7 +55,7 @@ class _GroundAction(NamedTuple):
 _ALWAYS = _GroundCondition(0, 0, ())
 
 _LOOKS_PER_SUCCESSOR = 10
-"""Number of looks that one successor costs."""
+"""Number of looks, the unit of the search budget, that one successor costs."""
 
 _Key = tuple[str, ...]
 _Binding = Mapping[str, str]
@@ -83,7 +86,7 @@ class Grounder:
 
     @property
     def initial(self) -> int:
-        """The initial state over the numbered atoms; complete only after grounding."""
+        """The initial state as a bit mask over the numbered atoms; complete only after grounding."""
         return sum(1 << number for key, number in self.numbers.items() if key in self._facts)
 
     @property
@@ -112,7 +115,7 @@ class Grounder:
                     yield ground
 
     def central_objects(self) -> frozenset[str]:
-        """Return the objects that the goal names, and those of parameter types other than the root."""
+        """Return the objects that the goal names, and all objects of parameter types except the root."""
         named = {*object_names(self._problem.goal)}
         asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
         for members in (self._objects[name] for name in asked):
@@ -142,7 +145,7 @@ class Grounder:
         return iter(stack)
 
     def _tests(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
-        """Return for each parameter the static atoms whose variables are all bound once the parameter is."""
+        """Return for each parameter the static atoms that can be tested as soon as it is bound."""
         tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
         order, may_become_true = list(tests), self._added.union(self._axioms)
         for part in f.operands(action.precondition, f.And):
@@ -242,7 +245,7 @@ class Grounder:
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
         """Yield a binding for each object of a variable.
 
-        All are one dictionary, so use each before the next.
+        All bindings are one dictionary that changes, so the caller must use each before the next.
         """
         inner, slot = {**binding}, variable.name
         for inner[slot] in self._looks.take_within_limit(self._objects[m.type_of(variable)]):
@@ -285,7 +288,7 @@ def _name(term: f.Term, binding: _Binding) -> str:
 
 
 class _ChoiceLiteral(NamedTuple):
-    """A choice: its literal, all options, the one-literal options as a mask, and the other options."""
+    """A choice: its literal, all options, a mask of the options with one literal, and the other options."""
 
     literal: int
     options: tuple[int, ...]
@@ -294,7 +297,7 @@ class _ChoiceLiteral(NamedTuple):
 
 
 class _EffectMasks(NamedTuple):
-    """A conditional effect: masks of needed literals, added atoms and deleted atoms."""
+    """A conditional effect as bit masks of needed literals, added atoms and deleted atoms."""
 
     needs: int
     add: int
@@ -302,7 +305,7 @@ class _EffectMasks(NamedTuple):
 
 
 class _ActionMasks(NamedTuple):
-    """A ground action: the mask of the literals that it needs, and its effects.
+    """A ground action: the bit mask of the literals that it needs, and its effects.
 
     Its unconditional effects are combined into the first effect, which needs no literals.
     """
@@ -349,7 +352,7 @@ class GroundProblem:
         return _ActionMasks(action.step, needs, changes)
 
     def _needs(self, condition: _GroundCondition) -> int:
-        """Return the literals that a condition needs."""
+        """Return the literals that a condition needs, as a bit mask."""
         needed = condition.true | condition.false << self.atoms
         for options in condition.choices:
             needed |= self._choice(tuple([self._needs(option) for option in options])).literal
@@ -366,13 +369,13 @@ class GroundProblem:
         return choice
 
     def literals_of(self, state: int) -> int:
-        """Return the literals of a state."""
+        """Return the literals of a state, as a bit mask."""
         return self.add_choices(state | (~state & self._every_atom) << self.atoms)
 
     def add_choices(self, literals: int) -> int:
-        """Return a set of literals, and the choices with an option in the set."""
+        """Return a set of literals together with the choices that have an option in the set."""
         self._looks.used += self._effort
-        choices = self._choices.values()  # the options of later ones may be earlier ones
+        choices = self._choices.values()  # an option of a choice may be an earlier choice
         for literal, _, simple, compound in choices:
             if not literals & literal and (
                 simple & literals or any(not option & ~literals for option in compound)
@@ -400,7 +403,7 @@ class GroundProblem:
     def successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
         """Yield the successors of a state with given literals, in the order of the actions.
 
-        Each pair has the bit of the action's number and the successor.
+        Each successor comes after the number of its action, which is given as a bit.
         """
         possible = self._every_action
         for literal, needing in self._needing.items():
@@ -417,16 +420,16 @@ class GroundProblem:
             if not needs & ~literals:
                 add |= also_add
                 delete |= also_delete
-        return state & ~delete | add  # what is both deleted and added is true
+        return state & ~delete | add  # an atom that is both deleted and added is true
 
 
 def count_looks(conditions: int) -> int:
-    """Return the number of looks for testing which of many conditions need a literal."""
+    """Return the number of looks that the test costs which of many conditions need a literal."""
     return 1 + conditions // 2_000
 
 
 def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
-    """Return for each bit the numbers of the masks that have it, as a mask."""
+    """Return for each bit a mask of the numbers of the masks that contain it."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
         for bit in bits(mask):
@@ -435,7 +438,7 @@ def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
 
 
 def _set_of(numbers: Sequence[int]) -> int:
-    """Return ascending numbers as a mask."""
+    """Return ascending numbers as a bit mask."""
     octets = bytearray(numbers[-1] // 8 + 1)
     for number in numbers:
         octets[number >> 3] |= 1 << (number & 7)
@@ -443,7 +446,7 @@ def _set_of(numbers: Sequence[int]) -> int:
 
 
 def bits(mask: int) -> Iterator[int]:
-    """Yield the bits of a mask as masks, in ascending order."""
+    """Yield each bit of a mask as a mask, in ascending order."""
     while mask:
         bit = mask & -mask
         yield bit

@@ -1,18 +1,19 @@
 """Compare operators with gold operators, as the paper does.
 
-The unit is the clause: a part of the list that forms a condition or an effect, or all of it if it is not a
-list. A clause matches an identical clause, including everything nested in it; the order of parts does not
-matter. Names of variables do not matter either: parameters are matched by the best pairing that agrees with
-their types, bound variables by their quantifiers.
+The unit is the clause. If a condition or effect is a list with a connective, each of its parts is a clause;
+otherwise all of it is one clause. A clause matches an identical clause, including everything nested in it;
+the
+order of parts does not matter. Names of variables do not matter either: parameters are matched by the best
+pairing that agrees with their types, bound variables by their quantifiers.
 
 In addition, literals are counted with partial credit, each occurrence once. Parts of lists are paired so that
 as many literals as possible match (an assignment problem, level by level). So one wrong literal inside a
 nested list costs one literal, not the list.
 
-Conditions and effects are normalized before the comparison: connectives are flattened and single-part lists
-opened. ``(and (p) (and (q)))`` equals ``(and (p) (q))``, and ``(and (p))`` equals ``(p)``. Double negations
-vanish, and an implication becomes a disjunction. A deletion is a negated atom; a conditional effect is an
-implication, which conditions no longer contain.
+Conditions and effects are normalized before the comparison: connectives are flattened and lists with a single
+part are replaced by it. ``(and (p) (and (q)))`` equals ``(and (p) (q))``, and ``(and (p))`` equals ``(p)``.
+Double negations vanish, and an implication becomes a disjunction. A deletion is a negated atom. A conditional
+effect is an implication; conditions no longer contain implications.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ _MAX_CACHED_OPERATORS = 1000
 """Maximum number of cached gold operators in normal form."""
 
 MAX_PERMUTED_PARAMETERS = 5
-"""Maximum number of parameters for which all pairings are tried. Longer lists are paired by position."""
+"""Maximum number of parameters for which all pairings are tried; longer lists are paired by position."""
 
 Clause: TypeAlias = f.Formula
 """A condition or an effect in normal form."""
@@ -46,7 +47,7 @@ Clause: TypeAlias = f.Formula
 _LISTS = (f.And, f.Or)
 
 Renaming = Mapping[str, str]
-"""The gold name of each variable of the answer; a variable without a gold name matches nothing."""
+"""Mapping from each variable of the answer to its gold name; a variable without one matches nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +68,11 @@ class SideMatch:
 
 
 NO_MATCH = SideMatch()
-"""The comparison of two empty sides."""
+"""Result of the comparison of two empty sides (preconditions or effects)."""
 
 
 _LiteralMatch: TypeAlias = tuple[int, int, int]
-"""The numbers of matched, additional and missing literals of one side."""
+"""Numbers of matched, additional and missing literals of one side (precondition or effect)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ class OperatorMatch:
 
 
 class _Side(NamedTuple):
-    """One side of both operators, with the gold side's canonical clauses and its number of literals."""
+    """One side (precondition or effect) of both operators, with canonical clauses and literals of gold."""
 
     ours: Clause
     gold: Clause
@@ -170,12 +171,12 @@ def predicates_in(text: str) -> frozenset[str]:
 
 
 def _canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
-    """Return a text that is equal for clauses that differ only in order of parts and names of variables.
+    """Return a text that is equal for clauses which differ only in order of parts and names of variables.
 
     Args:
         clause: the clause.
-        names: the names of the free variables; a variable without a name equals no variable of another
-            clause.
+        names: mapping from the free variables to their names in the text; a variable that is not in it equals
+            no variable of another clause.
         depth: number of enclosing quantifiers.
     """
     match clause:
@@ -204,9 +205,9 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 
 @lru_cache(_MAX_CACHED_OPERATORS)
 def _gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
-    """Return both sides of a gold operator for `_Side`.
+    """Return the precondition and the effect of a gold operator, prepared for `_Side`.
 
-    They are cached, as many answers share an operator.
+    They are cached, because many answers share an operator.
     """
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
@@ -251,7 +252,7 @@ def _best(
     number: Callable[[_T], int],
     wanted: int,
 ) -> tuple[Renaming, list[_T]]:
-    """Return the first renaming with the most matches, and the matches on each side."""
+    """Return the first renaming of parameters with the most matches, and the matches on each side."""
     best: tuple[Renaming, list[_T]] = ({}, [])
     most = -1
     for renaming in renamings:
@@ -265,7 +266,10 @@ def _best(
 
 
 def _match_clauses(side: _Side, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
-    """Return matched, additional and missing clauses of one side; matched clauses are identical."""
+    """Return the matched, additional and missing clauses of one side.
+
+    Matched clauses are identical after renaming.
+    """
     left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.gold)]
     matched, missing = list[Clause](), list[Clause]()
     for part, same in zip(_parts_of(side.gold), side.wanted, strict=True):
@@ -279,9 +283,9 @@ def _match_clauses(side: _Side, renaming: Renaming) -> tuple[list[Clause], list[
 
 
 def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
-    """Return the clauses of an answer.
+    """Return the clauses of one side of an answer's operator.
 
-    A list with another connective than the gold list is a single clause.
+    If its connective differs from that of the gold side, all of it is one clause.
     """
     lists = isinstance(ours, _LISTS) and isinstance(theirs, _LISTS)
     unlike = lists and type(ours) is not type(theirs) and _parts_of(ours) and _parts_of(theirs)
@@ -289,7 +293,7 @@ def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
 
 
 def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
-    """Return the pairings of parameters that agree with most types; the pairing by position comes first."""
+    """Return the pairings of parameters that agree in most types; the pairing by position comes first."""
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))
     orders = permutations(range(size)) if size <= MAX_PERMUTED_PARAMETERS else iter([tuple(range(size))])
@@ -303,7 +307,7 @@ def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
 
 
 def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
-    """Return the maximum number of matched literals between two trees."""
+    """Return the maximum number of matched literals of two clauses, seen as trees."""
     if isinstance(ours, _LISTS) or isinstance(theirs, _LISTS):
         return _match_lists(ours, theirs, renaming)
     match ours, theirs:
@@ -324,7 +328,7 @@ def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
 
 
 def _match_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
-    """Return the maximum number of matched literals if a side is a list.
+    """Return the maximum number of matched literals if at least one of two clauses is a list.
 
     A conjunction and a disjunction match only inside each other.
     """
@@ -349,7 +353,7 @@ def _size(clause: Clause) -> int:
 
 
 def _agree(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:
-    """Whether terms are equal if variables take their gold names."""
+    """Whether two lists of terms are equal if variables take their gold names."""
     return len(ours) == len(theirs) and all(
         renaming.get(own.name) == gold.name
         if isinstance(own, f.Variable) and isinstance(gold, f.Variable)

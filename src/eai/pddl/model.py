@@ -17,7 +17,7 @@ from eai.world.effect import Add as Add
 from eai.world.effect import Delete as Delete
 
 OBJECT = "object"
-"""The root of every type hierarchy."""
+"""Name of the type at the root of every type hierarchy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,14 +44,17 @@ class WhenEffect:
 
 
 PddlEffect: TypeAlias = Add | Delete | Both | Each | WhenEffect
-"""The effect of an action, all at once. An atom that is both added and deleted becomes true."""
+"""An effect of an action, whose parts take place at once.
+
+An atom that is both added and deleted becomes true.
+"""
 
 NO_EFFECT = Both(())
 
 
 @dataclass(frozen=True, slots=True)
 class TypedName:
-    """A type with its supertype, or an object with its type."""
+    """A named type with its supertype, or a named object with its type."""
 
     name: str
     type: str = OBJECT
@@ -84,7 +87,7 @@ class PddlAxiom:
     condition: f.Formula
 
     def scope(self, objects: Sequence[str]) -> dict[str, str]:
-        """Return the object of each parameter, by the parameter's name."""
+        """Return a mapping from the name of each parameter to its object."""
         return {p.name: thing for p, thing in zip(self.parameters, objects, strict=True)}
 
 
@@ -138,7 +141,7 @@ def alternatives(name: str) -> tuple[str, ...]:
 
 
 class _TypeMembers(dict[str, tuple[str, ...]]):
-    """The objects of each declared type, and of alternatives of types."""
+    """Mapping from each declared type, and from each ``either`` of types, to its objects."""
 
     def __missing__(self, name: str) -> tuple[str, ...]:
         kinds = [self[alternative] for alternative in alternatives(name) if alternative in self]
@@ -146,7 +149,7 @@ class _TypeMembers(dict[str, tuple[str, ...]]):
 
 
 def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
-    """Return the direct supertype of each declared type."""
+    """Return a mapping from each declared type to its direct supertype."""
     return {declared.name: declared.type for declared in types}
 
 
@@ -160,7 +163,7 @@ def supertypes(above: Mapping[str, str], name: str) -> list[str]:
 
 
 def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tuple[str, ...]]:
-    """Return the objects of each declared type, constants first, in order of declaration."""
+    """Return a mapping from each declared type to its objects, constants first, in order of declaration."""
     above = parents(domain.types)
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
     for item in (*domain.constants, *problem.objects):
@@ -205,7 +208,7 @@ def map_effect_parts(
     change: Callable[[PddlEffect], PddlEffect],
     condition: Callable[[f.Formula], f.Formula],
 ) -> PddlEffect:
-    """Return an effect with its immediate parts and its own condition replaced."""
+    """Return an effect with functions applied to its immediate parts and to its own condition."""
     match effect:
         case Both(parts):
             return Both(tuple([change(part) for part in parts]))
@@ -220,7 +223,7 @@ def map_effect_parts(
 def map_effect(
     effect: PddlEffect, condition: Callable[[f.Formula], f.Formula], atom: Callable[[f.Atom], f.Atom]
 ) -> PddlEffect:
-    """Return an effect with its conditions and its added and deleted atoms replaced."""
+    """Return an effect with functions applied to its conditions and to its added and deleted atoms."""
     if isinstance(effect, (Add, Delete)):
         return type(effect)(atom(effect.atom))
     return map_effect_parts(effect, lambda part: map_effect(part, condition, atom), condition)

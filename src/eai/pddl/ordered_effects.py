@@ -1,8 +1,8 @@
-"""Ordered effects of a declared operator as PDDL's, which all take place at once.
+"""Convert the ordered effects of a declared operator to effects of PDDL, which all take place at once.
 
-The engine makes changes one after the other, and a later one wins. In PDDL an addition wins over a deletion.
-So an addition takes place only where no later deletion of the same atom does; nothing else has to be said
-about the order. Conditions are read in the state before, here as there.
+The engine makes changes one after the other, and a later change overrides an earlier one. In PDDL an addition
+wins over a deletion. So the converted addition takes place only if no later deletion of its atom does; the
+order needs no other conversion. Both formalisms evaluate conditions in the state before all effects.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 
 _EffectPosition: TypeAlias = "tuple[int | f.Variable, ...]"
-"""The position of a change in the order: indices in sequences, and variables whose objects come by index."""
+"""Position of a change in the order of effects: indices in sequences, and variables of loops over objects."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class _AtomChange:
 
 @dataclass(frozen=True, slots=True)
 class _Context:
-    """The terms and conditions that enclosing effects fix for an effect."""
+    """The terms for variables, and the conditions, that enclosing effects set for an effect."""
 
     scope: g.TermScope
     variables: tuple[f.Variable, ...] = ()
@@ -128,7 +128,7 @@ class _OrderedEffects:
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
     def _read(self, condition: f.Formula, context: _Context) -> f.Formula:
-        """Return the condition of an effect. An effect that depends on hidden predicates does not happen."""
+        """Return the PDDL condition of an effect. Parts with hidden predicates count as false."""
         return self._conditions.convert(
             g.replace_hidden(condition, self._hidden, positive=False), context.scope
         )
@@ -136,7 +136,7 @@ class _OrderedEffects:
     def _first(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context
     ) -> f.Formula:
-        """Return the condition that no earlier object satisfies a condition."""
+        """Return the condition that no object with a lower index satisfies a condition."""
         meets = self._read(condition, inside)
         if meets == f.TRUE or is_single(condition, variable, self._vocabulary):
             return meets
@@ -146,7 +146,7 @@ class _OrderedEffects:
         return g.conjunction((meets, g.negation(f.Exists(other, earlier))))
 
     def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _AtomChange:
-        """Return the change of an atom; a pattern changes all atoms that it matches."""
+        """Return the change that an effect makes to an atom; a pattern changes all atoms that it matches."""
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
@@ -190,16 +190,16 @@ class _OrderedEffects:
         terms |= still_open
         later = self._later(addition.place, deletion.place, terms)
         undoing = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
-        if g.conjunction((addition.condition, undoing)) == f.FALSE:  # they plainly cannot hold together
+        if g.conjunction((addition.condition, undoing)) == f.FALSE:  # the two conditions exclude each other
             return f.FALSE
         for variable in reversed(still_open.values()):
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
         return undoing
 
     def _later(self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope) -> f.Formula:
-        """Return the condition that a deletion comes after an addition.
+        """Return the condition that a deletion comes after an addition in the order of effects.
 
-        `terms` replace the deletion's variables.
+        `terms` replace the variables of the deletion.
         """
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
@@ -215,7 +215,7 @@ class _OrderedEffects:
 
 
 def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
-    """Whether the form of a condition implies that at most one value of a variable satisfies it."""
+    """Whether the form of a condition shows that at most one value of a variable can satisfy it."""
     match condition:
         case f.And(operands):
             return any(is_single(operand, variable, vocabulary) for operand in operands)

@@ -1,4 +1,4 @@
-"""Find the offset of a mistake: the position of a finding's name in a text of PDDL or BDDL."""
+"""Find the offset of a mistake: the position of a violation (`PddlFinding`) in a text of PDDL or BDDL."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ _SECTIONS: Final[Mapping[str, str]] = {
     "condition": ":derived",
     "derived predicate": ":derived",
 }
-"""The section of each location that `eai.pddl.check` names."""
+"""Mapping from the locations that `eai.pddl.check` names to the keywords of their sections."""
 
 _NAMED: Final = frozenset({":action", ":derived"})
-"""Sections with a name: a definition may have several of each."""
+"""Keywords of sections that begin with a name: a definition may have several sections of each kind."""
 
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
 
 def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations) -> int:
-    """Return the offset of a finding's mistake in a definition.
+    """Return the offset at which a definition has the mistake of a finding.
 
-    If the mistake has no position, such as a missing name, it is the offset of the section.
+    A mistake without a position, such as a missing name, has the offset of its section.
 
     Args:
-        finding: the finding.
+        finding: the finding: a violation with the wrong name and its location in words.
         definition: the expression ``(define ...)`` of the text.
         vocabulary: the names that the text may use.
     """
@@ -48,7 +48,7 @@ def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations)
 
 
 def _sections(definition: Group, place: str) -> Iterator[SExpr]:
-    """Yield the expressions that a location in words means, such as ``effect of move``."""
+    """Yield the expressions for which a location in words stands, such as ``effect of move``."""
     kind, _, name = place.partition(" of ")
     if not name and place not in _SECTIONS:
         kind, _, name = place.rpartition(" ")
@@ -65,7 +65,7 @@ def _sections(definition: Group, place: str) -> Iterator[SExpr]:
 
 
 def _names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
-    """Return the words of some items; of a list its first word."""
+    """Return the words among some items of an expression, and the first word of each list among them."""
     return [item.text if isinstance(item, Symbol) else head_of(item) for item in items]
 
 
@@ -96,7 +96,7 @@ def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) ->
 
 
 def _groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, frozenset[str]]]:
-    """Yield all lists in an expression, each with the variables that enclosing quantifiers bind."""
+    """Yield all lists in an expression, each with the variables that quantifiers around it bind."""
     if isinstance(expression, Group):
         yield expression, bound
         inner = bound

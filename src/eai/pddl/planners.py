@@ -1,4 +1,4 @@
-"""Choose the planner that judges operators."""
+"""Choose the planner that judges the operators in answers: whether they allow a plan."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
 FIRST_LIMITS = Limits(300)
-"""Limits of the built-in search that runs before Fast Downward; with larger limits it would be slower."""
+"""Limits of the built-in search before Fast Downward; with larger limits the two would take longer."""
 
 
 def resolve_choice(choice: PlannerChoice) -> PlannerChoice:
-    """Return the planner that a choice means in this environment.
+    """Return the choice without ``auto``: it becomes ``full`` or ``built_in``.
 
-    Fast Downward is used if it is installed.
+    It becomes ``full`` if Fast Downward is installed in this environment.
     """
     if choice is not PlannerChoice.AUTO:
         return choice
@@ -26,12 +26,12 @@ def resolve_choice(choice: PlannerChoice) -> PlannerChoice:
 def make_planner(
     choice: PlannerChoice, cpu_seconds: int, terms: PlannerTerms | None = None
 ) -> PddlPlanner | None:
-    """Return the chosen planner, or None if the choice is no planner.
+    """Return the chosen planner, or None if no planner is chosen.
 
     Args:
         choice: the choice of the planner.
-        cpu_seconds: CPU seconds of Fast Downward for one task; the terms may replace it.
-        terms: the limits of the user.
+        cpu_seconds: CPU seconds of Fast Downward for one task; the terms may replace this number.
+        terms: the user's limits of planners.
 
     Raises:
         DataError: Fast Downward is missing in this environment. The message names the install command.

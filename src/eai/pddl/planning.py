@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from eai.pddl.model import PddlDomain, PddlProblem
 
 _MAX_LOOKS = 300_000
-"""Maximum number of objects that the quantifiers of a plan may visit; gold operators need hundreds."""
+"""Maximum number of objects that quantifiers may visit while a plan is checked; gold needs hundreds."""
 
 
 class PlannerOutcome(str, Enum):
-    """The outcome of a planner call. The values are written to records."""
+    """The outcome of a planner call. Records contain the values."""
 
     SOLVED = "solved"
     UNSOLVABLE = "unsolvable"
-    """There is no plan, or the planner's search space holds none."""
+    """There is no plan, or the part of the state space that the planner searches contains no plan."""
     INPUT_ERROR = "input_error"
     """The domain or problem is not acceptable PDDL."""
     UNSUPPORTED = "unsupported"
@@ -39,7 +39,7 @@ class PlannerOutcome(str, Enum):
 
 
 class PlannerChoice(str, Enum):
-    """The planner that judges operators."""
+    """The choice of the planner that judges the operators in answers."""
 
     AUTO = "auto"
     """``full`` if Fast Downward is installed, else ``built_in``."""
@@ -53,13 +53,13 @@ class PlannerChoice(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class PlannerTerms:
-    """Limits of planners that replace the benchmark's.
+    """The user's limits of planners, which replace the benchmark's limits.
 
     Attributes:
-        seconds: CPU seconds of each process of a call; the benchmark's if None.
-        memory_mib: memory for all planners at a time, in MiB; all memory of the machine if None.
-        folder: the folder through which processes share slots (`eai.pddl.fast_downward`); None if they do
-            not.
+        seconds: CPU seconds of each process of a call; the benchmark's number if None.
+        memory_mib: memory for all planners that run at a time, in MiB; all memory of the machine if None.
+        folder: the folder through which processes limit their planner calls (`eai.pddl.fast_downward`); None
+            without such a limit.
     """
 
     seconds: int | None = None
@@ -78,7 +78,7 @@ class PlannerResult:
 
 @dataclass(frozen=True, slots=True)
 class PlanningTask:
-    """The task of a planner.
+    """The task of a planner: a domain and a problem.
 
     ``fatal`` is an atom that crashes the planner if it is reachable. It stands for additions of atoms with
     unbound variables (`scope`).
@@ -90,13 +90,13 @@ class PlanningTask:
 
 
 def refuse_task(finding: PddlFinding) -> PlannerResult:
-    """Return the result of a task that no planner needs to see, because a violation makes it unacceptable."""
+    """Return the result of a task that violates PDDL, which no planner needs to see; None for other tasks."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 
 
 class PddlPlanner(Protocol):
-    """A planner for planning tasks. Equal tasks have equal results if resources suffice."""
+    """A planner. Equal tasks have equal results if time and memory suffice."""
 
     @property
     def name(self) -> str:
@@ -109,7 +109,7 @@ class PddlPlanner(Protocol):
 
 
 def check_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
-    """Return the result of a planner that claims to have found a plan, after executing the plan."""
+    """Return the result of a planner call that found a plan, after executing this plan."""
     from eai.pddl.execute import Executor
     from eai.planning.search import Effort
 

@@ -1,10 +1,10 @@
 """Read PDDL text into values (`model`); the reverse of `writer`.
 
-Reading checks form only: connectives have the right number of parts, and lists of variables are lists.
+Reading only checks that connectives have the right number of parts and that lists of variables are lists;
 `check` tests the names. The type ``object`` is no restriction and is dropped. A quantifier over several
-variables becomes nested quantifiers, and one without variables its body. Unreadable text raises a `PddlError`
-with the violation and its position. The parentheses are read first, as a tree of S-expressions, each with its
-offset.
+variables becomes nested quantifiers, and a quantifier without variables becomes its body. Unreadable text
+raises a `PddlError` with the violation and its position. The parentheses are read first, as a tree of
+S-expressions, each with its offset.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SExpr: TypeAlias = Symbol | Group
 
 
 def error_at(text: str, offset: int, offence: Violation, expected: str) -> PddlError:
-    """Return the error for an offset in a text."""
+    """Return a `PddlError` that states the position of an offset in a text."""
     return PddlError(offence, *line_and_column(text, offset), expected)
 
 
@@ -71,7 +71,7 @@ def read_group(text: str) -> Group:
 
 
 def _read(text: str) -> SExpr | None:
-    """Return the first expression, or None at the end of the text."""
+    """Return the first expression of a text, or None if no expression is left."""
     pending: list[tuple[int, list[SExpr]]] = []
     for match in _WORD.finditer(text):
         word, place = match.group(), match.start()
@@ -99,7 +99,10 @@ def _read(text: str) -> SExpr | None:
 
 
 def find_unclosed_section(text: str) -> int | None:
-    """Return the offset of the first section inside another section, or None if no section is."""
+    """Return the offset of the first section that begins inside another section, or None.
+
+    The outer section probably lacks its closing parenthesis.
+    """
     depth, before = 0, ""
     for match in _WORD.finditer(text):
         word = match.group()
@@ -355,7 +358,7 @@ class PddlReader:
         return group.items[1:]
 
     def _compound(self, expression: SExpr) -> tuple[Group, str]:
-        """Return a non-empty list with its first word."""
+        """Return an expression, which must be a non-empty list, with its first word."""
         if isinstance(expression, Group) and expression.items:
             return expression, self._word(expression.items[0]).text
         raise self._error(expression, "a non-empty parenthesised list")
@@ -367,7 +370,7 @@ class PddlReader:
 
 
 def _add_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
-    """Return the types, followed by types that occur only as supertypes."""
+    """Return the declared types, followed by types that the text only uses as supertypes."""
     named = dict.fromkeys(declared.name for declared in types)
     above = dict.fromkeys(
         declared.type for declared in types if declared.type not in named and declared.type != m.OBJECT
@@ -389,5 +392,5 @@ def head_of(group: Group) -> str:
 
 
 def _body(sections: Sequence[Group], keyword: str) -> list[SExpr]:
-    """Return the items after a keyword, in all sections that begin with it."""
+    """Return the items in all sections that begin with a keyword, without the keyword."""
     return [item for section in sections if head_of(section) == keyword for item in section.items[1:]]

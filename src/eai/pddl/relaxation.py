@@ -1,4 +1,4 @@
-"""Relaxed planning: estimate the distance to the goal as if no literal were ever lost.
+"""Relaxed planning: estimate the distance to the goal as if no true literal were ever lost.
 
 A relaxed state is a set of literals that only grows (`grounding`). There is one exception: a true atom of the
 goal is lost if every way to a missing part of the goal makes it false. It must be made true again. This is
@@ -16,20 +16,20 @@ from eai.pddl.grounding import GroundProblem, bits, count_looks, group_by_bit
 from eai.planning.search import Effort
 
 _ALL_LITERALS = -1
-"""The mask of all literals, and more."""
+"""Bit mask that contains all literals of any problem, and more bits."""
 
 _MAX_ROUNDS = 2
-"""Maximum number of attempts to make literals true together if making one loses another."""
+"""Maximum number of attempts to make several literals true together, if each new one loses another."""
 
 _MAX_REPEAT_DEPTH = 2
-"""Maximum depth in actions at which lost initial literals are made true again."""
+"""Maximum number of nested actions for making initial literals true again that were lost."""
 
 _MAX_RULES = 2_000
-"""Maximum number of rules that one lookahead tries."""
+"""Maximum number of rules (effects of actions) that one lookahead tries."""
 
 
 class _LiteralRule(NamedTuple):
-    """A conditional effect: the number of its action, and the literals that it needs and makes."""
+    """A conditional effect as a rule: the number of its action, and the literals that it needs and makes."""
 
     action: int
     needs: int
@@ -45,14 +45,14 @@ class _Lacking(NamedTuple):
 
 
 class _Layers(NamedTuple):
-    """Relaxed states one step apart, and for each step the rules that lead to the next state."""
+    """Relaxed states, each one step after the one before, and for each step the rules that it applies."""
 
     reached: list[int]
     fired: list[int]
 
 
 class _RelaxedPlan(NamedTuple):
-    """A relaxed plan: its number of actions, and the mask of its actions that are possible at once."""
+    """A relaxed plan: its number of actions, and the bit mask of its actions that are possible at once."""
 
     length: int
     helpful: int
@@ -105,9 +105,9 @@ class Relaxation:
         return lost & state
 
     def _explore(self, start: int, goal: int, again: int) -> _Layers:
-        """Return relaxed states until they contain the goal, stop growing, or exceed the budget.
+        """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        Atoms that must be made true ``again`` are separate literals.
+        They also end if the budget is exceeded. Atoms that must be made true ``again`` are separate literals.
         """
         literals = start
         lacking = [
@@ -139,7 +139,7 @@ class Relaxation:
         return layers
 
     def _plan(self, goal: int, layers: _Layers) -> _RelaxedPlan:
-        """Walk back from the goal; each literal counts for the first rule that reaches it."""
+        """Return the relaxed plan, found backwards: each literal counts for the first rule that makes it."""
         chosen, helpful = set[int](), 0
         needed = self._problem.choose(goal, layers.reached[-1])
         for depth in range(len(layers.fired) - 1, -1, -1):
@@ -156,16 +156,16 @@ class Relaxation:
         return _RelaxedPlan(len(chosen), helpful)
 
     def layers(self, literals: int) -> _Layers:
-        """Return all relaxed states from a set of literals until they stop growing."""
+        """Return the relaxed states from a set of literals on, one for each step, until they stop growing."""
         return self._explore(literals, _ALL_LITERALS, 0)
 
     def makers(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
-        """Yield the rules that make a literal, in order, among a set of rule numbers."""
+        """Yield the rules that make a literal, in order; `rules` are the allowed rules."""
         for bit in bits(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
     def _first(self, missing: int, fired: int) -> _LiteralRule:
-        """Return the first rule that makes any missing literal."""
+        """Return the first rule that makes any of the missing literals."""
         making = 0
         for literal in bits(missing):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
@@ -174,7 +174,10 @@ class Relaxation:
 
 
 def _prices(problem: GroundProblem) -> dict[int, int]:
-    """Return for each atom of the goal the goal's atoms that every action adding it makes false."""
+    """Return a mapping from each atom of the goal to other atoms of the goal that must be lost for it.
+
+    Every action that adds the atom makes these other atoms false.
+    """
     goal = problem.goal & (1 << problem.atoms) - 1
     prices: dict[int, int] = {}
     for action in problem.actions:
@@ -190,13 +193,13 @@ def _prices(problem: GroundProblem) -> dict[int, int]:
 
 
 _Mark: TypeAlias = tuple[int, int, int]
-"""The number of actions so far, with the state and its literals."""
+"""State of a lookahead to return to: its number of actions, the state and the literals of the state."""
 
 
 def look_ahead(
     problem: GroundProblem, relaxation: Relaxation, state: int, literals: int
 ) -> Sequence[tuple[int, int]]:
-    """Return actions from a state after which less of the goal is missing, each with the state after it.
+    """Return actions from a state that reach more of the goal, each with the state after it.
 
     The actions carry out relaxed planning (after Vidal 2004). A relaxed plan ignores that true atoms may be
     lost: it visits a place once although several things must be brought there. Here each literal is made true
@@ -207,7 +210,7 @@ def look_ahead(
 
 
 class _Lookahead:
-    """The state that a lookahead has reached, and its actions."""
+    """One lookahead: the state that it has reached, and its actions."""
 
     def __init__(self, problem: GroundProblem, relaxation: Relaxation, state: int, literals: int) -> None:
         self._problem = problem
@@ -228,12 +231,12 @@ class _Lookahead:
         return self._taken
 
     def _missing(self) -> tuple[int, int]:
-        """Return the numbers of missing goal literals: those not true at the start, and all."""
+        """Return how many goal literals are missing: those that were not true at the start, and all."""
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
     def _gain(self, literal: int) -> None:
-        """Make a goal literal true by the first rule after which less of the goal is missing, if any."""
+        """Make a goal literal true by the first rule that leaves less of the goal missing, if a rule does."""
         missing, mark = self._missing(), self._mark()
         for depth, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.makers(literal, fired):
@@ -254,7 +257,7 @@ class _Lookahead:
     def _make(self, needed: int, depth: int) -> bool:
         """Make literals true together with rules of earlier layers; return whether all are true at the end.
 
-        Literals that take longest come first, or in the second attempt last.
+        The first attempt begins with the literals that take longest, and the second attempt ends with them.
         """
         mark = self._mark()
         for last in (False, True):
@@ -269,9 +272,9 @@ class _Lookahead:
         return False
 
     def _make_one(self, literal: int, depth: int) -> None:
-        """Make a literal true by the first rule of earlier layers.
+        """Make a literal true by the first rule of earlier layers that makes it.
 
-        If it was lost, by a rule of the first layer.
+        If the literal was true at the start and has been lost, it is a rule of the first layer.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.makers(literal, fired):
@@ -279,7 +282,7 @@ class _Lookahead:
                 return
 
     def _order(self, missing: int, depth: int) -> list[int]:
-        """Return the missing literals, those first that take longest to reach."""
+        """Return the missing literals in order: literals that take longest to reach come first."""
         missing, ordered = self._problem.choose(missing, self._layers.reached[max(depth, 0)]), list[int]()
         for reached in self._layers.reached[max(depth, 0) :: -1]:
             ordered += bits(missing & ~reached)
@@ -290,6 +293,6 @@ class _Lookahead:
         return len(self._taken), self._state, self._held
 
     def _return_to(self, mark: _Mark) -> None:
-        """Undo all actions since a mark."""
+        """Undo all actions after a mark."""
         taken, self._state, self._held = mark
         del self._taken[taken:]

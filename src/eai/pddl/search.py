@@ -41,13 +41,13 @@ from eai.pddl.relaxation import Relaxation, look_ahead
 from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, best_first
 
 _Operator = tuple[m.PddlAction, Sequence[tuple[m.Add | m.Delete, tuple[f.Formula, ...]]]]
-"""An operator with its additions and deletions, each with its conditions, including the precondition."""
+"""An operator with its additions and deletions, each with all conditions under which it takes place."""
 
 
 def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
     """Return the domain with only the operators and effects that may matter for the problem.
 
-    Of several operators with the same parameters, precondition and effect, the first is kept.
+    If several operators have equal parameters, precondition and effect, only the first is kept.
     """
     operators = [
         (operator, list(m.effect_parts(operator.effect, (operator.precondition,))))
@@ -68,7 +68,7 @@ def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.Pddl
 def _reachable_predicates(
     operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
 ) -> Set[str]:
-    """Return the predicates with an atom that is true or may become true, and the derived predicates."""
+    """Return the predicates with an atom that is true or may become true, and all derived predicates."""
     reached = {axiom.name for axiom in domain.axioms} | {atom.predicate for atom in problem.initial}
     additions = [
         (part.atom.predicate, conditions)
@@ -88,9 +88,9 @@ def _reachable_predicates(
 
 
 def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
-    """Whether a condition may hold if only atoms of some predicates can be true.
+    """Whether a condition may hold if only some predicates have true atoms.
 
-    Only conjuncts are tested.
+    Only the condition's conjuncts are tested.
     """
     match condition:
         case f.Atom(predicate):
@@ -119,7 +119,7 @@ def _relevant_predicates(
 
 
 def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
-    """Return the part of an effect on atoms of some predicates; `NO_EFFECT` if no such part remains."""
+    """Return the part of an effect that changes some predicates; `NO_EFFECT` if it changes none of them."""
     if isinstance(effect, (m.Add, m.Delete)):
         return effect if effect.atom.predicate in predicates else m.NO_EFFECT
     match m.map_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
@@ -171,13 +171,13 @@ _STATES_BEFORE_PAIRS = 60
 """Number of evaluated states after which the search tests whether the goal's literals can hold together."""
 
 _BOOSTED_STATES = 1000
-"""Number of preferred states that are taken first after a state that is nearest to the goal so far."""
+"""Number of states that are taken from the preferred list, each time a state comes nearer to the goal."""
 
 _MAX_CENTRAL_STATES = 60
-"""Maximum number of states evaluated with actions on the goal's objects only."""
+"""Maximum number of evaluated states in the first search, which only has actions on the goal's objects."""
 
 _MAX_GROUNDING_LOOKS = 50_000
-"""Maximum number of objects visited to ground operators and goal; all operators of nine models fit."""
+"""Maximum number of objects visited to ground operators and goal; all operators of nine models need fewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,9 +255,10 @@ _SearchNode: TypeAlias = Node[int, PlanStep]
 
 
 class _Alternation:
-    """Two alternating open lists: all states to be evaluated, and states after a preferred action.
+    """Two open lists, used in turn: all states to be evaluated, and the preferred states among them.
 
-    A state is ordered by the estimate of its predecessor; of equal states the last to arrive comes first.
+    A preferred state comes after an action of the relaxed plan. States are ordered by the estimate of their
+    predecessor; of states with equal estimates the last to arrive comes first.
     """
 
     def __init__(self) -> None:
@@ -281,12 +282,12 @@ class _Alternation:
         return self._everything.pop()
 
     def boost(self) -> None:
-        """Take more of the preferred states."""
+        """Take more of the next states from the preferred list."""
         self._lead -= _BOOSTED_STATES
 
 
 class _GroundSearch:
-    """One search with one set of ground actions."""
+    """One best-first search with a given set of ground actions."""
 
     def __init__(self, problem: GroundProblem, looks: Effort, states: int) -> None:
         self._problem = problem
@@ -306,7 +307,7 @@ class _GroundSearch:
         return SearchResult(end, states=len(self._done))
 
     def _following(self) -> _SearchNode | None:
-        """Return the unevaluated state after a lookahead, or else the next state of the open lists."""
+        """Return the state that a lookahead reached, or else the next unevaluated state of the open lists."""
         node = self._ahead or self._open.pop()
         self._ahead = None
         while node is not None and node.state in self._done:
@@ -314,7 +315,7 @@ class _GroundSearch:
         return node
 
     def _visit(self, node: _SearchNode) -> _SearchNode | SearchEnd | None:
-        """Test a state, evaluate it and queue its successors."""
+        """Test whether a state is the goal, evaluate it and queue its successors."""
         literals = self._problem.literals_of(node.state)
         if not self._problem.goal & ~literals:
             return node
@@ -345,16 +346,16 @@ class _GroundSearch:
         return Node(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
     def _look_ahead(self, node: _SearchNode, literals: int) -> _SearchNode:
-        """Return the node that carrying out the relaxed plan leads to."""
+        """Return the node that the search reaches by carrying out the relaxed plan from a node."""
         for action, state in look_ahead(self._problem, self._relaxation, node.state, literals):
             node = self._child(node, action, state)
         return node
 
 
 class _PairRule(NamedTuple):
-    """A conditional effect as masks: literals that it needs, makes, and loses.
+    """A conditional effect as masks of literals that it needs, makes, and loses.
 
-    `always` and `perhaps` are literals that the action's other effects make.
+    `always` and `perhaps` are literals that other effects of the action make in any case, or may make.
     """
 
     needs: int
@@ -388,11 +389,11 @@ class _Pairs:
             pass
 
     def allow(self, needed: int) -> bool:
-        """Whether all needed literals may hold together, judged by pairs."""
+        """Whether all literals of a mask may hold together, as far as pairs show."""
         return self._looks.is_exceeded or self._find_companions(self._plain(needed)) is not None
 
     def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
-        """Yield the rules of an action, given its needed literals and its effects."""
+        """Yield the rules of an action, from the literals that it needs and its effects."""
         made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
@@ -400,7 +401,7 @@ class _Pairs:
             yield _PairRule(self._plain(needs | also), makes, always, perhaps, self._negate(makes | always))
 
     def _grow(self, rules: Sequence[_PairRule]) -> bool:
-        """Add the pairs that effects make, in turn; return whether there are new pairs."""
+        """Add the pairs that the effects of all actions make, in turn; return whether there are new pairs."""
         grew = False
         for rule in rules:
             if self._looks.is_exceeded:
@@ -427,9 +428,9 @@ class _Pairs:
         return grew
 
     def _find_companions(self, needed: int) -> int | None:
-        """Return the literals that may hold together with each needed literal.
+        """Return the literals that may hold together with all needed literals, as a mask.
 
-        None if the needed literals may not.
+        It is None if the needed literals cannot hold together.
         """
         self._looks.used += 1 + needed.bit_count()
         companions = self._reached
@@ -438,7 +439,7 @@ class _Pairs:
         return None if needed & ~companions else companions
 
     def _plain(self, needed: int) -> int:
-        """Return the literals of atoms, without choices."""
+        """Return the literals of a mask that belong to atoms, without the literals of choices."""
         return needed & (1 << 2 * self._atoms) - 1
 
     def _negate(self, literals: int) -> int:

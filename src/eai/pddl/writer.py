@@ -13,7 +13,7 @@ from eai.pddl.model import OperatorText
 
 
 def write_domain(domain: m.PddlDomain) -> str:
-    """Return a domain as text, one declaration a line."""
+    """Return a domain as PDDL text, one declaration a line."""
     sections = [
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
         f"(:types {_write_typed_names(domain.types)})" if domain.types else "",
@@ -26,7 +26,7 @@ def write_domain(domain: m.PddlDomain) -> str:
 
 
 def write_problem(problem: m.PddlProblem) -> str:
-    """Return a problem as text, one fact a line."""
+    """Return a problem as PDDL text, one fact a line."""
     denied = [f"(not {write_atom(atom)})" for atom in problem.denied]
     sections = [
         f"(:domain {problem.domain})",
@@ -43,7 +43,7 @@ def _axiom(axiom: m.PddlAxiom) -> str:
 
 
 def write_action(action: m.PddlAction) -> str:
-    """Return an operator as text."""
+    """Return an operator as PDDL text."""
     return "\n  ".join(
         (
             f"(:action {action.name}",
@@ -55,7 +55,7 @@ def write_action(action: m.PddlAction) -> str:
 
 
 def operator_text(action: m.PddlAction) -> OperatorText:
-    """Return an operator as the text of its parts."""
+    """Return an operator with each of its parts as PDDL text."""
     parameters = _list(_write_variables(action.parameters))
     return OperatorText(
         action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
@@ -115,7 +115,10 @@ def write_term(term: f.Term) -> str:
 
 
 def _write_variables(variables: Iterable[f.Variable]) -> list[str]:
-    """Return a typed list with every type written out, as a type applies to all names before it."""
+    """Return variables as a typed list.
+
+    Every type is written, because a type applies to all names before it.
+    """
     return [f"?{variable.name} - {m.type_of(variable)}" for variable in variables]
 
 
