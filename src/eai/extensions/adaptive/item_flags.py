@@ -46,7 +46,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 
     @cache
     def open_books(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
-        """Return a suite, its gold answers, and answers made from the built-in planner's plans."""
+        """Return a suite, its gold answers, and its answers made from plans of the built-in planner."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_answer_book(benchmark, ability, source)
         planned = open_planned_book(

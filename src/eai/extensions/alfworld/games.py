@@ -250,7 +250,7 @@ def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlA
 
 
 class _ConditionGroup(NamedTuple):
-    """Conditions that share bound parameters, and the names of these parameters."""
+    """Conditions of an action that share bound parameters, and the names of these parameters."""
 
     names: frozenset[str]
     parts: tuple[f.Formula, ...]
@@ -321,14 +321,14 @@ class _CommandPlans(PddlPlans):
         return self.templates[operator].format(*[_BEFORE_NUMBER.sub(" ", name) for name in names])
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Return the command of each step."""
+        """Return the commands of a plan's steps."""
         objects = scene.objects
         return tuple(
             [self.command(action.operator, [objects[i].name for i in action.arguments]) for action in plan]
         )
 
     def join(self, parts: Iterable[str]) -> str:
-        """Return a text with one command a line."""
+        """Return the commands of a plan as a text, one command a line."""
         return "\n".join(parts)
 
     def explain(self, domain: Domain) -> str:

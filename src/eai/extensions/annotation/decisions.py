@@ -313,13 +313,13 @@ class TitleDecisions:
 
     @property
     def decided(self) -> frozenset[GoalPattern]:
-        """All patterns that were kept or dropped."""
+        """All patterns that were kept or dropped for the title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
 class _TitleTable(Options):
-    """The table of a title in a decision file."""
+    """The TOML table of a title in a decision file: candidate meanings and dropped patterns."""
 
     candidates: tuple[tuple[tuple[str, ...], ...], ...] = ()
     dropped: tuple[str, ...] = ()
@@ -539,7 +539,7 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleDecisions]
 ) -> Iterator[Annotation]:
-    """Yield the annotation of each demonstration, title by title.
+    """Yield the result of decisions for each demonstration, title by title.
 
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
@@ -560,7 +560,7 @@ def annotate(
 
 
 def check_goals(annotations: Iterable[Annotation]) -> Iterator[Finding]:
-    """Yield a finding for each task whose goals differ from those that follow from the decisions."""
+    """Yield a remark on each task whose goals differ from the goals that follow from the decisions."""
     for difference, candidate, goals in annotations:
         task = difference.task
         ours, theirs = set(goals), set(task.goals)

@@ -122,7 +122,7 @@ class _ObfuscatedWording(Wording):
 
     @cached_property
     def _exact_rules(self) -> DomainRules:
-        """The rules of all actions, with hidden facts and without English remarks."""
+        """The rules of all actions without English remarks. They also state hidden facts."""
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
         shown = [

@@ -31,7 +31,7 @@ The plan is that of the data set, or the plan that proves a generated task solva
 """
 
 GOAL_BOUNDS = (1, 2, 4, 8)
-"""Upper bounds of the strata of numbers of goals."""
+"""Upper bounds of the strata (groups of similar tasks) by number of goals."""
 
 _REMARKS = (
     "A difference below zero means that fresh tasks are harder than public tasks with equally long plans, "

@@ -94,7 +94,7 @@ def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[st
 
 
 def main() -> None:
-    """Print the rewards for the task that the command line names."""
+    """Print the rewards of an answer to the task that the command line names."""
     task = TaskReference.parse(sys.argv[1])
     suite = open_suite(task.benchmark, task.ability)
     if declaration_of(task.ability).takes_turns:

@@ -108,7 +108,7 @@ class _RequestHandler(BaseHTTPRequestHandler):
             self._send("text/html", page)
 
     def do_POST(self) -> None:
-        """Execute a line and send the new content of the page. The last task ends the server."""
+        """Execute the line that the page sent, and send its new content. The last task ends the server."""
         line = self._read_line() if self._has_own_host_name() else None
         if line is None:
             return

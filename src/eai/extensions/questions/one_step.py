@@ -21,7 +21,7 @@ _LISTED_ACTIONS = 8
 """Number of actions that a question about possible actions lists. Half of them are possible."""
 
 _MAX_DRAWS = 20
-"""Maximum number of random draws of a fact or an action."""
+"""Maximum number of random draws to find one fact or action."""
 
 _MAX_BINDINGS = 200_000
 """Maximum number of actions (operators with objects) that are tried to find all possible actions."""
@@ -36,10 +36,10 @@ _PATH_OPERATOR_PROBABILITY = 0.2
 """Probability that an operator of the task's path stays a candidate. If none stays, all are candidates."""
 
 _NO_EFFECT_PROBABILITY = 0.3
-"""Probability that a question about an action without effect is kept."""
+"""Probability that a question is kept although its action has no effect."""
 
 _WRONG_CHOICES = 3
-"""Number of wrong choices beside the right one."""
+"""Number of wrong choices of a question, beside the right choice."""
 
 
 def make_forward_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
@@ -95,7 +95,7 @@ def make_inverse_item(setting: QuestionSetting, rng: random.Random, number: int)
 
 
 def make_applicability_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
-    """Ask which of the listed actions are possible. Half of them are."""
+    """Ask which of the listed actions are possible. Half of the actions are."""
     state = rng.choice(setting.states)
     right, wrong = _draw_possible_and_impossible(setting, rng, state, _LISTED_ACTIONS // 2)
     if len(right) < _LISTED_ACTIONS // 2 or len(wrong) < _LISTED_ACTIONS // 2:

@@ -33,7 +33,7 @@ _MAX_PLAN_CHANGES = 12
 """Maximum number of random changes of a plan that are tried to get the wanted outcome."""
 
 _WRONG_CHOICES = 3
-"""Number of wrong choices beside the right one."""
+"""Number of wrong choices of a question, beside the right choice."""
 
 _MAX_DETOURS = 3
 """Maximum number of unneeded actions that are inserted into a plan."""
@@ -69,7 +69,7 @@ _MIN_DISTANCE = 2
 """Minimum length of a shortest plan for a goal, in actions."""
 
 _MAX_GOALS = 3
-"""Maximum number of facts in a goal."""
+"""Maximum number of facts in the goal of a question."""
 
 _DISTANCES = 4
 """Number of different lengths of shortest plans. Questions take these lengths in turn."""
@@ -78,7 +78,7 @@ _GOAL_CANDIDATES = 8
 """Number of goals that are tried to get the wanted length of a shortest plan."""
 
 _NumberedSteps: TypeAlias = Sequence[tuple[int, Action]]
-"""Steps of a changed plan, each with its number in the plan that the question shows; 0 for an added step."""
+"""Steps of a changed plan: pairs of a number in the original plan (0 for an added step) and an action."""
 
 
 class _PlanOutcome(NamedTuple):
@@ -86,8 +86,9 @@ class _PlanOutcome(NamedTuple):
 
     Attributes:
         missed_goals: numbers, from 1, of the goals that do not hold at the end.
-        failing_step: 0-based position of the first impossible step.
-        unmet_requirement: number, from 1, of that step's first unmet requirement; 0 if there is none.
+        failing_step: index of the first impossible step.
+        unmet_requirement: number, from 1, of the first unmet requirement of that step; 0 if no step is
+            impossible.
     """
 
     missed_goals: tuple[int, ...] = ()
@@ -96,7 +97,7 @@ class _PlanOutcome(NamedTuple):
 
     @property
     def result(self) -> str:
-        """Whether the plan works, misses a goal or fails at a step."""
+        """The outcome as one word: ``works``, ``misses`` (a goal) or ``fails`` (at a step)."""
         return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
 

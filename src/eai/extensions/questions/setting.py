@@ -36,7 +36,7 @@ _MAX_PATH_ACTIONS = 24
 """Maximum number of actions in the path of a task."""
 
 _RANDOM_ACTIONS = 6
-"""Number of random actions tried for the path of a task without a plan."""
+"""Number of random actions that are tried to make a path for a task without a plan."""
 
 _MAX_ACTION_DRAWS = 40
 """Maximum number of random draws to find one possible (or impossible) action."""
@@ -91,7 +91,7 @@ class QuestionSetting:
 
     @cached_property
     def path_reaches_goals(self) -> bool:
-        """Whether the path reaches all goals, and some goals do not hold at the start."""
+        """Whether the path reaches all goals, and is needed: some goals do not hold at the start."""
         return not all(self.evaluate_goals(self.states[0])) and all(self.evaluate_goals(self.states[-1]))
 
     @cached_property
@@ -129,7 +129,7 @@ class QuestionSetting:
         return not self.find_added_facts(one, other) and not self.find_added_facts(other, one)
 
     def list_changeable_facts(self, state: State) -> list[Fact]:
-        """Return the facts of a state whose predicates actions can change."""
+        """Return the facts of a state that actions can change."""
         return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
 
     def to_text(self, fact_or_action: Fact | Action) -> str:
@@ -379,7 +379,7 @@ ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], Item | No
 def find_texts_with_counterpart(
     right: Sequence[str], wrong: Sequence[str], operator: Callable[[str], str]
 ) -> frozenset[str]:
-    """Return the texts whose operator occurs in both a right and a wrong text."""
+    """Return the texts whose operator occurs in both a right and a wrong text, so that it reveals nothing."""
     shared = set(map(operator, right)) & set(map(operator, wrong))
     return frozenset([text for text in (*right, *wrong) if operator(text) in shared])
 

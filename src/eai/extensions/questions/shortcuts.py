@@ -48,7 +48,7 @@ _TOLERATED_IMBALANCE = 6
 """Tolerated imbalance of all traits together: the sum of the squared differences in question counts."""
 
 _QUESTIONS_PER_TOLERANCE = 10
-"""Number of questions after which the tolerated imbalance grows by one."""
+"""Number of questions after which the tolerated imbalance of traits grows by one."""
 
 _MAX_OCCURRENCES = 5
 """Maximum number of occurrences of a statement's names in the question's text that are told apart."""

@@ -41,7 +41,7 @@ _MIN_OBJECTS = 4
 """Minimum number of objects in the scene of a task. Smaller tasks get no questions."""
 
 _MAX_TASKS_PER_QUESTION = 30
-"""Maximum number of tasks that are tried for one question."""
+"""Maximum number of tasks that are tried to make one question."""
 
 _ITEMS_PER_TASK = 2
 """Number of times that a question about a task is tried before the next task is tried."""

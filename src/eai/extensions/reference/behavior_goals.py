@@ -23,7 +23,7 @@ _OBJECT = re.compile(r"{[^{}]*}")
 
 _NO_LIST = Unreadable("a section is not a list")
 _NO_CONDITION = Unreadable("a condition is empty, or not a list")
-"""Errors of answers that crash the whole run of the reference (the paper's package)."""
+"""Errors of answers that crash the whole run of eai-eval (the paper's package)."""
 
 Value: TypeAlias = object
 """Type of a condition in an answer: a JSON value with tuples instead of lists."""
@@ -36,7 +36,7 @@ _ALLOWED_PART_COUNTS = (2, 3)
 def split_condition(condition: Value) -> tuple[Value, ...]:
     """Return a condition without ``not`` as a tuple: the predicate, then its objects.
 
-    The tuple is empty if the value is not a condition. As in the reference, a string counts as a list of
+    The tuple is empty if the value is not a condition. As in eai-eval, a string counts as a list of
     letters.
     """
     parts = _to_tuple(condition)
@@ -53,7 +53,7 @@ def _find_kind(predicate: Value) -> GoalKind | None:
 
 
 def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
-    """Return the conditions that the reference finds in an answer.
+    """Return the conditions that eai-eval finds in an answer.
 
     Its quirks: it changes the whole answer to lower case and apostrophes to quotation marks. It reads only
     the text between the first opening brace and the next closing brace, and ignores the names of sections.
@@ -75,7 +75,7 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
 
 
 class BehaviorGoalInterpretation(Scorer):
-    """Scores goals as the reference does: it compares an answer's conditions with those of a task.
+    """Scores goals as eai-eval does: it compares an answer's conditions with those of a task.
 
     Its quirks:
 

@@ -1,8 +1,8 @@
 """Score BEHAVIOR plans as eai-eval 1.0.5 does (``action_sequence_evaluator.py``).
 
-The reference evaluates the text from the first ``[`` to the first ``]`` of an answer as a Python expression.
-It keeps dictionaries with an action and an object, and silently drops everything else. This module evaluates
-only literals and calls of ``dict``, and executes no other code.
+The package eai-eval evaluates the text from the first ``[`` to the first ``]`` of an answer as a Python
+expression. It keeps dictionaries with an action and an object, and silently drops everything else. This
+module evaluates only literals and calls of ``dict``, and executes no other code.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 
 
 class _BehaviorPlanNotation(JsonPlans):
-    """The notation of BEHAVIOR plans, read as the reference reads it."""
+    """The notation of BEHAVIOR plans, read as eai-eval reads it."""
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Return the plan in an answer (reference: ``parse_response``)."""
+        """Return the plan in an answer (eai-eval: ``parse_response``)."""
         return read_plan(text)
 
 
 class BehaviorActionSequencing(ActionSequencing):
-    """Scores plans for a task of BEHAVIOR as the reference does.
+    """Scores plans for a task of BEHAVIOR as eai-eval does.
 
     If an answer cannot be executed, the goals that hold in the initial state count as reached. A plan that
     fails after it has reached all goals succeeds.
@@ -58,7 +58,7 @@ class BehaviorActionSequencing(ActionSequencing):
         return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
 
     def _find_final_state(self, execution: Execution) -> State:
-        """Return the final state of a plan. An action on which the reference crashes is executed in part."""
+        """Return the final state of a plan. An action on which eai-eval crashes is executed in part."""
         trajectory = execution.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
@@ -76,7 +76,7 @@ class BehaviorActionSequencing(ActionSequencing):
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
-    """Return the steps that the reference finds in an answer, in order."""
+    """Return the steps that eai-eval finds in an answer, in order."""
     start, end = text.find("["), text.find("]")
     segment = text[start : end + 1]
     if start < 0 or len(segment) > _MAX_LIST_CHARACTERS:

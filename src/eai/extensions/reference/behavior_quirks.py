@@ -1,6 +1,6 @@
 """The BEHAVIOR domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
-Each function replaces checks or effects of the declared domain and names the place in the reference. Together
+Each function replaces checks or effects of the declared domain and names the place in eai-eval. Together
 they turn the declared domain into the domain of `eai-1.0.5`. The engine knows nothing of them.
 
 A goal holds if one of its options holds: sets of ground conditions that the library bddl makes from the goal.
@@ -52,7 +52,7 @@ SUBGOAL_PRECEDENCE = (
     FaultKind.MISSING_STEP,
     FaultKind.AFFORDANCE,
 )
-"""Kinds of error in the order of their rank in the reference's subgoal decomposition.
+"""Kinds of error in the order of their rank in eai-eval's subgoal decomposition.
 
 If an action has several errors, the first kind in this order counts. See ``checkers.py``,
 ``handle_compound_errors``.
@@ -61,18 +61,18 @@ If an action has several errors, the first kind in this order counts. See ``chec
 
 @cache
 def make_reference_domain() -> Domain:
-    """Return the BEHAVIOR domain with the reference's order of checks and with all of its quirks."""
+    """Return the BEHAVIOR domain with eai-eval's order of checks and with all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 @cache
 def make_subgoal_domain() -> Domain:
-    """Return the reference's domain for subgoal decomposition, which ranks kinds of error differently."""
+    """Return eai-eval's domain for subgoal decomposition, which ranks kinds of error differently."""
     return replace(make_reference_domain(), precedence=SUBGOAL_PRECEDENCE)
 
 
 def apply_aborted_action(state: State, action: Action) -> State:
-    """Return the state that the reference leaves if it aborts in an action (quirk `transfer_aborts`)."""
+    """Return the state that eai-eval leaves if it aborts in an action (quirk `transfer_aborts`)."""
     halves = _make_aborting_domain()
     return halves.apply(state, action) if action.operator in halves.compiled else state
 
@@ -150,7 +150,7 @@ def transfer_aborts(operator: Operator) -> Operator:
 
 
 def make_aborted_transfers() -> Iterator[Operator]:
-    """Yield operators that transfer contents until the reference aborts: they move only the first content."""
+    """Yield operators that transfer contents until eai-eval aborts: they move only the first content."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
         moved = Let(o.C, first & ~p.floor(X), (*o.clear_support(o.C), Add(place(o.C, X))))
@@ -185,7 +185,7 @@ def placing_never_in_wrong_order(operator: Operator) -> Operator:
 
 @_change_operators
 def one_label_per_pair(operator: Operator) -> Operator:
-    """A pair of objects has only the latest of onfloor, under and nextto (``build_graph``)."""
+    """Of the labels onfloor, under and nextto, a pair of objects has only the latest (``build_graph``)."""
     return replace(operator, effects=_overwrite_all_labels(operator.effects))
 
 
@@ -213,7 +213,7 @@ def _overwrite_all_labels(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
 
 @_change_operators
 def freezes_anywhere(operator: Operator) -> Operator:
-    """Freezing needs no fridge (``evolving_graph.py``, ``freeze_unfreeze``)."""
+    """Freezing an object needs no fridge (``evolving_graph.py``, ``freeze_unfreeze``)."""
     return replace(operator, checks=operator.checks[:-1]) if operator.name == "FREEZE" else operator
 
 
@@ -238,7 +238,7 @@ _NamesOfVariables: TypeAlias = Mapping[str, str]
 
 
 def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
-    """Return the options of a closed BDDL condition that the reference tries, in the reference's order.
+    """Return the options of a closed BDDL condition that eai-eval tries, in eai-eval's order.
 
     An option is a list of ground conditions that together make the condition true.
 
@@ -354,12 +354,12 @@ def _list_vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
 
 
 def make_behavior_goal_test(task: Task) -> GoalTest:
-    """Return the reference's test of a task's goals, which considers only the options that bddl tries."""
+    """Return eai-eval's test of a task's goals, which considers only the options that bddl tries."""
     return GoalTest(task, [_truncate_options(goal.formula, task.scene) for goal in task.goals])
 
 
 def _truncate_options(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return the condition that the reference tests for a goal: one of the options that bddl tries holds."""
+    """Return the condition that eai-eval tests for a goal: one of the options that bddl tries holds."""
     return map_leaves(
         f.Or(tuple(map(f.And, list_truncated_options(formula, scene.names_of_category)))),
         _use_direct_container,

@@ -8,7 +8,7 @@ Quirks of its reader:
 * ``t-shirt`` becomes ``shirt``, which no scene has.
 
 The actions for a subgoal depend on the objects in the robot's hands (``state_action_translator.py``). Quirk:
-a hand that holds ``rag_10`` also counts as holding ``rag_1``, because the reference searches for a substring.
+a hand that holds ``rag_10`` also counts as holding ``rag_1``, because eai-eval searches for a substring.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
 class _BehaviorSubgoalNotation(BehaviorSubgoals):
-    """The reference's notation of subgoals. Its signature has no arities: `find_wrong_use` checks them."""
+    """Notation of subgoals in eai-eval. Its signature has no arities; `find_wrong_use` tests them."""
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names of the data set. Objects that are parts of other objects have no name."""
@@ -180,7 +180,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoals):
 
 
 class BehaviorSubgoalDecomposition(ReferenceSubgoals):
-    """Scores BEHAVIOR subgoals as the reference does.
+    """Scores BEHAVIOR subgoals as eai-eval does.
 
     Subgoals that are actions or need no action are skipped. If an answer is not executed, the goals that hold
     in the initial state count as reached.
@@ -225,11 +225,12 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
 
 def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
-    """Return the rejection of an answer whose formula fails the reference's semantic check, or None.
+    """Return the rejection of an answer whose formula fails eai-eval's semantic check, or None.
 
-    The reference checks the number of objects before their names, and states before actions. It raises an
-    exception, which counts as a parsing error, for a predicate or action without objects. It also does so if
-    no table holds the arity of a predicate or action, unless it has already found a wrong number of objects.
+    The package eai-eval checks the number of objects before their names, and states before actions. It raises
+    an exception, which counts as a parsing error, for a predicate or action without objects. It also does so
+    if no table holds the arity of a predicate or action, unless it has already found a wrong number of
+    objects.
     """
     parts = tuple(walk(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [

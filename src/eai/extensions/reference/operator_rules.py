@@ -3,7 +3,7 @@
 Planning: the planner gets the gold operator for each required operator that the answer lacks, and all other
 operators of the domain (``complete_pddl_domain``). Missing operators are not counted. Hallucinated operators
 take part in planning. The planner is that of `planner_of_2024`. Predicates without a category are not
-counted. If one of them matches, the reference raises a KeyError and loses the run; here the predicate is
+counted. If one of them matches, eai-eval raises a KeyError and loses the run; here the predicate is
 ignored.
 
 Extraction reproduces the first lines of ``worker_process`` in
@@ -74,7 +74,7 @@ _UNBALANCED_CLOSE = 1  # the offset that the reference assumes if no parenthesis
 
 
 def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
-    """Return the operators of an answer in order of first mention, or None for the reference's format error.
+    """Return the operators of an answer in order of first mention, or None for eai-eval's format error.
 
     An answer without any operator gives an empty result, not None.
     """
@@ -117,7 +117,7 @@ def _extract_text(answer: str) -> str | None:
 def _extract_list(content: str, position_of_key: int) -> str | None:
     """Return the first balanced list (text in parentheses) after a position, or None if it does not close.
 
-    Without an opening parenthesis, the reference starts at the beginning of the whole text. The character
+    Without an opening parenthesis, eai-eval starts at the beginning of the whole text. The character
     after the opening parenthesis counts as a parenthesis only if it closes the list at once.
     """
     start = content.find("(", position_of_key) + 1
@@ -138,14 +138,14 @@ FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot se
 
 @dataclass(frozen=True, slots=True)
 class ReferenceRules(MatchingRules):
-    """Scores operators as the reference does. The caches for one domain save comparing equal texts again."""
+    """Scores operators as eai-eval does. The caches for one domain save comparing equal texts again."""
 
     counts_clauses: ClassVar[bool] = False
     reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
     read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
-        """Return the judgement on an answer. A task with the reference's format error is excluded."""
+        """Return the judgement on an answer. A task with eai-eval's format error is excluded."""
         written = extract_as_reference(text)
         if written is None:
             return Judgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
@@ -170,9 +170,9 @@ class ReferenceRules(MatchingRules):
     ) -> dict[str, PlannerResult | None]:
         """Return the planner's result for each required operator, in a domain with all other gold operators.
 
-        The result is None for an operator that the answer lacks; the reference counts it as a failure. The
-        reference skips answers with its format error (``evaluate_results_sequential``), so their mapping is
-        empty. Its count ``task_variate_control_precond`` is never filled.
+        The result is None for an operator that the answer lacks; eai-eval counts it as a failure. The
+        package eai-eval skips answers with its format error (``evaluate_results_sequential``), so their
+        mapping is empty. Its count ``task_variate_control_precond`` is never filled.
         """
         written = extract_as_reference(text)
         if written is None:
@@ -253,7 +253,7 @@ _Tree: TypeAlias = "str | _Connective"
 
 
 class _UnreadableError(Exception):
-    """The reference's parser cannot read a text."""
+    """Raised for a text that eai-eval's parser cannot read."""
 
 
 @dataclass(frozen=True, slots=True)

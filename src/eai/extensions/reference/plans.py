@@ -1,7 +1,7 @@
-"""Explain how eai-eval 1.0.5 (the reference) misreads plans.
+"""Explain how eai-eval 1.0.5 (the paper's package) misreads plans.
 
-The reference collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` is lost, and
-steps in a model's reasoning count. Explanations list the steps that the reference loses or adds, and the
+The package eai-eval collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` is
+lost, and steps in a model's reasoning count. Explanations list the steps that eai-eval loses or adds, and the
 verdict of ``strict`` (`lossy_reading` in the documentation of the protocols).
 """
 
@@ -36,7 +36,7 @@ def compare_with_strict(
     Args:
         assessment: the assessment under ``eai-1.0.5``.
         text: the answer.
-        notation: the notation with which the reference reads the answer.
+        notation: the notation with which eai-eval reads the answer.
         make_strict_scorer: makes the scorer of the task under ``strict``.
     """
 

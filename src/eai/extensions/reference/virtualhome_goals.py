@@ -22,15 +22,15 @@ from eai.world.domain import Domain
 _FENCE = "```json"
 _NO_OBJECT = Unreadable("the answer is not a JSON object")
 _UNEXPECTED_TYPE = Unreadable("a section or an entry of it is not of the expected type")
-"""Error of answers that crash the whole run of the reference (the paper's package)."""
+"""Error of answers that crash the whole run of eai-eval (the paper's package)."""
 
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
 class _VirtualHomeGoalNotation(VirtualHomeGoals):
-    """The notation of goals, read as the reference reads it.
+    """The notation of goals, read as eai-eval reads it.
 
-    Quirks of the reference:
+    Quirks of eai-eval:
 
     * it does not search prose for JSON, and removes only a code fence at the very start;
     * every apostrophe becomes a quotation mark;
@@ -39,7 +39,7 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """Return the goals that the reference finds in an answer."""
+        """Return the goals that eai-eval finds in an answer."""
         text = text.replace("<|eot_id|>", "")
         if text.startswith(_FENCE):
             text = text.removeprefix(_FENCE).strip("`")
@@ -59,11 +59,11 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
 
 
 class VirtualHomeGoalInterpretation(GoalInterpretation):
-    """Scores goals as the reference does: it compares an answer's goals (predictions) with a task's goals.
+    """Scores goals as eai-eval does: it compares an answer's goals (predictions) with a task's goals.
 
     Its quirks:
 
-    * a name means the relevant object of its class with the largest id (the reference takes the last element
+    * a name means the relevant object of its class with the largest id (eai-eval takes the last element
       of a set in hash order, which is this object for all published counts);
     * predictions with an unknown name and ill-formed entries are not counted;
     * several predictions can meet one action goal, which may make false negatives negative;
@@ -94,7 +94,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         )
 
     def score_missing_answer(self) -> GoalVerdict:
-        """Count all goals as missing. The reference skips unreadable answers, not tasks without answer."""
+        """Count all goals as missing: eai-eval skips only tasks with unreadable answers."""
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
@@ -120,7 +120,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         )
 
     def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """Return the predictions whose names are known, and the goals of the task."""
+        """Return the predictions (goals in an answer) whose names are known, and the goals of the task."""
         named = [goal for goal in self._resolve_names(goals) if isinstance(goal, WrittenGoal)]
         return (*named, *self._needed)
 
@@ -159,7 +159,7 @@ def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
     """Return the goals in a section of an answer, without duplicates and empty entries.
 
     Raises:
-        TypeError: the reference crashes on a value that it cannot iterate, index, measure or look up.
+        TypeError: eai-eval crashes on a value that it cannot iterate, index, measure or look up.
     """
     unique = {_make_hashable(value): value for value in values}
     names = FIELDS[kind]
@@ -182,7 +182,7 @@ def _read_field(field: str, value: Any) -> str:
     """Return a field of a goal as text. A value of another type becomes a text that equals no name or state.
 
     Raises:
-        TypeError: the reference crashes on an action that is no string, or on an unhashable name.
+        TypeError: eai-eval crashes on an action that is no string, or on an unhashable name.
     """
     if isinstance(value, str):
         return value

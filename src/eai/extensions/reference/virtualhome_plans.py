@@ -47,7 +47,7 @@ from eai.world.state import Scene, State
 
 
 class _VirtualHomeGoalTest(GoalTest):
-    """The reference's test of the goals of a task.
+    """Test of the goals of a task, with eai-eval's quirks.
 
     Args:
         task: the task.
@@ -72,7 +72,7 @@ class _VirtualHomeGoalTest(GoalTest):
         return tuple(reached)
 
     def passes_gold_test(self, final: State) -> bool:
-        """Whether all state and relation goals count as reached in the final state of the data set."""
+        """Whether the test counts all state and relation goals as reached in the data set's final state."""
         reached = self.find_reached(final, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
@@ -89,7 +89,7 @@ class _VirtualHomeGoalTest(GoalTest):
 
 
 NOT_ACCEPTED = ("PLUGIN", "PLUGOUT", "RELEASE")
-"""Names of actions that prompts offer, but the reference's vocabulary test rejects (``valid_actions``)."""
+"""Names of actions that prompts offer, but eai-eval's vocabulary test rejects (``valid_actions``)."""
 
 GOLD_TEST = "the data set's own final state fails the reference's goal test"
 EQUALS_SCRIPT = "the plan equals the data set's script, which the reference counts as a failure"
@@ -103,7 +103,7 @@ _LIST_END = "]"
 
 
 class _VirtualHomePlanNotation(VirtualHomePlans):
-    """The notation of VirtualHome plans, read as the reference reads it.
+    """The notation of VirtualHome plans, read as eai-eval reads it.
 
     Args:
         with_ids: whether plans name objects by class and id, as in release 1.0.5, or by class only, as in the
@@ -140,7 +140,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
 
 
 class VirtualHomeActionSequencing(ActionSequencing):
-    """Scores plans for a task of VirtualHome as the reference does.
+    """Scores plans for a task of VirtualHome as eai-eval does.
 
     A task is excluded if its final state in the data set fails the goal test. A plan that equals the data
     set's plan is not executed and reaches no goal. A plan that fails after it has reached all goals succeeds.
@@ -180,7 +180,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         """Return the verdict on an executed plan, with its counts for a summary.
 
         In a summary, every additional step counts, and action goals have the order of the data set. The
-        reference has this order only by chance.
+        package eai-eval has this order only by chance.
         """
         verdict = super()._judge(execution, plan)
         reached = verdict.goals_satisfied
@@ -202,7 +202,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
 def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
     """Whether a plan names every object by its class, as the data set's plan does.
 
-    The reference compares texts, not objects. ``["food", "egg_1003"]`` names the object of
+    The package eai-eval compares texts, not objects. ``["food", "egg_1003"]`` names the object of
     ``["food_egg", "1003"]``, but with another text.
     """
     return all(
@@ -222,7 +222,7 @@ def _make_domain() -> Domain:
 
 
 def has_mostly_ids(answers: Iterable[str]) -> bool:
-    """Whether most answers of a file that name objects use ids."""
+    """Whether most answers of a file use ids. Answers that name no objects are not counted."""
     plans = [read_plan(answer) for answer in answers]
     readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]
     named = [plan for plan in readable if any(step.objects for step in plan.steps)]
@@ -230,7 +230,7 @@ def has_mostly_ids(answers: Iterable[str]) -> bool:
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
-    """Return the steps that the reference finds in an answer, in order (``load_json_preserving_order``).
+    """Return the steps that eai-eval finds in an answer, in order (``load_json_preserving_order``).
 
     A step with an empty list (``"STANDUP": []``) is lost. Text around the steps is ignored. Only a code fence
     at the very start is removed.

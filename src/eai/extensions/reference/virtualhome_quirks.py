@@ -1,6 +1,6 @@
 """The VirtualHome domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
-Each function replaces checks or effects of the declared domain and names the place in the reference. Together
+Each function replaces checks or effects of the declared domain and names the place in eai-eval. Together
 they turn the domain of protocol `strict` into the domain of `eai-1.0.5`. The engine knows nothing of them. If
 an object has several containers, supports or neighbours, the first of them is the first in the iteration
 order of a Python set of ids.
@@ -31,7 +31,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 @cache
 def make_reference_domain() -> Domain:
-    """Return the VirtualHome domain with the reference's order of checks and with all of its quirks."""
+    """Return the VirtualHome domain with eai-eval's order of checks and with all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
@@ -60,7 +60,7 @@ def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
 
 
 def _find_room(state: State, arguments: tuple[int, ...]) -> int:
-    """Return the room of an object as a bit mask, 0 for no room (reference: ``_get_room_node``).
+    """Return the room of an object as a bit mask, 0 for no room (eai-eval: ``_get_room_node``).
 
     If the object has several containers, its room is the first of these containers that is a room. If it has
     one container, the search goes on upwards from this container, always to the first container.
@@ -100,14 +100,14 @@ def _use_set_order(derived: DerivedPredicate) -> DerivedPredicate:
 
 
 SET_ORDER_VOCABULARY = Vocabulary(p.VOCABULARY.predicates, tuple(map(_use_set_order, p.VOCABULARY.derived)))
-"""Vocabulary in which derived relations use the order of Python sets, as in the reference.
+"""Vocabulary in which derived relations use the order of Python sets, as in eai-eval.
 
 It stores the facts that the vocabulary of `strict` stores, so states can be shared.
 """
 
 
 def list_relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
-    """Return the relevant objects of a task, in the reference's order (``get_symbolic_goal_nl``)."""
+    """Return the relevant objects of a task, in eai-eval's order (``get_symbolic_goal_nl``)."""
     by_id = {p.object_id(task.initial, i): i for i in task.relevant}
     return tuple([by_id[i] for i in task.record.relevant_ids])
 
@@ -123,7 +123,7 @@ SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
     ~p.seat_full(X): (FALSE,),
     ~p.bed_full(X): (FALSE,),
 }
-"""Mapping from a failed condition to the conditions that the reference searches in earlier states instead."""
+"""Mapping from a failed condition to the conditions that eai-eval searches in earlier states instead."""
 
 
 def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:

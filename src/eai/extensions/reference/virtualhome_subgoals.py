@@ -86,7 +86,7 @@ def make_state_plans(predicate: str, arguments: Sequence[int], state: State) -> 
 
 
 def make_action_plans(action: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
-    """Return the only plan for a subgoal that is an action, as a list."""
+    """Return the plans for a subgoal that is an action: a list with one plan."""
     act = Action(action, tuple(arguments))
     if not arguments:
         return [(act,)]
@@ -119,7 +119,7 @@ _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
 class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
-    """Scores VirtualHome subgoals as the reference does. A goal counts if it held at any time."""
+    """Scores VirtualHome subgoals as eai-eval does. A goal counts if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
         domain, words = virtualhome_quirks.make_reference_domain(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
@@ -134,7 +134,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         return _LEADING_ZEROS.sub(".", rng.choice(subgoal.split(" or ")))
 
     def halts(self, fault: Fault) -> bool:
-        """Whether the reference raises an exception for a fault.
+        """Whether eai-eval raises an exception for a fault.
 
         It also does so for a missing step that it cannot name, such as SIT without a free seat
         (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 calls this a missing step,

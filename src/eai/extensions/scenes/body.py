@@ -99,7 +99,7 @@ def find_body(kind: str) -> Body | None:
 
 
 class _BodyKind(NamedTuple):
-    """A line of the table of kinds: the family of shapes, the size in metres and the colour."""
+    """A line of the table of kinds of object: the family of shapes, the size in metres and the colour."""
 
     family: str
     size: Vector
@@ -203,7 +203,7 @@ def _mirror_part(part: BodyPart, axis: int) -> BodyPart:
 
 
 def _read_box(fractions: Sequence[str], size: Vector) -> Box:
-    """Return a box relative to the middle of a body, from six shares of the size of the body."""
+    """Return a box relative to the middle of a body, from six coordinates as shares of the body's size."""
     box: Box = (np.array(fractions, dtype=float).reshape(3, 2).T - 0.5) * size
     return box
 

@@ -37,7 +37,7 @@ _HAND_OFFSETS = {0: -0.22, 1: 0.22}
 
 
 class _Viewpoint(NamedTuple):
-    """A viewpoint: location of the eye, target, and vertical field of view in degrees."""
+    """A viewpoint: location of the eye, location of the target, and vertical field of view in degrees."""
 
     eye: Vector
     at: Vector
@@ -79,11 +79,11 @@ class Camera:
             raise EaiError(f"{_EGL_ERROR}: {error}") from error
 
     def colours(self, view: CameraView) -> Any:
-        """Return the picture as an array: height, width, 3 colours of 8 bits."""
+        """Return the picture as an array of height x width x 3: red, green and blue of 8 bits."""
         return self._draw_pose(view)
 
     def depth(self, view: CameraView) -> Any:
-        """Return the distance at each pixel, in metres along the view, as an array: height, width."""
+        """Return the distance at each pixel, in metres along the view, as an array of height x width."""
         self._renderer.enable_depth_rendering()
         try:
             return self._draw_pose(view)
@@ -91,7 +91,7 @@ class Camera:
             self._renderer.disable_depth_rendering()
 
     def objects(self, view: CameraView) -> Any:
-        """Return the index of the object at each pixel, or -1 for none, as an array: height, width."""
+        """Return the index of the object at each pixel, or -1 for none, as an array of height x width."""
         self._renderer.enable_segmentation_rendering()
         try:
             geoms = self._draw_pose(view)[..., 0]
@@ -234,7 +234,7 @@ _VIEWPOINTS: Mapping[CameraView, Callable[[BodyScene], _Viewpoint]] = {
 
 
 def _place_in_hand(sight: _Viewpoint, aside: float, size: float) -> Pose:
-    """Return the pose in which the camera shows an object that a hand holds."""
+    """Return the pose of an object that a hand holds, so that the object is in the picture."""
     way, right, above = sight.axes
     near = 0.45 + size
     at = np.array(sight.eye) + near * way + near * 1.3 * aside * right - 0.3 * near * above

@@ -85,6 +85,6 @@ def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int
         EaiError: matplotlib, which draws the diagram, is not installed.
     """
     drawn = image_of(picture_of(task, picture_words(benchmark), state=state, objects=objects)[0])
-    import numpy as np  # which comes with matplotlib
+    import numpy as np  # installed with matplotlib
 
     return np.asarray(drawn)

@@ -119,7 +119,7 @@ def png(drawing: Drawing) -> bytes:
 
 
 def image_of(drawing: Drawing) -> Image:
-    """Return the drawing as an RGB image of Pillow.
+    """Return the drawing as an RGB image of the library Pillow.
 
     Raises:
         EaiError: see `png`.
@@ -203,12 +203,12 @@ def _mark(text: str) -> Drawing:
 
 
 def _pack_boxes(boxes: Sequence[Drawing], most: int) -> Drawing:
-    """Arrange boxes row by row. The highest boxes come first, which leaves little space empty."""
+    """Arrange boxes in rows. The highest boxes come first, which leaves little space empty."""
     return _flow(sorted(boxes, key=lambda box: -box.height), most)
 
 
 def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
-    """Arrange boxes side by side. A box that is too wide for its row begins the next row."""
+    """Arrange boxes side by side. A box that does not fit into its row begins the next row."""
     shapes: list[_Shape] = []
     x = y = width = row = 0
     for box in boxes:

@@ -19,7 +19,7 @@ import numpy as np
 from eai.extensions.scenes.body import Array, Box
 
 _HORIZONTAL_REACH, _VERTICAL_REACH = 1.0, 5.0
-"""Lengths of horizontal and vertical rays in metres."""
+"""Maximum lengths of horizontal and of vertical rays in metres."""
 
 _PLANE_COUNT = 5
 """Number of pairs of orthogonal horizontal axes along which rays are tried, rotated by 0 to 90 degrees."""
@@ -36,7 +36,7 @@ class _PlacedBodies(Protocol):
     Attributes:
         mujoco: the MuJoCo module.
         model: the model.
-        data: the state of the model.
+        data: the MuJoCo data: the poses and contacts of the model.
     """
 
     mujoco: Any

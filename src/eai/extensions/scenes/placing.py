@@ -40,7 +40,7 @@ class Pose(NamedTuple):
 
     @property
     def axes(self) -> Array:
-        """The rotation as a matrix. Its columns are the local axes."""
+        """The rotation as a matrix, whose columns are the body's own axes."""
         w, x, y, z = self.turn
         return np.array(
             [
@@ -148,7 +148,7 @@ class Placer:
             return self._place(thing, raised, (*FLAT, *UPRIGHT), where, container)
 
     def place_below(self, thing: int, roof: int, room: Box) -> Pose:
-        """Return a free pose under an object, in a room.
+        """Return a free pose under an object, inside a room.
 
         Raises:
             InputError: the space under the object is not free.

@@ -168,7 +168,7 @@ _MAX_STEPS, _DAMPING_STEPS = 240, 8
 """Maximum number of steps (4 ms each) until a scene rests, and number of steps between dampings."""
 
 _MAX_RESTING_SPEED = 0.03
-"""Speed below which a scene is at rest, in m/s and radians/s."""
+"""Speed below which a scene counts as at rest: in m/s for motion, in radians/s for rotation."""
 
 _ABSENT_LOCATION = (0.0, 0.0, -30.0)
 """Location of absent objects, below all rooms."""
@@ -324,7 +324,7 @@ class BodyScene:
         self.mujoco.mj_kinematics(self.model, self.data)
 
     def list_broken_relations(self) -> list[tuple[int, str, int]]:
-        """Return the relations of the state that do not hold by geometry."""
+        """Return the relations in the state that the geometry of the scene does not fulfil."""
         locations = self.locations
         tests = {
             INSIDE: geometry.is_inside,

@@ -73,7 +73,7 @@ def _find_placements(
 
 
 def _depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) -> int:
-    """Return the number of supports below an object, from the object to the floor."""
+    """Return the number of objects that carry an object, from its support down to the floor."""
     if name in above:
         return 0
     return max([1 + _depth(f.arguments[1], below, above | {name}) for f in below.get(name, ())], default=0)
