@@ -14,7 +14,7 @@ are:
   or replacement;
 * ``stray_bracket``: a closing bracket outside the value has no opening bracket;
 * ``json_in_string``, ``wrapper_key``: the value is JSON in a string, or a member of an object whose other
-  members are plain;
+  members are neither lists nor objects;
 * ``json_lines``, ``numbered``: the parts of the value follow each other without a list around them; with
   ``numbered`` they have numbers.
 """
@@ -137,7 +137,7 @@ class AnswerForm(Generic[T]):
         join: makes one meaning of parts that follow each other without a list around them; None if such parts
             are not joined.
         is_piece: whether a meaning is only a single part of an answer, such as one step.
-        repairs_of: returns the names of the repairs that reading a value needed.
+        repairs_of: takes a meaning and returns the names of the repairs that were needed to read its value.
         is_certain: whether a meaning names something of the task. If some meaning does, all other meanings
             count as examples.
         is_single: whether two different values side by side make the answer unreadable.
@@ -459,8 +459,8 @@ def _stretch_at(text: str, start: int) -> _Stretch:
 def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:
     """Return the meaning of a value, and the names of the repairs that it needs.
 
-    If the value itself has no meaning in the form, JSON inside a string or a member of an object may have
-    one.
+    If the value itself has no meaning in the form, the meaning is that of JSON inside a string, or of a
+    member of an object.
     """
     meaning = form.read(value)
     if meaning is not None or depth == 0:

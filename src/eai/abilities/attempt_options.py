@@ -47,7 +47,7 @@ class AttemptOptions:
         slip: probability that a possible action has no effect.
         slip_seed: random seed that decides which actions slip; None if no action slips.
         notice: whether the agent notices that an action slipped.
-        until: when an attempt ends.
+        until: the condition that ends an attempt.
         preset: name of a published script, if plans are executed as this script does; None for our way.
 
     Raises:

@@ -50,7 +50,7 @@ class AnswerOutcome(str, Enum):
     NOT_ANSWERED = "not_answered"
     SUCCESS = "success"
     PARTLY_RIGHT = "partly_right"
-    """Some of the stated goals or operators are right."""
+    """Only some of the goals or operators that the answer states are right."""
     GOAL_MISSED = "goal_missed"
     """The plan ran but missed its goal, or no stated goal or operator is right."""
     PARSING = FaultKind.PARSING.value
@@ -93,8 +93,8 @@ class AbilityWorld:
         notation: how answers are written and things are named.
         subgoals: returns the notation of subgoals.
         make_planner: makes the planner that tests operators; it returns None if operators are not tested.
-        wording: returns the names of things in the prompts of an ability.
-        observation_wording: returns the names of things in observations.
+        wording: takes an ability and returns the names of objects and predicates in its prompts.
+        observation_wording: returns the names of objects and predicates in observations.
         benchmark: the benchmark, for abilities that need its own methods.
     """
 
@@ -137,18 +137,17 @@ class Interaction:
         make_question: makes the question about a task. None if questions are published or come from the
             template of the ability's name; the data set then gives the right answers.
         pictures: returns the pictures before a question, each with its media type.
-        answer_form: returns the words for objects in answers to a task, and the maker of the answer's schema;
-            None if they are unknown.
-        open_file: opens a file of the ability's own tasks, with the name of the domain in records. It returns
-            None if the file is of another kind.
+        answer_form: returns the words for objects in answers to a task, and the function that makes the JSON
+            schema of an answer; None if answers have no schema.
+        open_file: opens a file with tasks of the ability's own. It returns the name of their domain in
+            records, and the tasks; or None if the file is of another kind.
         features: returns the features of one of the ability's own tasks.
         task_command: command that writes the ability's own tasks; empty if the ability uses a benchmark's
             tasks.
         uses_operator_tasks: whether the ability uses the published tasks about operators instead of the
             benchmark's tasks.
         keys_in_order: whether the order of keys in objects has a meaning, as in steps of plans.
-        lists_are_sets: whether the order of items in a list has no meaning. Texts in a list always have an
-            order.
+        lists_are_sets: whether the order of items in a list has no meaning, except in lists of texts.
         plain_text_prefix: beginning of an answer that is not JSON; empty for any text, None if an answer must
             be JSON.
     """
@@ -261,7 +260,7 @@ def declaration_of(ability: Ability) -> AbilityDeclaration[Any]:
 
 
 def load_paper_abilities() -> Mapping[Ability, AbilityDeclaration[Any]]:
-    """Return the declarations of the paper's four abilities, in its order."""
+    """Return the declarations of the paper's four abilities, in the paper's order."""
     return {ability: declaration_of(ability) for ability in PAPER_ABILITIES}
 
 
@@ -390,7 +389,7 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
 
 
 def goal_shares(verdict: PlanVerdict) -> Shares:
-    """Return what one answer adds to the rates of reached goals; empty shares if its goals are unknown."""
+    """Return what one answer adds to the rates of reached goals; 0 of 0 if its goals are unknown."""
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))

@@ -22,7 +22,7 @@ MAX_STEPS = 1_000_000
 """Maximum number of actions before an episode is cut off."""
 
 MAX_SEED = 2**63 - 1
-"""Maximum seed of slips."""
+"""Maximum random seed of slips, which are actions without effect."""
 
 _DEFAULT_POSITION = 50
 """Default of `StudyChoice.label_position`."""
@@ -100,8 +100,7 @@ class Experiment:
         study: the choices of the run, by the name of their study.
         harness: name of the program in which a model acts; None for a plain question, or if it is unknown.
         effort: the requested reasoning effort; None for the provider's default.
-        rules: the rules of the game of its episodes that differ from the standard rules; None for the
-            standard rules.
+        rules: the rules of the run's games that differ from the standard rules; None for the standard rules.
 
     Raises:
         InputError: the harness, the effort or the rules cannot be the name of a file.

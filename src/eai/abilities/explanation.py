@@ -138,7 +138,8 @@ class Explanation:
         steps: reports on the steps.
         goals: reports on the goals.
         parts: reports on the parts of the task's temporal goal, if it has one.
-        atoms: stated and wanted goals of a goal interpretation as values, by text; None for other answers.
+        atoms: mapping from the text of each stated or wanted goal to its value, for answers to goal
+            interpretation; None for other answers.
     """
 
     notes: tuple[str, ...] = ()
@@ -148,7 +149,7 @@ class Explanation:
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def statement(self, text: str) -> Statement:
-        """Return the value of a goal's text. If the text is unknown, it becomes a name without arguments."""
+        """Return the `Statement` of a goal's text. An unknown text becomes a name without arguments."""
         return (self.atoms or {}).get(text, Statement(text, None))
 
 

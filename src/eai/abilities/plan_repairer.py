@@ -1,4 +1,4 @@
-"""Find the smallest repair of a plan: the fewest edits that make it succeed, and the most natural of them."""
+"""Find the smallest repair of a plan: the fewest edits after which the plan succeeds."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ class PlanRepairer:
                 if edit.removed is not None and steps[edit.removed] is None and action
                 else _KIND_RANKS[kind]
             )
-            if edit.removed in needless and edit.action is not None:  # deletion alone is enough
+            if edit.removed in needless and edit.action is not None:  # deleting the step is enough
                 cost = len(EDIT_KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (
@@ -227,7 +227,7 @@ def _get_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
 
 
 def _distance_class(step: int, shown: int | None, end: int) -> int:
-    """Return where an edit is: 0 at the failed step, 1 before that step, 2 after that step."""
+    """Return the position of an edit: 0 at the failed step, 1 before that step, 2 after that step."""
     if shown is None or step == shown:
         return 0
     return 1 if step < shown or shown == end else 2

@@ -95,7 +95,7 @@ class Protocol(_RegisteredName):
 Protocol.STRICT = Protocol("strict")
 
 DEFAULT_PROTOCOL = Protocol.STRICT
-"""Default protocol."""
+"""Protocol for scoring if no other is chosen."""
 
 PROTOCOL_GROUP = "eai.protocols"
 """Group of the entry points that register protocols other than ``strict``."""

@@ -77,7 +77,7 @@ class _Focus:
         return cls(scene, visible, frozenset({*task.relevant, scene.agent}), frozenset(named))
 
     def filter_visible(self, facts: Iterable[Fact]) -> list[Fact]:
-        """Return the visible facts."""
+        """Return the facts with visible predicates, without relations of the agent to itself."""
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
 
@@ -183,7 +183,7 @@ def report_goals(
 ) -> tuple[GoalReport, ...]:
     """Return a report on each goal of a task.
 
-    If there is a trajectory, the report on a goal over time describes the violation.
+    With a trajectory, the report on a missed goal over time describes the violation.
     """
     kinds = [goal.kind.value for goal in task.asked_goals]
     is_untold = isinstance(task.special, Hazards) and task.special.untold

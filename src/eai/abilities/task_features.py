@@ -1,4 +1,4 @@
-"""Features of a task, such as its number of goals, which its records hold."""
+"""Features of a task, such as its number of goals, for the records of answers."""
 
 from __future__ import annotations
 

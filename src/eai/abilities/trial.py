@@ -58,7 +58,7 @@ class Trial:
 
     @property
     def task(self) -> Task:
-        """The true task."""
+        """The task with its true scene and goals, which the scorer tests."""
         return self.scorer.task
 
     @property

@@ -49,7 +49,7 @@ class ErrorReport:
         check: id of the failed check of the domain (`Check.id`) or of the failed test of names
             (``unknown_action`` or a value of `MisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
             unreadable answer.
-        objects: names of the objects in the reason, in the order of its words.
+        objects: names of the objects in the reason, in the order in which it names them.
     """
 
     kind: FaultKind
@@ -127,8 +127,8 @@ class Credit:
 def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
     """Return the share of the possible gain in goals, from 0 to 1, or None if no goal can be gained.
 
-    A goal that holds at the start earns nothing. If the answer undoes it, it cancels the gain of a reached
-    goal.
+    A goal that holds at the start earns nothing. If the answer undoes such a goal, the gain is
+    reduced by one goal.
 
     Args:
         reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
@@ -140,7 +140,7 @@ def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | N
 
 
 def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> float:
-    """Return the gain in conditions met, as a share of the possible gain.
+    """Return the gain in met conditions, as a share of the possible gain from 0 to 1.
 
     All conditions of an option can be met although a goal is missed: for example, if the goal is exactly two
     cups on the table and there are three. In this case, and if all conditions hold at the start, the gain in
@@ -263,7 +263,7 @@ class SummaryCounts:
 
     Attributes:
         success: whether the answer counts as a success.
-        goals: satisfied and all goals that count, by kind.
+        goals: numbers of satisfied goals and of all goals that count, by kind.
         errors: number of errors that count, by kind; a kind that is not listed counts 0 times.
     """
 
@@ -280,13 +280,13 @@ class PlanVerdict(Verdict):
         executable: whether the plan ran to its end.
         success: whether all goals hold.
         additional_steps: number of steps that were skipped because they were not needed.
-        goals: satisfied goals by kind.
+        goals: numbers of satisfied goals and of all goals, by kind.
         goals_satisfied: for each goal of the task, in order, whether it is reached.
         partial: number of met conditions, and of all conditions, in the option of the goals that is met best
             (`eai.tasks.goal_test`); None in older records.
         summary_counts: the counts of the answer in a summary; None if they follow from the verdict.
-        refused: the reason of an answer that calls the task impossible, or the question of an answer that
-            asks.
+        refused: the reason for which the answer calls the task impossible, or the answer's question; None for
+            other answers.
     """
 
     executable: bool | None = None
@@ -383,7 +383,7 @@ ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
 
 
 def share_of_one(counted: bool | float | None) -> Share:
-    """Return the contribution of one answer to a share of all answers."""
+    """Return the contribution of one answer to the share of answers for which something holds."""
     if not counted:
         return ZERO_SHARE
     return FULL_SHARE if counted == 1 else Share(float(counted), 1)

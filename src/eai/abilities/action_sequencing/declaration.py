@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:
     """Return what one plan adds to each rate.
 
-    If the verdict has `SummaryCounts`, they are used.
+    If the verdict has `SummaryCounts`, the numbers come from them, or else from the verdict.
     """
     counted = verdict.counted
     return {
@@ -41,9 +41,9 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the function that makes scorers.
+    """Return a function that makes the scorer of a task.
 
-    The import is delayed, so that reports do not load the engine.
+    The module of scorers is imported late, so that reports do not load the engine.
     """
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 

@@ -39,7 +39,7 @@ class ActionSequencing(PlanScorer):
 
     The whole plan is tested before any step is executed: first whether it can be read, then whether all names
     are known, then whether each action has the right number of objects. A plan succeeds if it runs to its end
-    and reaches all goals. A plan that never runs reaches no goal.
+    and reaches all goals. A plan that fails these tests is not executed and reaches no goal.
 
     Args:
         task: the task.
@@ -102,7 +102,7 @@ class ActionSequencing(PlanScorer):
 
     @cached_property
     def repairer(self) -> PlanRepairer:
-        """The object that finds the smallest repairs of answers."""
+        """The `PlanRepairer` that finds the smallest repairs of answers to the task."""
         from eai.abilities.plan_repairer import PlanRepairer
 
         return PlanRepairer(self.task, self.domain, self.notation)

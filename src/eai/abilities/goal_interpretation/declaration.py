@@ -68,9 +68,9 @@ def outcome(verdict: GoalVerdict) -> AnswerOutcome:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the function that makes scorers.
+    """Return a function that makes the scorer of a task.
 
-    The import is delayed, so that reports do not load the engine.
+    The module of scorers is imported late, so that reports do not load the engine.
     """
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 

@@ -166,8 +166,8 @@ class _AnswerMeaning:
     """The meaning of the words of an answer in a task.
 
     An ambiguous name means the last object with this name, as in plans without object numbers. If
-    an answer repeats a goal, each repetition means the object before, as in the counts of goal
-    interpretation.
+    an answer repeats a goal, each repetition means the previous object with this name, as in the counts of
+    goal interpretation.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:

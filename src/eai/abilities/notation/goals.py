@@ -29,9 +29,9 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
 LiteralReader: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]
-"""Function that returns the formula for an entry without connectives. Its other argument has the bound names.
+"""Function that returns the formula for an entry without connectives.
 
-It returns None if the entry is not a literal.
+Its second argument has the names that quantifiers bind. It returns None if the entry is not a literal.
 """
 
 
@@ -217,7 +217,7 @@ class WrittenGoals:
     Attributes:
         goals: the stated goals.
         ill_formed: the entries that are not goals.
-        repairs: names of the repairs that reading them needed.
+        repairs: names of the repairs that were needed to read the goals.
         spans: parts of the text and how each was treated.
     """
 
@@ -242,7 +242,10 @@ SpelledPredicate: TypeAlias = tuple[str, int]
 """A predicate in the spelling of answers, and its number of objects."""
 
 GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
-"""Function that returns a goal as a formula, or None for an ill-formed one. It also gets bound names."""
+"""Function that returns the formula for a goal, or None if the goal is ill-formed.
+
+Its second argument has the names that quantifiers bind.
+"""
 
 
 StatedConditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
@@ -342,8 +345,8 @@ class GoalNotation(ABC):
 class JsonGoals(GoalNotation):
     """A notation of goals as JSON: ``["open", "jar"]``, ``["not", ["open", "jar"]]``, or names of actions.
 
-    The object of lists is found anywhere in the text, also inside another object. Entries in the section for
-    actions are actions; all other entries are literals.
+    The JSON object with the lists of goals may stand anywhere in the text, also inside another object.
+    Entries in the section for actions are actions; all other entries are literals.
 
     Args:
         sections: the kinds of goals that have their own section.
@@ -354,7 +357,7 @@ class JsonGoals(GoalNotation):
         self.states_actions = GoalKind.ACTION in self._kinds.values()
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """Return the goals in an answer, or why it cannot be read."""
+        """Return the goals in an answer, or why the answer cannot be read."""
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
@@ -385,7 +388,7 @@ class JsonGoals(GoalNotation):
         return formulas, tuple([str(entry) for entry, formula in read if formula is None])
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Return each goal as JSON."""
+        """Return the JSON text of each goal."""
         return tuple(json.dumps(_to_entry(goal)) for goal in goals)
 
     def join(self, parts: Iterable[str]) -> str:
@@ -396,7 +399,7 @@ class JsonGoals(GoalNotation):
         return json.dumps(sections)
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """Return the schema of literals as lists of words, and of names of actions."""
+        """Return the schema of sections with literals as lists of words, and with names of actions."""
         spelt = self.words(domain)
 
         def entry(kind: GoalKind) -> Schema:

@@ -1,4 +1,4 @@
-"""The notation of a benchmark: how answers are written, and how prompts name things."""
+"""The notation of a benchmark: how answers are written, and how prompts name objects and predicates."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class WrittenPlan:
 
     Attributes:
         steps: the steps.
-        repairs: names of the repairs that reading them needed.
+        repairs: names of the repairs that were needed to read the steps.
         spans: parts of the text and how each was treated.
     """
 
@@ -77,7 +77,7 @@ class StepList(NamedTuple):
 
     Attributes:
         steps: the steps, in order.
-        repairs: names of the repairs that reading them needed.
+        repairs: names of the repairs that were needed to read the steps.
         is_piece: whether the value is a single step, without a list around it.
     """
 

@@ -1,6 +1,6 @@
 """Notations of plans: the form of plans in a benchmark's answers, and the meaning of their names.
 
-The names in a written plan may be unknown. `resolve` translates it into ground actions. An
+The names in a written plan may be unknown. `resolve` translates the plan into ground actions. An
 `Execution` is the outcome of a plan in a world that may have a history, and in which actions may slip.
 """
 

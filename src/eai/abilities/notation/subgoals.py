@@ -1,4 +1,4 @@
-"""Notations of subgoals: how answers write and mean them. A benchmark may replace the default notation."""
+"""Notations of subgoals: their form in answers and their meaning. A benchmark may replace the default."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class WrittenSubgoals:
 
     Attributes:
         subgoals: the formulas as texts, in order.
-        repairs: names of the repairs that reading them needed.
+        repairs: names of the repairs that were needed to read the subgoals.
         spans: parts of the text and how each was treated.
     """
 
@@ -58,8 +58,8 @@ class SubgoalNotation:
     """Reads and writes subgoals, and has the vocabulary of their names.
 
     This default serves any declared domain. An answer is an object with the key ``output``, a list of
-    formulas. They use the names that the domain declares (`spelt`), and the names of objects in the scene or
-    of their classes.
+    formulas. Formulas use the names that the domain declares (`spelt`), and the names of objects in the scene
+    or of their classes.
 
     Args:
         domain: the domain.
@@ -145,7 +145,7 @@ class SubgoalNotation:
     def schema(self) -> Schema:
         """Return the JSON schema of an answer for providers that can enforce it.
 
-        A formula may be any text.
+        The schema allows any text as a formula.
         """
         return object_schema({"output": list_schema(text_schema())})
 

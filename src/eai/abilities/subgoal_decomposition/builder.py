@@ -189,8 +189,8 @@ class _Requirement:
         holds: tests the condition.
         check: the check that fails if the condition does not hold.
         effort: cost of the test, in applied actions.
-        refused: returns a check with the reason why no state can meet the condition, or None without a
-            reason.
+        refused: returns a check with the reason why no state can meet the condition, or None if a state may
+            meet it.
     """
 
     holds: Holds
@@ -228,7 +228,7 @@ class Programs:
         self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
     def compile(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
-        """Compile an answer. Each of its subgoals is read separately."""
+        """Translate an answer into a program, or reject it. Each subgoal is read separately."""
         if isinstance(written, Unreadable):
             return replace(reject_unparseable(written.reason), spans=written.spans)
         return replace(self._compile(written), spans=written.spans)
@@ -292,7 +292,7 @@ class Programs:
     def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
         """Return a planner for a subgoal that holds already: its actions fail as additional steps.
 
-        If several alternatives hold, the one with the fewest such actions counts.
+        If several alternatives hold, the alternative with the fewest such actions counts.
         """
         effort = sum(map(len, alternatives)) // _LITERALS_PER_ACTION
 
@@ -328,7 +328,7 @@ class Programs:
 
 
 class _ProgramBuilder:
-    """Builds instructions from the end of a plan to its beginning."""
+    """Builds the instructions of a program from its end to its beginning."""
 
     def __init__(self, programs: Programs) -> None:
         self.program: list[Instruction] = [None]
@@ -405,7 +405,7 @@ class _ProgramBuilder:
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
         """Add a condition on one state: achieve an alternative, then test the condition.
 
-        If the condition holds already, nothing is done. In this case the subgoal counts as an additional step
+        If the condition holds already, nothing is done. The subgoal is then an additional step
         if the condition is the complete subgoal (``is_all``).
         """
         observed = self._drop_unobserved(formula)
@@ -430,7 +430,7 @@ class _ProgramBuilder:
         return self._add(Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort))
 
     def _list_alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
-        """Yield the literals of each alternative of a formula. Parts without an action have none."""
+        """Yield the literals of each alternative. A part that can only be tested has no literals."""
         match formula:
             case f.And(parts):
                 for chosen in product(*map(self._list_alternatives, parts)):

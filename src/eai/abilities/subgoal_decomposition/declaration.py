@@ -59,9 +59,9 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """Return the function that makes scorers.
+    """Return a function that makes the scorer of a task.
 
-    The import is delayed, so that reports do not load the search.
+    The module of scorers is imported late, so that reports do not load the search.
     """
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition

@@ -37,7 +37,7 @@ class SubgoalPlans(NamedTuple):
     Attributes:
         plans: the plans, which are all tried; empty if nothing must be done.
         effort: number of actions that the search for plans applied to states.
-        failed_check: the check by which the subgoal fails without any action; None if it does not fail so.
+        failed_check: the check that fails before any action; None if the subgoal can be tried.
         has_failed: whether no plan reaches the subgoal, although its objects are of the right kind.
     """
 
@@ -105,8 +105,8 @@ Instruction: TypeAlias = Perform | Require | Fork | None
 Program: TypeAlias = Sequence[Instruction]
 """A sequence of instructions, which run from the last to the first.
 
-Each instruction leads only to instructions before it. The last instruction runs first; number 0 is None,
-the end.
+Each instruction leads only to instructions before it. The last instruction runs first; number 0 is
+the end, None.
 """
 
 
@@ -117,7 +117,7 @@ class CompiledAnswer:
     Attributes:
         subgoals: the subgoals.
         program: the program that executes the subgoals.
-        repairs: names of the repairs that reading needed.
+        repairs: names of the repairs that were needed to read the answer.
         spans: parts of the text and how each was treated.
     """
 
@@ -138,7 +138,7 @@ class RejectedAnswer:
     Attributes:
         category: the answer's outcome, such as unparseable.
         error: the error that makes the answer impossible to execute.
-        repairs: names of the repairs that reading needed.
+        repairs: names of the repairs that were needed to read the answer.
         misused_names: the names whose use is not allowed.
         spans: parts of the text and how each was treated.
     """
@@ -157,7 +157,7 @@ def reject_unparseable(
 
     Args:
         reason: the reason in words.
-        repairs: names of the repairs that reading needed.
+        repairs: names of the repairs that were needed to read the answer.
         subgoal: number of the subgoal that cannot be parsed; None if the reason is about the whole answer.
     """
     error = ErrorReport(FaultKind.PARSING, subgoal, reason)

@@ -75,10 +75,9 @@ class _OperatorInfo(NamedTuple):
         movable: for each check whether movement can change its truth value; the last item is about the
             effects that the operator only tries.
         fixable: for each check whether movement can make it true so that the action becomes possible. False
-            for
-            checks that fail because the action is not needed. The last item is about tried effects: False.
-        fixed_checks_hold: tests the checks that no action can change.
-        common_checks_hold: tests the checks that are the same for all objects and positions.
+            for checks that fail because the action is not needed, and for tried effects.
+        fixed_checks_hold: tests the `FIXED` checks, which no action can change.
+        common_checks_hold: tests the `COMMON` checks.
         rest_checks_hold: tests all other checks.
         unmovable_checks_hold: tests those of the other checks that movement cannot make true, without tried
             effects.
@@ -95,7 +94,7 @@ class _OperatorInfo(NamedTuple):
 
 
 _OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
-"""Name of an operator that may make a literal true, and the numbers of the objects that are its arguments.
+"""Name of an operator that may make a literal true, and the numbers of its arguments.
 
 An argument is None if the literal leaves it open.
 """
@@ -338,7 +337,7 @@ def _number_named(constant: Constant) -> int | None:
 
 
 def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
-    """Return the operators without those that equal an earlier one in checks and effects."""
+    """Return the operators, without operators whose checks and effects equal those of an earlier operator."""
     operators_by_content: dict[object, Operator] = {}
     for operator in operators:
         operators_by_content.setdefault(
@@ -357,7 +356,7 @@ class CandidateAction(NamedTuple):
 
     Attributes:
         action: the action.
-        info: its operator.
+        info: the action's operator.
         binding: the values of the operator's variables, for one search.
         possible: cache of `is_possible_now`, by state.
         results: cache of `compute_result`, by state.
@@ -375,7 +374,7 @@ class CandidateAction(NamedTuple):
 
     @classmethod
     def create(cls, action: Action, info: _OperatorInfo, state: State) -> CandidateAction:
-        """Return a candidate action for a new search."""
+        """Return a candidate action without parts and with empty caches, for a new search."""
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
     def assign_parts(self, parts: int, touched: int) -> CandidateAction:
@@ -398,7 +397,7 @@ class CandidateAction(NamedTuple):
         return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_now(self, state: State) -> bool:
-        """Whether the remaining checks hold, provided that the fixed and the common checks do."""
+        """Whether the remaining checks hold, provided that the fixed and the common checks hold."""
         is_possible = self.possible.get(state)
         if is_possible is None:
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)

@@ -64,7 +64,7 @@ class _GoalPart:
         return self._test(action.operator)(state, action.arguments)
 
     def _compile(self, name: str | None) -> StateTest:
-        """Return the test of the part at a position with this action; None stands for no relevant action."""
+        """Return the part's test at positions with an action; None stands for any action not in the part."""
         formula = self._formula
         at_action = rewrite(formula, lambda leaf, _: _fix_action(leaf, name)) if self._actions else formula
         return StateTest(at_action, self._scene)
@@ -128,7 +128,7 @@ class GoalProgress:
 
 
 _MIN_BRANCHES_TO_MERGE = 5
-"""Minimum number of branches among which equal branches are searched for; the search costs time, too."""
+"""Minimum number of branches to search for equal branches. Fewer branches are explored faster."""
 
 
 class _TriedSteps(NamedTuple):
@@ -250,8 +250,8 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches that begin a subgoal; the first ones are followed. All branches
-            that execute the last subgoal are tested for the goal.
+        branches: maximum number of branches that begin a subgoal; the search follows the first of them. All
+            branches that execute the last subgoal are tested for the goal.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 

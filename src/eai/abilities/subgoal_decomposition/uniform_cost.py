@@ -61,7 +61,7 @@ class SearchGoal(NamedTuple):
         met: takes a state, a mask of parts to test and the mask of parts that held before; returns the mask
             of parts that hold.
         everything: mask of all parts.
-        holds: tests the rest of the goal in a state.
+        holds: tests in a state what the goal requires in addition to its parts.
         distinguished: operators whose use matters to the goal, even if the resulting states are equal.
         effort: cost of `holds`, in applied actions.
     """
@@ -75,7 +75,7 @@ class SearchGoal(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Number of parts."""
+        """Number of parts of the goal."""
         return self.everything.bit_count()
 
     @property
@@ -126,7 +126,7 @@ class _Movement:
         """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore(state), 1)
-        return copy(self._ways[state])  # it yields the known paths, then explores more
+        return copy(self._ways[state])  # each copy yields the explored paths, then explores more
 
     def _explore(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
@@ -303,7 +303,7 @@ class _TriedAction(NamedTuple):
 
 
 _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
-"""Rank of an attempt, and the attempt to report; None instead of the attempt if its plan is too long."""
+"""Rank of an attempt, and the attempt to report; None if its plan is too long."""
 
 
 def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
@@ -359,7 +359,7 @@ class _FailedSearch:
         ]
 
     def find_nearest(self) -> _NearestAttempt | None:
-        """Return the attempt that comes nearest to the goal, or None if no attempt meets more parts.
+        """Return the attempt that comes nearest to the goal, or None if no attempt makes progress.
 
         A failing action is not reported if a visited state meets as many parts as the action would.
         """

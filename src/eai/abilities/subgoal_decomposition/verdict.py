@@ -28,9 +28,9 @@ class SubgoalVerdict(PlanVerdict):
     """The verdict on a sequence of subgoals.
 
     Attributes:
-        category: the outcome.
-        goals_elsewhere: whether the goals are those of another branch of the search, because the reported
-            branch reaches fewer.
+        category: the outcome of the answer.
+        goals_elsewhere: whether the verdict counts the goals of another branch of the search, because
+            the reported branch reaches fewer goals.
         errors: kinds of all errors in the reported branch, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.

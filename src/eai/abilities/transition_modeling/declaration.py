@@ -69,7 +69,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
 def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     """Return the outcome of an answer.
 
-    If a planner was used, right operators are no success unless it found a plan.
+    If a planner was used, right operators are a success only with a plan.
     """
     if verdict.success:
         return AnswerOutcome.SUCCESS
@@ -91,9 +91,9 @@ def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
-    """Return the function that makes scorers.
+    """Return a function that makes the scorer of a task.
 
-    The import is delayed so that scoring plans loads no planner of operators.
+    The module of scorers is imported late, so that scoring of plans does not load the planner of operators.
     """
     from eai.abilities.transition_modeling.rules import PaperRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling

@@ -73,7 +73,7 @@ class ResultCache(Generic[K, V]):
             return cached[0]
         result = find()
         with self._adding:
-            if key not in self._known:  # another thread may have added the key
+            if key not in self._known:  # another thread may have added the key meanwhile
                 self._known[key] = result, size
                 self.size += size
             while self.size > self._limit:
@@ -112,7 +112,7 @@ class WrittenOperator:
         action: the operator as a PDDL action, in which parts that PDDL does not allow are empty. None if PDDL
             does not allow the parameters, or allows neither precondition nor effect.
         unread: findings on the parts that PDDL does not allow, with the reasons.
-        repairs: names of the repairs that reading it needed.
+        repairs: names of the repairs that were needed to read the operator.
         size: number of characters of the operator's text.
     """
 

@@ -67,15 +67,15 @@ def _to_gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> Plan
 
 
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
-"""Result if no planner is used."""
+"""Result of planning if no planner is used."""
 
 NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
-"""Result if the answer has no operator for the planner."""
+"""Result of planning if the answer has no operator for the planner."""
 
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """The comparison of an answer's operators with the gold ones, and the result of planning with them.
+    """The comparison of an answer's operators with the gold operators, and the result of planning.
 
     Attributes:
         operators: reports on the operators of the task and the answer.
@@ -84,10 +84,10 @@ class Judgement:
         planning: result of the planner.
         plan_works: whether the planner's plan works with the gold operators; None if the rules do not test
             this.
-        plan_flaw: the step at which the plan fails, and why; None if it works or there is no plan.
-        repairs: names of the repairs that reading needed.
+        plan_flaw: number of the step at which the plan fails, and why; None without a failed plan.
+        repairs: names of the repairs that were needed to read the answer.
         spans: parts of the answer's text and how each was treated.
-        operator_repairs: repairs of single operators, by operator.
+        operator_repairs: names of the repairs of each repaired operator, by the operator's name.
         matches: comparison of each operator of the task with its gold operator; empty if the rules compare in
             another way.
         error: why the answer cannot be read, or None.
@@ -138,7 +138,7 @@ class MatchingRules(ABC):
 
     @abstractmethod
     def judge(self, task: TransitionTask, text: str) -> Judgement:
-        """Return the judgement on an answer, also if it cannot be read."""
+        """Return the judgement on an answer, even if the answer cannot be read."""
 
     @abstractmethod
     def judge_missing_answer(self, task: TransitionTask) -> Judgement:

@@ -50,7 +50,7 @@ def count_by_category(
 
 
 class TransitionModeling(Scorer):
-    """The scorer of one task. With the same planner, its results depend only on the answer.
+    """The scorer of answers to one task. With the same planner, its results depend only on the answer.
 
     Args:
         task: the task.

@@ -18,7 +18,7 @@ from eai.world.fault import FaultKind
 
 
 class OperatorStatus(str, Enum):
-    """Status of one operator of the task or the answer."""
+    """Whether an operator of the task or the answer was compared, or why it was not."""
 
     COMPARED = "compared"
     MISSING = "missing"
@@ -86,7 +86,7 @@ class OperatorVerdict(Verdict):
         planner: outcome of planning with the operators.
         plan_works: whether the planner found a plan that works with the gold operators; None if no planner
             was used, or under rules that do not test this.
-        task_categories: categories of the task, the more informative one first.
+        task_categories: categories of the task; the more informative category comes first.
         operators: comparison of each operator with its gold operator.
         plan: steps of the plan that was found.
         planner_detail: further remarks of the planner.
@@ -125,7 +125,7 @@ class OperatorVerdict(Verdict):
         return None if decided or self.planner is None else self.planner.value
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """Return the credit by F1 of all clauses of preconditions and effects."""
+        """Return the credit, which is the F1 of all clauses in preconditions and effects."""
         return credit_parts(overall_counts(counts_by_category(self)), self.error, self._faults())
 
     def _faults(self) -> Counter[FaultKind]:
