@@ -1,4 +1,4 @@
-"""Agents without a model: null agents, which do not know the goals, and planning agents.
+"""Play games without a language model: by null agents, which do not know the goals, or by planning agents.
 
 An agent is made for one game and returns its next command whenever it is called. Null agents take random
 actions: possible actions, possible actions that lead to new states, or any actions. Planning agents know the
@@ -56,7 +56,10 @@ _EXPLORING_LIMITS = Limits(50)
 
 
 def random_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/random`: a random possible action about known objects, or `DONE`, with equal probability."""
+    """Return `eai/random`, which takes a random possible action on known objects, or `DONE`.
+
+    All possible actions and `DONE` have equal probability.
+    """
     rng = _make_rng(game, seed)
 
     def command() -> str:
@@ -68,7 +71,7 @@ def random_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def novel_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/novel`: a random possible action that leads to a new state, or `DONE`."""
+    """Return `eai/novel`, which takes a random possible action that leads to a new state, or `DONE`."""
     rng, visited = _make_rng(game, seed), set[State]()
 
     def command() -> str:
@@ -85,7 +88,7 @@ def novel_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def blind_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/blind`: a random operator with random known objects, possible or not, or `DONE`."""
+    """Return `eai/blind`, which takes a random, perhaps impossible action on known objects, or `DONE`."""
     rng = _make_rng(game, seed)
 
     def command() -> str:
@@ -121,7 +124,7 @@ def gold_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:
-    """Return `eai/planner`, which knows the whole scene and carries out a plan, then says `DONE`.
+    """Return `eai/planner`, which knows the whole scene. It carries out a plan, then says `DONE`.
 
     Raises:
         InputError: the planner finds no plan.
@@ -138,7 +141,7 @@ def _follow(commands: Iterable[str]) -> Agent:
 
 
 def _apply_to(formula: Formula, thing: Constant) -> Formula:
-    """Replace the variable ``x`` of a formula by an object."""
+    """Return a formula with its variable ``x`` replaced by an object."""
     x = Variable("x")
     return rewrite(
         formula,
@@ -149,7 +152,7 @@ def _apply_to(formula: Formula, thing: Constant) -> Formula:
 
 
 class _Explorer:
-    """`eai/explorer`: plans with known objects, and explores if no such plan reaches the goals.
+    """Agent `eai/explorer`, which plans with known objects, and explores if no plan reaches the goals.
 
     It visits the landmarks one by one, then opens containers that may hide objects by the domain's `visible`.
     It says `DONE` if all goals hold, or nothing is left to try.
@@ -222,7 +225,7 @@ class _Explorer:
         return [goal for goal, reached in goals if not reached]
 
     def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
-        """Return a plan for the goals if the objects of pending goals are known or can be made.
+        """Return a plan for the goals; empty if an object of an unmet goal is unknown and cannot be made.
 
         A first search uses only the objects of the goals; a second search uses all known objects.
         """
@@ -296,7 +299,7 @@ class _Explorer:
 
 
 class _GoldSeeker(_Explorer):
-    """Plays the gold plan, and explores before each step until the agent knows the step's objects."""
+    """Agent ``seeker``, which plays the gold plan, and explores for each step's objects before the step."""
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
@@ -310,7 +313,7 @@ class _GoldSeeker(_Explorer):
 
 
 class _Greedy(_Explorer):
-    """`eai/greedy`: takes the action after which the estimated distance to the goals is lowest.
+    """Agent `eai/greedy`, which takes the action with the lowest estimated distance to the goals.
 
     The planner's heuristic makes the estimate. The agent explores as the explorer does. It is not a null
     agent, because it knows the goals: planning one step ahead wins most public tasks.
@@ -324,7 +327,7 @@ class _Greedy(_Explorer):
         self._target = (subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
 
     def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
-        """Return the action with the lowest estimate if the objects of pending goals are known."""
+        """Return the best action by estimated distance; empty if an object of an unmet goal is unknown."""
         game = self._game
         self._visited.add(game.state)
         if not self._game.task.find_named_objects(self._find_pending()) <= game.memory.known:

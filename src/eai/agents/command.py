@@ -1,4 +1,4 @@
-"""Commands: actions as an agent writes them, one a line or in the notation of the benchmark's answers."""
+"""Read and write commands: actions as lines of an agent, or in the notation of the benchmark's answers."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ KINDS = tuple(ENDING_FAULTS)
 """Names of the kinds of impossible actions. Needless actions are counted separately."""
 
 _MAX_RECOVERY_TURNS = 2
-"""Number of turns after a fault within which a possible action counts as recovery."""
+"""Number of turns after an impossible action within which a possible action counts as recovery."""
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
@@ -116,7 +116,10 @@ def _make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
 
 
 def _read_experiment(answer: str) -> Experiment | None:
-    """Return the harness and rules of an episode. The import is delayed, so that reports start fast."""
+    """Return the harness and rules of an episode, or None if the text has no harness and rules.
+
+    The import is delayed, so that reports start fast.
+    """
     from eai.agents.play import EpisodeAnswer, read_episode, rules_label
 
     episode = read_episode(answer)

@@ -31,7 +31,7 @@ MAX_OBSERVATION = 1 << 16
 
 @dataclass(unsafe_hash=True)
 class AnyText(gymnasium.Space[str]):
-    """The space of all texts up to a length, with any characters; samples are printable ASCII.
+    """A gymnasium space of all texts up to a length, with any characters. Samples are printable ASCII.
 
     `gymnasium.spaces.Text` allows only a fixed set of characters. Its observations are lost in the memory
     that `gymnasium.vector.AsyncVectorEnv` shares by default. With `AnyText` it raises an error that asks for
@@ -99,9 +99,9 @@ class TextEnvironment(gymnasium.Env[str, str]):
         if render_mode is not None and render_mode not in _MODES:
             modes = ", ".join(map(repr, _MODES))
             raise InputError(f"render_mode: expected {modes} or None, not {render_mode!r}")
-        if render_mode == CAMERA:  # only some worlds have scenes for a camera
+        if render_mode == CAMERA:  # listed on request, because few worlds have camera scenes
             self.metadata = {**self.metadata, "render_modes": [*_MODES]}
-        # gymnasium's checker renders in every mode
+        # gymnasium's environment checker renders in every mode listed here
         elif "diagrams" not in get_entry_points("eai.offers"):
             self.metadata = {**self.metadata, "render_modes": []}
         self.render_mode = render_mode
@@ -152,7 +152,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return self._game.opening(), {**self._game.info()}
 
     def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
-        """Play one turn.
+        """Play one turn. Return observation, reward, end by the rules, cut-off, and information.
 
         Raises:
             ResetNeeded: no game has begun, or the last one is over.

@@ -1,4 +1,4 @@
-"""Serve episodes to agents outside of this process, each episode with a sealed journal."""
+"""Serve episodes to agents outside of this process. Each episode has a journal that reveals tampering."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class EpisodeServer:
         self._write()
 
     def call(self, place: AnswerKey, command: str) -> str:
-        """Carry out a command in an episode; returns the observation.
+        """Carry out a command in an episode. Return the observation.
 
         The command `LOOK` before the first action returns the whole question.
 
@@ -108,7 +108,7 @@ class EpisodeServer:
         return told
 
     def pictures(self, place: AnswerKey) -> tuple[Image, ...]:
-        """Return the pictures of an observation (`Play.pictures`)."""
+        """Return the pictures of the last observation in an episode (`Session.pictures`)."""
         return self._open_episode(place)[0].pictures()
 
     def end(self) -> None:
@@ -143,7 +143,7 @@ class EpisodeServer:
         self._written.update(begun)
 
     def _append(self, place: AnswerKey) -> None:
-        """Write an episode that has ended into the file of answers."""
+        """Append an episode that has ended to the response file."""
         self._written.add(place)
         with (
             convert_write_errors(self._find_response_file(place)),
@@ -186,5 +186,5 @@ class EpisodeServer:
         return self._open[place]
 
     def _make_ticket(self, place: AnswerKey) -> str:
-        """Return the ticket of an episode. It stays the same after a restart of the server."""
+        """Return the ticket of an episode, a secret text that is equal after a restart of the server."""
         return hmac.new(self._key, f"ticket {place[1]} {place[0]}".encode(), "sha256").hexdigest()

@@ -58,7 +58,7 @@ class _Info(TypedDict, total=False):
 
 
 class _StepResult(NamedTuple):
-    """The outcome of an action, as `gymnasium.Env.step` returns it."""
+    """The outcome of a turn, with the fields of the tuple that `gymnasium.Env.step` returns."""
 
     observation: str
     reward: float
@@ -80,7 +80,7 @@ class _CommandOutcome(NamedTuple):
 
 
 class Game:
-    """One game of a task.
+    """One game of a task, played by commands.
 
     Args:
         stage: the task, ready to be played.
@@ -124,7 +124,7 @@ class Game:
 
     @property
     def memory(self) -> Memory:
-        """The memory of the agent up to the present state, even if turns report only outcomes."""
+        """The agent's memory, up to the present state even if turns report only outcomes."""
         if self._memory.observation.state is not self.state:
             self._memory.update(self.state)
         return self._memory
@@ -255,7 +255,7 @@ class Game:
         return self._make_result(tried, repairs, done=meant is None)
 
     def _answer(self, meant: str) -> _StepResult:
-        """Answer a question: name the object that the instruction means. A question costs an action."""
+        """Answer the agent's question which object the instruction means. A question costs an action."""
         self._memory.has_looked = False
         self._turns += 1
         if self._has_no_actions_left:
@@ -295,7 +295,7 @@ class Game:
 
     @property
     def _has_no_actions_left(self) -> bool:
-        """Whether the limit of actions is exceeded.
+        """Whether the number of turns exceeds the limit of actions.
 
         After the last allowed action, `DONE` is still allowed.
         """

@@ -118,7 +118,7 @@ class GameSetup:
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
     def make_endless(self) -> GameSetup:
-        """Return the setup with the same view, but without slips and limits, and with an end by `DONE`."""
+        """Return a setup with an equal view, but without slips and limits, whose games end by `DONE`."""
         stage = copy(self)
         stage.rules = self.rules.model_copy(
             update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}

@@ -1,4 +1,4 @@
-"""Sealed journals of episodes, which agents outside of this process cannot change unnoticed.
+"""Write and read journals of episodes, sealed so that agents cannot change journals unnoticed.
 
 Each line of a journal has a seal and a JSON object. The first object has the task and the setting. Each
 further object has the command of a turn and the digest of its observation. The last object has the reason for
@@ -28,7 +28,9 @@ _KEY_BYTES = 32
 
 
 def read_key(folder: Path) -> bytes:
-    """Return the key of the journals in a folder, readable only for its owner; a new key is random.
+    """Return the key that seals the journals in a folder. If there is no key, make a random one.
+
+    Only the owner of the key's file can read it.
 
     Raises:
         InputError: the key cannot be read or written.
@@ -203,7 +205,7 @@ class Journal:
             self.ended = why
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the journal's file."""
         self._file.close()
 
     def _add(self, line: Mapping[str, object]) -> None:

@@ -34,7 +34,7 @@ SignedFact: TypeAlias = tuple[str, Fact]
 
 @dataclass(frozen=True, eq=False)
 class _VisibleFacts:
-    """The visible facts of one predicate, listed and rendered on first use."""
+    """The visible facts of one predicate, which are listed and written as text on first use."""
 
     list_facts: Callable[[], Sequence[Fact]]
     render: Callable[[Iterable[Fact]], Iterable[str]]
@@ -51,7 +51,7 @@ class _VisibleFacts:
 
 
 class _Observation(NamedTuple):
-    """The visible part of a state.
+    """A state, with the objects and facts that are visible in it.
 
     Attributes:
         state: the state.
@@ -124,7 +124,7 @@ class Observer:
         return "\n".join([f"{self.render_names(objects)} {kind}" for kind, objects in by_kind.items()])
 
     def render_names(self, chosen: Iterable[int]) -> str:
-        """Return the names of objects, with ranges for names that are numbered in a row."""
+        """Return the names of objects as text. Names with consecutive numbers become ranges."""
         return shorten_names([self._names[index] for index in chosen])
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
@@ -148,7 +148,7 @@ class Observer:
         ]
 
     def observe(self, last: _Observation, state: State, stored: StateChange) -> _Observation:
-        """Return the observation of a state.
+        """Return the observation of a state, by updating an earlier observation.
 
         Args:
             last: an earlier observation in the same episode.
@@ -272,14 +272,14 @@ class Memory:
         return self.describe(self.observation.visible)
 
     def describe(self, objects: Collection[int]) -> str:
-        """Return a description of objects, and the visible facts or a note that pictures show them."""
+        """Return text on some objects and the visible facts, or a note that pictures show the facts."""
         described = self._observer.render_objects(objects)
         is_pictured = self._feedback == "pictures"
         facts = "What the pictures show." if is_pictured else self.observation.text or "-"
         return f"Objects [kind]: properties\n{described}\n\nNow:\n{facts}"
 
     def update(self, state: State) -> str:
-        """Observe a later state.
+        """Update the memory with the next state.
 
         Return text about visible changes, and about the objects that are visible for the first time.
         """
@@ -330,7 +330,7 @@ class Memory:
 
 
 def make_task_text(task: Task, wording: Wording, rules: GameRules) -> str:
-    """Return the instruction, goals and explanations, with which the first observation begins."""
+    """Return the beginning of the first observation: the instruction, the goals and explanations."""
     parts = [f"{task.title}\n{task.instruction}"]
     parts += [f"Goals:\n{wording.describe_goals(task)}"] if task.prompts_state_goals else []
     parts += explain_goals("environment", [task], Templates())

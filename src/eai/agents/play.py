@@ -144,7 +144,7 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
 
 
 _MAX_TURNS = 100_000
-"""Maximum number of turns of an episode."""
+"""Maximum number of turns in the text of an episode."""
 
 _MAX_NAME_LENGTH = 100
 """Maximum number of characters of a harness's name."""
@@ -158,7 +158,7 @@ _Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")
 
 @dataclass(frozen=True, slots=True)
 class _Command:
-    """A command of an episode.
+    """A command in the text of an episode.
 
     Attributes:
         said: the command.

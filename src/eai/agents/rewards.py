@@ -145,7 +145,7 @@ class TrlHousehold:
         return self._game.act(command).observation
 
     def get_reward(self) -> float:
-        """Return the value of the episode, by the same definition as `eai.Reward`."""
+        """Return the value of the episode up to now, as `eai.Reward` defines it."""
         return 0.0 if self._game is None else self._game.final_worth
 
 
@@ -244,7 +244,10 @@ class SkyRlTask:
         self._metrics: Mapping[str, float] = {}
 
     def step(self, action: str) -> dict[str, Any]:
-        """Return the reward of the answer. The episode ends with this step."""
+        """Return the reward of the answer, with the other fields of a SkyRL step.
+
+        The episode ends with this step.
+        """
         grade = grade_of(self._task, answer_of(action), self._shaping)
         self._metrics = grade.metrics
         return {
@@ -255,5 +258,5 @@ class SkyRlTask:
         }
 
     def get_metrics(self) -> dict[str, float]:
-        """Return the metrics of the last answer."""
+        """Return the metrics of the last answer, by name."""
         return dict(self._metrics)

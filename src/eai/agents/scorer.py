@@ -167,7 +167,7 @@ class _ActingScorer(Scorer):
     def _make_verdict(
         self, game: Game, episode: EpisodeAnswer, turns: tuple[Turn, ...], ended: str
     ) -> ActingVerdict:
-        """Return the verdict.
+        """Return the verdict on an episode after the last replayed turn.
 
         If no turn was played, no goal counts as reached, even if it holds at the start.
         """
@@ -261,7 +261,9 @@ Moment: TypeAlias = tuple[State, Sequence[str]]
 def find_loss(
     task: Task, domain: Domain, moments: Sequence[Moment], states: int
 ) -> tuple[Recoverability, int | None]:
-    """Return whether the goals can be reached at the end; if not, the first turn after which they cannot.
+    """Return whether the goals can be reached at the end.
+
+    If not, also return the first turn after which they cannot.
 
     The agent may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
     goals can be reached. A search through all reachable states shows that they are lost. For goals

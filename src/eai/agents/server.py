@@ -50,7 +50,7 @@ MAX_BODY = 65_536
 """Maximum size of a request, in bytes."""
 
 MAX_COMMAND = 2_000
-"""Maximum length of a command, in characters."""
+"""Maximum length of a command in a tool call, in characters."""
 
 _MAX_CONNECTIONS = 1_000
 
@@ -174,14 +174,14 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def serve_http(worlds: EpisodeServer, app: Starlette, listener: socket.socket) -> None:
-    """Serve an application until the process is interrupted."""
+    """Serve an application on a socket until the process is interrupted."""
     config = uvicorn.Config(app, log_level="warning", server_header=False, limit_concurrency=_MAX_CONNECTIONS)
     server = uvicorn.Server(config)
     asyncio.run(_run_until_done(worlds, partial(server.serve, [listener])))
 
 
 async def _run_until_done(worlds: EpisodeServer, run: Callable[[], Awaitable[None]]) -> None:
-    """Run a server. On the signal USR1, all episodes end as soon as no call is under way."""
+    """Run a server. On the signal USR1, end all episodes as soon as no tool call is running."""
     if sys.platform != "win32":
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, worlds.end)
     await run()

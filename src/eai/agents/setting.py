@@ -24,7 +24,7 @@ REACT, TEXT = "react", "text"
 
 
 PICTURES = "pictures"
-"""The feedback by which only rendered pictures show the facts."""
+"""Name of the feedback in which only rendered pictures show the facts."""
 
 
 class Setting(Options):
@@ -66,7 +66,7 @@ class Setting(Options):
 
     @classmethod
     def from_metadata(cls, about: Mapping[str, Any]) -> Setting:
-        """Return the setting in the metadata of a question; the standard setting without one."""
+        """Return the setting in a question's metadata, or the standard setting if there is no setting."""
         stated = about.get(AGENT)
         return STANDARD if stated is None else cls.model_validate_json(stated)
 

@@ -21,7 +21,7 @@ HOW_TO_READ = (
 """Explanation of shortened lists for agents."""
 
 _MIN_RANGE = 3
-"""Minimum number of names in a range."""
+"""Minimum number of consecutive names that are written as a range."""
 
 _MAX_RANGE = 100_000
 """Maximum number of names to which a range is expanded."""
@@ -32,12 +32,12 @@ _FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
 _THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
 
 Write: TypeAlias = Callable[[str, Sequence[str]], str]
-"""Function that writes a sentence: a predicate holds of objects with these names."""
+"""Function that writes a fact, given the name of a predicate and the names of its objects."""
 
 
 @lru_cache(1 << 16)
 def _split_number(name: str) -> tuple[str, int]:
-    """Return a name without its number, and the number, or -2 if the name has no number."""
+    """Return a name without the number at its end, and the number, or -2 for a name without a number."""
     match = _NUMBERED.fullmatch(name)
     return (name, -2) if match is None else (match[1], int(match[2]))
 

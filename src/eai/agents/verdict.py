@@ -84,7 +84,7 @@ class ActingVerdict(PlanVerdict):
 
     @property
     def actions(self) -> tuple[Turn, ...]:
-        """The turns at which an action was tried."""
+        """The turns in which an action was tried."""
         return tuple([turn for turn in self.turns if turn.is_action])
 
     @property

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A model and how to reach it.
+    """A model, and the server and arguments by which it is called.
 
     Attributes:
         model: an Inspect model name, built-in ones included (``eai/oracle``).
@@ -95,7 +95,7 @@ class FirstStage:
 
     @property
     def earliest(self) -> FirstStage:
-        """First stage of the chain that ends with this stage."""
+        """The first of the successive stages that end with this stage."""
         return self if self.previous is None else self.previous.earliest
 
     @property
@@ -128,7 +128,7 @@ class Variation(Options):
 
     @property
     def heading(self) -> str:
-        """Line that describes the choice for readers."""
+        """Line that describes the chosen options for readers; empty without a choice."""
         return ""
 
     @property
@@ -146,7 +146,7 @@ class Variation(Options):
 
     @property
     def attempts(self) -> AttemptOptions | None:
-        """The attempts at each task, or None for one attempt in a world where every action works."""
+        """The options of attempts at each task, or None for one attempt in which every action works."""
         return None
 
     def record_choice(self, study: str) -> StudyChoice | None:
@@ -209,7 +209,7 @@ class _Combination(Variation):
 
     @property
     def choice(self) -> str:
-        """Names of the choices of all studies, joined by "and"."""
+        """Names of the chosen options of all studies, joined by "and"."""
         return " and ".join([variation.choice for variation in self.chosen])
 
     @property
@@ -219,7 +219,7 @@ class _Combination(Variation):
 
     @property
     def attempts(self) -> AttemptOptions | None:
-        """The attempts at each task, or None for one attempt in a world where every action works."""
+        """The options of attempts at each task, or None for one attempt in which every action works."""
         return next((choice.attempts for choice in self.chosen if choice.attempts is not None), None)
 
     @property

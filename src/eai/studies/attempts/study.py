@@ -70,7 +70,7 @@ class _Arm:
 
     @property
     def options(self) -> AttemptOptions:
-        """Options of the arm's attempts."""
+        """Options of the arm for attempts: their number, feedback, and failing actions."""
         return AttemptOptions.from_experiment(self.experiment) or AttemptOptions()
 
     @property
@@ -260,7 +260,7 @@ _SCREEN_COLUMNS = (
     *("arm", "attempts", "task success", "execution success"),
     *("told nothing", "with feedback", "difference"),
 )
-"""Columns of the tables on the screen."""
+"""Names of the columns that the tables show on the screen."""
 
 
 class _ReplanningOptions(Variation):
@@ -323,7 +323,7 @@ class _ReplanningOptions(Variation):
 
     @property
     def attempts(self) -> AttemptOptions | None:
-        """The attempts at each task, or None for a plain run.
+        """The options of attempts at each task, or None for one attempt with working actions.
 
         Options without an effect have the values of a plain run. By default, feedback explains failures.
         If a new attempt continues in the last state, an attempt ends with the goal by default.

@@ -1,4 +1,4 @@
-"""Rank correlation and logistic regression with intervals for observations in clusters.
+"""Compute rank correlations and logistic regressions, with intervals for observations in clusters.
 
 A cluster holds similar observations. Intervals are from a jackknife, which leaves out one cluster after the
 other, with Student's quantile for (number of clusters - 1) degrees of freedom. The regression approximates

@@ -68,7 +68,7 @@ FEATURES = tuple([field.name for field in fields(Features) if field.name != "gro
 A feature that always equals another feature is left out."""
 
 MIN_TASKS = 5
-"""Minimum number of tasks in a bin; smaller bins are marked."""
+"""Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""
 
 _AnswersBySuite: TypeAlias = Mapping[SuiteKey, Sequence[AnswerLine]]
 _ShareOf: TypeAlias = Callable[[AnswerLine], Share]

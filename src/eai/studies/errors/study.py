@@ -98,7 +98,7 @@ def _unmet_kinds(answer: AnswerLine) -> Iterator[str]:
 def error_tables(
     answers: Sequence[AnswerLine], clauses: Sequence[ClauseLine], *, examples: int, explorer: str | None
 ) -> list[Table]:
-    """Return the tables on errors of answers.
+    """Return the tables that count errors of answers and of operators.
 
     Args:
         answers: the answers.

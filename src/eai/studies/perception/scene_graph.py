@@ -66,7 +66,7 @@ class SceneGraph:
 
 
 def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
-    """Read the scene graph in an answer.
+    """Read the scene graph in the text of an answer.
 
     Args:
         text: the answer.
@@ -108,7 +108,7 @@ def _fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:
 
 
 def graph_of(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
-    """Return the scene graph with these objects and facts, each kept once."""
+    """Return a scene graph with some objects and facts. Repeated objects or facts are kept once."""
     return SceneGraph(tuple(dict.fromkeys(objects)), tuple(dict.fromkeys(facts)))
 
 
@@ -195,7 +195,7 @@ class SceneWords:
         return self.wording.answer_names.get(predicate, predicate)
 
     def names(self, task: Task) -> list[str]:
-        """Return the name of each object of the scene."""
+        """Return the names of a scene's objects, in the order of the scene."""
         return [self.wording.object_name(task, index) for index in range(len(task.scene.objects))]
 
     def list_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
@@ -219,7 +219,7 @@ class SceneWords:
         )
 
     def to_named_fact(self, fact: Fact, names: Sequence[str]) -> NamedFact:
-        """Return a fact with the names of its objects."""
+        """Return a fact with names of its predicate and objects as scene graphs write them."""
         return NamedFact(self.spelling(fact.predicate), tuple([names[index] for index in fact.arguments]))
 
     def _list_described(self, stored: Iterable[str]) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ class _StagedPerception(Perception):
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
-        """Return the stage that finds the scenes. Its modules are imported only by a run."""
+        """Return the stage that finds the scenes. The modules of the stage are imported only in a run."""
         from eai.studies.perception.scenes import find_scenes
 
         return FirstStage(library, wanted, ask, partial(find_scenes, self))
@@ -121,11 +121,11 @@ class _ComparedRuns:
 
     @cached_property
     def perceived_tasks(self) -> list[_PerceivedTask]:
-        """The tasks of all runs whose perceived scene is recorded."""
+        """The perceived scene and contribution of each task, in all runs, that has a recorded scene."""
         return [task for name in self.runs for task in self.list_perceived_tasks(name)]
 
     def list_perceived_tasks(self, name: str) -> list[_PerceivedTask]:
-        """Return the tasks of a run whose perceived scene is recorded."""
+        """Return the perceived scene and contribution of each task of a run that has a recorded scene."""
         cases = {case.task: case for case in self.cases(name)}
         return [
             _PerceivedTask(perceived, cases[record.task_id])

@@ -275,7 +275,7 @@ def _compare_cases(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estima
 
 
 def pool_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
-    """Return several pairs of runs as one pair.
+    """Return one pair that has the records of several pairs of runs.
 
     Task ids get the number of the pair, so that equal tasks of several pairs stay apart. Names of tasks are
     kept.
@@ -304,7 +304,7 @@ def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
 
 
 def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
-    """Yield the analyses of operators, then those of pipelines: each model, then all models of a suite.
+    """Yield the analyses of operators, then an analysis for each pipeline, and one for all models of a suite.
 
     Args:
         records: the records.
@@ -377,7 +377,7 @@ def _make_pair(one: Run, other: Run, source: Source, goals: Path | None, *, sear
 def _find_reachable(
     benchmark: Benchmark, answers: Mapping[str, str], source: Source
 ) -> Iterator[tuple[str, bool]]:
-    """Yield each task id, and whether a plan for the stated goals also reaches the goals of the task."""
+    """Yield each task id with whether a plan for the stated goals also reaches the goals of the task."""
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
     stated = replace_goals(benchmark, answers)
     book = open_planned_book(stated, Ability.ACTION_SEQUENCING, source, Limits(_MAX_SEARCH_EFFORT))

@@ -70,7 +70,7 @@ class _OperatorChain:
 
     @staticmethod
     def open(domain: str, source: Source) -> _OperatorChain:
-        """Return the chain of a benchmark under the default protocol."""
+        """Open the suites of a benchmark under the default protocol, and return its chain."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
         return _OperatorChain(
             open_suite(benchmark, ability, source=source),
@@ -104,7 +104,7 @@ class _OperatorChain:
         return UNTRANSLATED if plan is None else self._find_plan_end(task_id, plan)
 
     def translate_plan(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
-        """Return the planner's plan as an answer to action sequencing.
+        """Translate the planner's plan to an answer to action sequencing, or None.
 
         The result is None if a step stands for no action, or if its number of objects differs from its
         operator's.
@@ -132,7 +132,7 @@ class _OperatorChain:
         return notation.join(notation.write(meant, task.scene)) if len(meant) == len(steps) else None
 
     def _is_planned(self, task_id: str) -> bool:
-        """Whether action sequencing has the task and does not exclude it."""
+        """Whether the suite of action sequencing has the task and does not exclude the task."""
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 

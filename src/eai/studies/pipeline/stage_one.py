@@ -131,7 +131,7 @@ def goal_counts(verdict: object) -> Confusion:
 def read_interpretations(
     path: Path, benchmark: Benchmark, source: Source, model: str = ""
 ) -> Interpretations:
-    """Return the answers to goal interpretation in a response file, in records, or in a folder of either.
+    """Return the answers to goal interpretation in a file of responses or records, or a folder of such files.
 
     Records in a folder come before response files.
 
@@ -253,7 +253,7 @@ def add_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite)
 
 
 def summarize_goals(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
-    """Return the summary of the goals and subgoals that a question stated.
+    """Return the summary of a question's stated goals and subgoals, to be stored in the record of the answer.
 
     Args:
         record: the record of the answer.

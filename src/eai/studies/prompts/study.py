@@ -34,7 +34,7 @@ from eai.tasks.options import Options
 _ROUNDING = 1e-9
 
 PLAIN = "(no name)"
-"""Label of a run with the usual prompts, which have no name."""
+"""Label of a run with the package's usual prompts, which have no name."""
 
 BEST_PROMPTS = 3
 
@@ -82,7 +82,7 @@ def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
 
 
 def average_ranks(rating: Sequence[float]) -> list[float]:
-    """Return the rank of each value, 1 for the lowest; equal values share the mean of their ranks."""
+    """Return the rank of each value, 1 for the lowest value. Equal values share the mean of their ranks."""
     ranks = group_pairs((value, rank) for rank, value in enumerate(sorted(rating), 1))
     return [sum(ranks[value]) / len(ranks[value]) for value in rating]
 

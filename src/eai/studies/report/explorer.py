@@ -44,12 +44,12 @@ _VIEWER = "http://127.0.0.1:7575/#/logs"
 
 
 Owner: TypeAlias = Literal["agent", "object", "other"]
-"""Kind of object on a tile of a picture: the agent, an object that the task is about, or another object."""
+"""Kind of the object that a tile shows: the agent, an object that the task is about, or another object."""
 
 
 @dataclass(slots=True)
 class Tile:
-    """One object in a picture of a scene.
+    """The rectangle of one object in a picture of a scene.
 
     Attributes:
         name: name of the object.

@@ -23,7 +23,7 @@ _LINE = 0.19
 """Height of a panel's line, which shows one metric, in inches."""
 
 _HEAD = 0.5
-"""Height of a panel's title and margins, without its lines, in inches."""
+"""Height of a panel's title and margins, without the panel's lines, in inches."""
 
 _FOOT = 0.75
 """Height of the page's title and legend, in inches."""
@@ -110,7 +110,7 @@ def _number_of(lines: _Lines) -> int:
 
 
 def _others(tables: Sequence[Ranking]) -> str | None:
-    """Return the legend's text on the grey ticks of the paper's models, or None without ticks."""
+    """Return the legend's text on the grey ticks of the paper's models, or None if no ticks are drawn."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source == "paper"}
     scored = {row.model for row in rows if row.source == "published"}

@@ -55,7 +55,7 @@ _PANEL = (3.5, 2.5)
 """Width (one column of a page) and height of a panel, in inches, so that a page shows fonts unscaled."""
 _LEGEND_ROW = 0.17
 _LEGEND_COLUMNS = {1: 1, 2: 3}
-"""Number of columns of the legend, by number of panels."""
+"""Number of columns of a figure's legend, by the figure's number of panels."""
 _MARKS = "os^Dv<>ph"
 _STYLES = ("-", "--", ":", "-.")
 _MODEL_DISTANCE = 0.09
@@ -290,7 +290,7 @@ def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
 
 _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
-"""Width and height of a model's panel, in inches."""
+"""Width and height of a model's panel in the figure of the flow of answers, in inches."""
 _BETWEEN = (6.1, 180.0)
 """Distance between the panels of two models: to the right in stages, down in percent of answers."""
 _STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")

@@ -487,7 +487,7 @@ def make_ranking(
 
 
 def _merge_notes(*notes: Iterable[str]) -> tuple[str, ...]:
-    """Return footnotes without repetition, in the order in which rows first use them."""
+    """Return the texts of footnotes, each once, in the order in which rows first use them."""
     return tuple(dict.fromkeys(chain(*notes)))
 
 

@@ -30,7 +30,7 @@ def place_of_column(column: MetricColumn, domain: str) -> PaperColumn:
 
 @dataclass(frozen=True, slots=True)
 class TableSpec:
-    """The definition of one table.
+    """The definition of one table of a report.
 
     Attributes:
         name: name of the table in files.
@@ -47,12 +47,12 @@ class TableSpec:
 
 
 def ability_title(ability: Ability) -> str:
-    """Return the title of an ability in headings."""
+    """Return the title by which headings name an ability."""
     return declaration_of(ability).title
 
 
 def suite_title(domain: str, ability: Ability) -> str:
-    """Return the title of a suite in tables."""
+    """Return the title by which tables name a suite: benchmark and ability."""
     return f"{title_of(domain)}, {ability_title(ability).lower()}"
 
 
@@ -101,7 +101,7 @@ def _operators() -> Iterator[TableSpec]:
 
 @cache
 def _paper_tables() -> tuple[TableSpec, ...]:
-    """Return the tables of the paper's abilities, in order."""
+    """Return the definitions of the tables on the paper's abilities, in order."""
     plans = [ability for ability in _IN_TABLES if declaration_of(ability).has_plans]
     return (
         _overview(),
@@ -113,13 +113,13 @@ def _paper_tables() -> tuple[TableSpec, ...]:
 
 
 def tables_of(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
-    """Return the tables of a report on some abilities: the paper's tables, and one for each other ability."""
+    """Return the definitions of a report's tables: the paper's tables, and one for each other ability."""
     others = sorted(set(abilities).difference(PAPER_ABILITIES), key=ability_rank)
     return (*_paper_tables(), *map(_one_table, others))
 
 
 def find_table(ability: Ability) -> TableSpec:
-    """Return the first table that shows only results of one ability."""
+    """Return the definition of the first table that shows only results of one ability."""
     if ability not in PAPER_ABILITIES:
         return _one_table(ability)
     return next(spec for spec in _paper_tables() if {column.ability for column in spec.columns} == {ability})

@@ -83,7 +83,7 @@ def try_records(
 def try_operators(
     scorer: TransitionModeling, record: Record, replaced: ReplacedPart = "operator"
 ) -> Iterator[OperatorTrial]:
-    """Yield a trial for each operator that a task asks for.
+    """Yield a trial (one planning result) for each operator that a task asks for.
 
     An excluded answer has no trials. A missing answer has no operators, so all of its trials fail.
     """
@@ -122,7 +122,7 @@ def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]
 
 
 def sensitivity_tables(trials: Sequence[OperatorTrial]) -> list[Table]:
-    """Return the tables on operators that break plans."""
+    """Return the tables that show which operators of answers break plans."""
     return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials_table(trials)]
 
 
@@ -138,7 +138,7 @@ def group_cases(trials: Iterable[OperatorTrial]) -> dict[tuple[str, str], list[C
 def _group_trials(
     trials: Sequence[OperatorTrial],
 ) -> Iterator[tuple[tuple[str, ...], list[OperatorTrial], list[str]]]:
-    """Yield the trials of each suite, model and replaced part, with their key and the suite's operators.
+    """Yield for each suite, model and replaced part: this key, its trials, and the suite's operators.
 
     The operators are sorted by success, lowest first.
     """
