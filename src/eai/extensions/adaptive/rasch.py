@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Matrix = NDArray[np.float64]
 
 DIFFICULTY_SPREAD = 2.0
-"""Standard deviation of the prior of difficulties, in logits."""
+"""Standard deviation of the prior distribution of task difficulties, in logits."""
 
 _MAX_STEPS = 200
 _CONVERGENCE_LOGITS = 1e-10

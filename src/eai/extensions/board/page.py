@@ -119,7 +119,7 @@ def build_board(paths: Sequence[Path], source: Source, *, told: Callable[[str], 
 
 
 def _find_submissions(path: Path) -> list[Path]:
-    """Return the paths of submissions and seasons at a path, by name. Hidden and other files are ignored."""
+    """Return the paths of submissions and seasons at a path, sorted by name. Other files are ignored."""
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     if path.suffix.lower() == ZIP or any((path / name).is_file() for name in (DESCRIPTION, MANIFEST)):

@@ -180,7 +180,7 @@ def _refusals(runs: Sequence[Run]) -> Iterator[Row]:
 
 
 def _refusal_cells(answers: _JudgedAnswers) -> list[Cell]:
-    """Return the cells of a row of the table of refusals, from `success` to `reason`."""
+    """Return the cells of one row of the table of refusals, in the columns from `success` to `reason`."""
     answered = [answer for answer in answers if not answer[1].declines]
     plain = [answer for answer in answers if not answer[0].should_decline]
     special = [answer for answer in answers if answer[0].should_decline]

@@ -76,7 +76,7 @@ class QuestionSetting:
 
     @property
     def domain(self) -> Domain:
-        """The declared domain of the task."""
+        """The domain (predicates and operators) of the task."""
         return self.rules.domain
 
     @property
@@ -379,7 +379,10 @@ ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], Item | No
 def find_texts_with_counterpart(
     right: Sequence[str], wrong: Sequence[str], operator: Callable[[str], str]
 ) -> frozenset[str]:
-    """Return the texts whose operator occurs in both a right and a wrong text, so that it reveals nothing."""
+    """Return the texts whose operator occurs in both a right and a wrong text.
+
+    The operator of such a text does not reveal whether the text is right.
+    """
     shared = set(map(operator, right)) & set(map(operator, wrong))
     return frozenset([text for text in (*right, *wrong) if operator(text) in shared])
 

@@ -51,7 +51,7 @@ _QUESTIONS_PER_TOLERANCE = 10
 """Number of questions after which the tolerated imbalance of traits grows by one."""
 
 _MAX_OCCURRENCES = 5
-"""Maximum number of occurrences of a statement's names in the question's text that are told apart."""
+"""Maximum count of occurrences of a statement's names in the question's text. More count as this number."""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")

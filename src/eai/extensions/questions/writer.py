@@ -51,9 +51,9 @@ _MAX_FAILURES = 5
 
 
 _ANSWER_BLOCKS = 16
-"""Number of blocks in the order of right answers, after which the order repeats.
+"""Number of blocks in the order of right answers. The order repeats after them.
 
-Each block has every letter once.
+In each block, every letter is the right answer once.
 """
 
 _NEED_RULES = frozenset(

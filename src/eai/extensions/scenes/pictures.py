@@ -83,7 +83,7 @@ def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[i
 
 
 def _list_visible(objects: Any) -> Iterator[tuple[int, Any, Any]]:
-    """Yield each object with `_MIN_PIXELS` visible pixels, and the rows and columns of these pixels."""
+    """Yield objects with enough visible pixels (`_MIN_PIXELS`), and the rows and columns of their pixels."""
     for thing in np.unique(objects[objects >= 0]).tolist():
         rows, columns = np.nonzero(objects == thing)
         if len(rows) >= _MIN_PIXELS:

@@ -1,4 +1,4 @@
-"""Render scenes with bodies. Without the extra `physics`, the error is one line that names this extra."""
+"""Render scenes with bodies. Without the extra `physics`, functions raise an error that names this extra."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords
 from eai.studies.report.explorer import Tile
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
-"""Arrows that texts put before a relation's second object: for relations in both directions, and in one."""
+"""Arrows in texts of relations: for a relation that holds in both directions, and for one direction only."""
 
 HANDS = "(hands)"
 """Name of the tile with the objects in the hands, for scenes in which no object is the agent."""
