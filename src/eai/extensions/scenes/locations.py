@@ -81,7 +81,7 @@ class ObjectLocations:
             thing = carrier[1]
 
     def count_carriers(self, thing: int) -> int:
-        """Return the number of objects below one: its carrier, the carrier of this carrier, and so on."""
+        """Return the number of an object's carriers: its carrier, the carrier of this carrier, and so on."""
         return len(list(self.list_carriers(thing)))
 
     def is_shut_in(self, thing: int) -> bool:
