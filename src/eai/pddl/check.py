@@ -109,8 +109,8 @@ class Declarations:
 
     Attributes:
         parents: the direct supertype of each declared type.
-        predicates: the declaration of each predicate, by name.
-        constants: the type of each constant, by name.
+        predicates: mapping from the name of each predicate to its declaration.
+        constants: mapping from the name of each constant to its type.
     """
 
     parents: Mapping[str, str]

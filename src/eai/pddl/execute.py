@@ -188,7 +188,7 @@ class _StateEvaluation:
         return unite_supports(supports)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
-        """Yield the arguments, among given values, for which a predicate is true; None is any value."""
+        """Yield the rows of arguments with given values that make a predicate true; None allows any value."""
         rows: Iterable[_Row] = self._rows.get(predicate, ())
         for place, value in enumerate(values):
             if value is not None:

@@ -126,10 +126,10 @@ class FastDownward:
 
     @classmethod
     def find_installed(cls, cpu_seconds: int = 100) -> FastDownward:
-        """Return the planner that the current Python environment has.
+        """Return the planner installed in the current Python environment.
 
         Raises:
-            DataError: the planner is not installed. The message says how to install it.
+            DataError: the planner is not installed. The message has the install command.
         """
         binaries = _find_binaries()
         if binaries is None:

@@ -319,8 +319,8 @@ class ConditionWriter:
     def _pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return the condition of a pairing: enough pairs of different objects satisfy a body.
 
-        The number of pairs is that of the formula or, if it has none, the number of objects of the smaller
-        category.
+        The formula states the number of pairs. Without a number, each object of the smaller category is in a
+        pair.
         """
         if self._scene is None:
             raise DomainError("a pairing of objects has a PDDL form in goals only")

@@ -55,7 +55,7 @@ class _GroundAction(NamedTuple):
 _ALWAYS = _GroundCondition(0, 0, ())
 
 _LOOKS_PER_SUCCESSOR = 10
-"""Number of looks, the unit of the search budget, that one successor costs."""
+"""Cost of one successor in looks, the unit of the search budget."""
 
 _Key = tuple[str, ...]
 _Binding = Mapping[str, str]
@@ -403,7 +403,7 @@ class GroundProblem:
     def successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
         """Yield the successors of a state with given literals, in the order of the actions.
 
-        Each successor comes after the number of its action, which is given as a bit.
+        Before each successor stands a mask with the bit of its action's number.
         """
         possible = self._every_action
         for literal, needing in self._needing.items():

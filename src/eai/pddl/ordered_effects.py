@@ -215,7 +215,7 @@ class _OrderedEffects:
 
 
 def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
-    """Whether the form of a condition shows that at most one value of a variable can satisfy it."""
+    """Whether a condition has a form that at most one value of a variable can satisfy."""
     match condition:
         case f.And(operands):
             return any(is_single(operand, variable, vocabulary) for operand in operands)

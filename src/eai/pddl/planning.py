@@ -90,7 +90,7 @@ class PlanningTask:
 
 
 def refuse_task(finding: PddlFinding) -> PlannerResult:
-    """Return the result of a task that violates PDDL, which no planner needs to see; None for other tasks."""
+    """Return the result for a task that violates PDDL, as a finding states. No planner needs to see it."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 

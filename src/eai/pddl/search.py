@@ -389,7 +389,7 @@ class _Pairs:
             pass
 
     def allow(self, needed: int) -> bool:
-        """Whether all literals of a mask may hold together, as far as pairs show."""
+        """Whether no two literals of a mask exclude each other, judged by pairs."""
         return self._looks.is_exceeded or self._find_companions(self._plain(needed)) is not None
 
     def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:

@@ -97,11 +97,11 @@ class BeliefSet:
     """The beliefs that questions state instead of the facts: goals in a pipeline, or perceived scenes.
 
     Attributes:
-        beliefs: the belief that each question states, by task.
+        beliefs: mapping from each task to the belief that its question states.
         experiment: the experiment of a run with these questions.
-        missing_reason: reason why a task without a belief has no question.
-        metadata: metadata of questions for built-in models, by task.
-        summaries: summaries of answers to these questions, by task and study.
+        missing_reason: reason why tasks without a belief have no question.
+        metadata: mapping from each task to the metadata of its question, for built-in models.
+        summaries: mapping from task and study to the study's summary of the answer.
         look: the simulated perception of a changed scene; None if questions describe the scene without
             errors.
     """
@@ -174,7 +174,7 @@ class ModelAnswers:
         name: the model's name as part of file names.
         prompts: mapping from each task to its question.
         answers: mapping from task and epoch to the answer.
-        failures: reason for each missing answer, by task and epoch.
+        failures: mapping from task and epoch to the reason why the answer is missing.
         epochs: number of answers requested for each task.
         trials: the trials that carried answers out; None if each question was sent once.
         attempts: mapping from task and epoch to all attempts, in an experiment with attempts.

@@ -171,7 +171,7 @@ class PublishedSuite:
         data_sha256: digest of the data that the answers were scored against.
         tasks: number of tasks of the suite.
         metrics: names of the metrics.
-        models: answers by the paper's name of the model, sorted by name.
+        models: mapping from the paper's name of each model to its answers, sorted by name.
         notes: notes for readers of the numbers.
     """
 

@@ -285,7 +285,7 @@ def _drop_planner(suite: Suite) -> Suite:
 
 
 def metrics_of(credit: Credit | None) -> dict[str, float]:
-    """Return the metrics of a grade by name; the argument is None for a task that pays no reward."""
+    """Return a mapping from the names of a grade's metrics to their values, for any credit or None."""
     if credit is None:
         return dict.fromkeys(METRICS, 0.0)
     faults = {f"fault.{kind.value}": float(credit.faults.get(kind, 0)) for kind in FaultKind}

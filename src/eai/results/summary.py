@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 
 def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
-    """Return all metrics of the paper's tables for an ability, by name. Excluded verdicts do not count.
+    """Return a mapping from the metrics of the paper's tables for an ability to their rates.
 
-    Metrics without any verdict are present as rates without cases.
+    Excluded verdicts do not count. Metrics without any verdict are present as rates without cases.
     """
     declared = declaration_of(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)

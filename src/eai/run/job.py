@@ -130,14 +130,14 @@ class Pace(Options):
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """The questions of one suite to one model, by task id, in the order of the data set.
+    """The questions of one suite to one model, in the order of the data set.
 
     Attributes:
         suite: the suite.
-        prompts: the questions by task id, in order.
+        prompts: mapping from task ids to questions, in order.
         epochs: number of answers to each question.
         trials: carry answers out in an experiment; None if each question is sent once.
-        metadata: metadata of questions for the built-in models, by task id.
+        metadata: mapping from task ids to the metadata of questions, for the built-in models.
         experiment: the choices of the run's studies, for the log; None without studies.
     """
 

@@ -16,6 +16,6 @@ TASKS = {
     for ability in find_abilities()
     for name in ([""] if declaration_of(ability).interaction.task_command else list_benchmarks())
 }
-"""The Inspect tasks by name. Creating them registers them with Inspect."""
+"""Mapping from names to the Inspect tasks. Creating a task registers it with Inspect."""
 
 __all__ = ["SCORERS", "TASKS", "paper_metrics", "player", "provider"]

@@ -162,7 +162,7 @@ class RunSpec(Options):
         requests: options of requests.
         scoring: options of scoring.
         agent: setting of an agent, in the ability ``acting``.
-        studies: options of the chosen studies, by name.
+        studies: mapping from the names of the chosen studies to their options.
 
     Raises:
         InputError: the choices cannot be combined.

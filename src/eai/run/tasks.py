@@ -88,11 +88,11 @@ def build_task(
 
     Args:
         suite: the suite.
-        prompts: the questions by task id.
+        prompts: mapping from task ids to questions.
         solver: the solver that asks them.
         metadata: metadata of the log, besides domain and ability.
         experiment: the experiment of the run, if any.
-        question_metadata: metadata of questions for the built-in models, by task id.
+        question_metadata: mapping from task ids to the metadata of questions, for the built-in models.
     """
     benchmark, ability, source = suite.benchmark, suite.ability, suite.source
     name = suite_name(benchmark.name, ability)

@@ -35,7 +35,7 @@ class OperatorLibrary:
 
     Attributes:
         header: the planning domain without operators.
-        operators: the gold operators as text, by name, in the order of the data set.
+        operators: mapping from names to the gold operators as text, in the order of the data set.
         categories: the category of each predicate.
     """
 

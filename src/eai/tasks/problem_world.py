@@ -56,10 +56,10 @@ def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
 
 
 def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]:
-    """Return the domain in a file, and its problems by name.
+    """Return the domain in a file, and its problems as tasks.
 
-    They are in a file, or in all ``.pddl`` files of a folder. The id of a task is the name of its problem, or
-    the name of its file if several problems share a name.
+    The problems are in one file, or in all ``.pddl`` files of a folder. The id of a task is the name of its
+    problem, or the name of its file if several problems share a name.
 
     Raises:
         InputError: a file cannot be read. The message names each file, the line and the expected text.

@@ -51,7 +51,7 @@ class _TaskFiles:
     Attributes:
         name: the name of the file or folder, without ending.
         base: the benchmark whose world all tasks are in, as `find_benchmark` takes it.
-        lines: the line of each task, by id, in the order of the files.
+        lines: mapping from the id of each task to its line, in the order of the files.
         sha256: digest of the content of all files.
     """
 

@@ -40,9 +40,9 @@ class Wording:
 
     Attributes:
         domain: the declaration.
-        predicates: the stored or derived predicates of goals, by name.
+        predicates: mapping from names to the stored or derived predicates of goals.
         answer_names: the names of predicates in answers that differ from the declared names.
-        object_name: returns the name of an object.
+        object_name: function that returns the name of an object.
         conventions: returns conventions of a task's world that prompts must explain; None if there are none.
         static: further predicates in descriptions of states that no action changes.
         rules: the exact conditions and effects of actions; None if prompts give reasons for failures instead.

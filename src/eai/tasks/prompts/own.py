@@ -53,7 +53,7 @@ class Questions:
         template: name of the templates, equal to the ability. Transition modeling uses `operator_prompts`.
         wording: the words of the declaration.
         role: the role of the agent, as in ``a household robot``.
-        tasks: the tasks by id.
+        tasks: mapping from ids to the tasks.
         answer_format: the explanation of the format of answers.
         example: returns a good answer to each task.
         beliefs: the model's beliefs about tasks, by id, if they differ from the task. An example shows the
