@@ -154,12 +154,13 @@ def _apply_to(formula: Formula, thing: Constant) -> Formula:
 class _Explorer:
     """Agent `eai/explorer`, which plans with known objects, and explores if no plan reaches the goals.
 
-    It visits the landmarks one by one, then opens containers that may hide objects by the domain's `visible`.
+    It visits the landmarks one by one, then opens containers that may hide objects, by the domain's
+    definition of visibility.
     It says `DONE` if all goals hold, or nothing is left to try.
 
     Args:
-        game: the game, which no other agent may play.
-        seed: not used.
+        game: the game to play, which no other agent may play at the same time.
+        seed: not used; the agent makes no random choice.
     """
 
     def __init__(self, game: Game, seed: int = 0) -> None:

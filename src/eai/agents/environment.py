@@ -34,8 +34,8 @@ class AnyText(gymnasium.Space[str]):
     """A gymnasium space of all texts up to a length, with any characters. Samples are printable ASCII.
 
     `gymnasium.spaces.Text` allows only a fixed set of characters. Its observations are lost in the memory
-    that `gymnasium.vector.AsyncVectorEnv` shares by default. With `AnyText` it raises an error that asks for
-    ``shared_memory=False``.
+    that `gymnasium.vector.AsyncVectorEnv` shares by default. With `AnyText`, `AsyncVectorEnv` raises an error
+    that asks for ``shared_memory=False``.
     """
 
     max_length: int
@@ -69,12 +69,12 @@ _MODES = (RENDER_MODE, CAMERA)
 class TextEnvironment(gymnasium.Env[str, str]):
     """A benchmark played by text: an action is a line such as ``GRAB(soap.1002)``.
 
-    A step in the notation of the benchmark's answers is also an action. An action costs a step and changes
-    nothing if it is unreadable, impossible or names an unknown object.
+    An action may also be a step in the notation of the benchmark's answers. An unreadable or impossible
+    action, or an action on an unknown object, changes nothing but counts as an action.
 
     Args:
         benchmark: the benchmark.
-        task_ids: the tasks of which each reset chooses one.
+        task_ids: ids of the tasks; each reset chooses one of them at random.
         rules: the rules of the games.
         tasks: all tasks by id.
         render_mode: ``rgb_array`` for diagrams of the visible objects (`render`), ``camera`` for rendered
@@ -83,7 +83,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     Attributes:
         benchmark: the benchmark.
         rules: the rules of the games.
-        task_ids: the tasks of which each reset chooses one.
+        task_ids: ids of the tasks; each reset chooses one of them at random.
     """
 
     metadata: dict[str, Any] = {"render_modes": [RENDER_MODE], "render_fps": 1}  # noqa: RUF012 - gymnasium's form
@@ -117,7 +117,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
 
     @cached_property
     def manual(self) -> str:
-        """The manual for an agent: the predicates of the world, and its actions."""
+        """The manual for an agent: a text on the predicates and actions of the world."""
         return make_manual(self.benchmark, self.rules)
 
     @property
@@ -134,7 +134,9 @@ class TextEnvironment(gymnasium.Env[str, str]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[str, dict[str, Any]]:
-        """Begin a new game; returns the first observation, with the instruction, the goals and the objects.
+        """Begin a new game.
+
+        Return the first observation, with instruction, goals and objects, and information.
 
         Args:
             seed: the seed of the choice among several tasks and of slips; equal seeds give equal games in
@@ -155,7 +157,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         """Play one turn. Return observation, reward, end by the rules, cut-off, and information.
 
         Raises:
-            ResetNeeded: no game has begun, or the last one is over.
+            ResetNeeded: no game has begun, or the last game is over.
         """
         if self._game is None or self._game.over:
             raise ResetNeeded("the episode is over or has not begun: call reset")
@@ -163,7 +165,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return observation, reward, terminated, truncated, {**info}
 
     def render(self) -> Any:
-        """Return a picture of the present world: an array of height, width and 3 colours of 8 bits each.
+        """Return a picture of the present world, as an array of height x width x 3 colours of 8 bits.
 
         A diagram shows the objects that the agent sees. A camera stands in the room; doors and walls hide
         objects from it.
@@ -224,8 +226,9 @@ def make(
         render_mode: ``rgb_array`` for diagrams of the visible objects, ``camera`` for rendered pictures, or
             None.
         source: the source of the data, fetched on first use; the user's default store if None.
-        rules: the rules of the games, such as `eai.agents.rules.STANDARD`; `Rules()` if None.
-        options: single fields of `Rules` that differ, such as ``slip=0.1, until="done"``.
+        rules: the rules of the games, such as `eai.agents.rules.STANDARD`; `GameRules()` if None.
+        options: fields of `GameRules` with other values than in ``rules``, such as ``slip=0.1,
+            until="done"``.
 
     Raises:
         InputError: the benchmark, a task or an option does not exist, or an option has an invalid value.

@@ -5,8 +5,9 @@
 
     env = gymnasium.make("eai/Benchmark-v1", benchmark="lamps:lamps", slip=0.1)
 
-Importing this module registers the environments. Every option of `make` is an option of `gymnasium.make`. The
-package's own benchmarks have environments with names of their own, listed in `IDS`.
+Importing this module registers the environments. Every option of
+`eai.agents.environment.make` is an option of `gymnasium.make`. `IDS` lists the names of the environments of
+the package's own benchmarks.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ except ImportError as _error:
     _MISSING = _error
 
     def __getattr__(name: str) -> NoReturn:
-        """Raise an error that says how to install gymnasium, if a name needs it."""
+        """Raise an error that says how to install gymnasium, if a name of this module needs it."""
         if name not in __all__:
             raise AttributeError(f"module 'eai.agents.gym' has no attribute {name!r}")
         raise ImportError(f"environments need gymnasium: {install_command('envs')}") from _MISSING

@@ -79,7 +79,7 @@ def read_journal(path: Path, key: bytes, play: Session | None = None, *, ended: 
     """Return the text of a journal's episode, as answers to the ability ``acting`` write it.
 
     Args:
-        path: the file.
+        path: the file of the journal.
         key: the key of the seals.
         play: a new episode with the expected task and setting; None to accept any episode.
         ended: whether the episode must have ended.
@@ -149,7 +149,8 @@ class Journal:
         ended: why the episode has ended; None if it has not.
 
     Raises:
-        InputError: the file cannot be read or written, a seal is wrong, or the episode is another one.
+        InputError: the file cannot be read or written, a seal is wrong, or the episode is not the expected
+            one.
     """
 
     def __init__(self, path: Path, key: bytes, play: Session) -> None:

@@ -359,7 +359,7 @@ _FEEDBACK: Mapping[Feedback, str] = {
 
 
 def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
-    """Return the manual of a world: its predicates, and its actions."""
+    """Return the manual of a world: a text on the predicates and actions of the world."""
     egocentric = benchmark.domain.egocentric if rules.view == "scene" else ()
     names, told = " and ".join([predicate.name for predicate in egocentric]), _FEEDBACK[rules.feedback]
     told = f"{told} {names}: of yourself alone." if names else told

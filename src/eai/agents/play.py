@@ -54,7 +54,7 @@ def rules_of(setting: Setting) -> GameRules:
 
 
 class AgentTask:
-    """A benchmark with the setting in which its tasks are played.
+    """A benchmark, with the setting in which agents play the benchmark's tasks.
 
     Args:
         benchmark: the benchmark.
@@ -178,14 +178,14 @@ class EpisodeAnswer:
     """An episode as a stored answer, which a scorer can replay.
 
     Attributes:
-        turns: the commands, in order.
+        turns: the commands of the episode, in order.
         rules: the rules of the game; None for the standard setting.
-        seed: the seed of the slips.
+        seed: the seed of slips, the random failures of possible actions.
         epoch: the number of the episode among episodes with this seed.
         harness: the harness of the agent; empty if unknown.
         begun: how often the episode was started; the last start counts.
         opening: digest of the first observation.
-        ended: why the episode ended, as the player states.
+        ended: reason for the end of the episode, as the player states it.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -206,7 +206,7 @@ def _adapter() -> TypeAdapter[EpisodeAnswer]:
 
 
 def read_episode(text: str) -> EpisodeAnswer | Unreadable:
-    """Read an episode: a JSON object that `Play.text` made, or one command a line."""
+    """Read an episode: a JSON object as `Session.text` writes it, or one command per line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
         return _read_lines([line.strip() for line in text.splitlines() if line.strip()])
     try:
@@ -258,14 +258,14 @@ class Session(Game):
 
     Args:
         stage: the task, ready to be played.
-        seed: the seed of the slips.
+        seed: the seed of slips, the random failures of possible actions.
         epoch: the number of the episode among episodes with this seed.
         harness: the harness of the agent.
         begun: how often the episode was started, this start included.
 
     Attributes:
         turns: the commands so far.
-        failed: whether each command failed or slipped.
+        failed: for each command, whether its action was impossible or slipped.
         most: maximum number of actions, or an estimate if there is no limit.
         harness: the harness of the agent.
     """

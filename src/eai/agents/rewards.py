@@ -194,14 +194,14 @@ def reward_func(
 
     Args:
         queries: prompts with answers, decoded with special tokens.
-        prompts: the prompts; if a prompt is empty, its query is the answer.
+        prompts: the prompts; if a prompt is empty, the query is only the answer.
         labels: the tasks.
         shaping: the definition of the reward.
         others: other arguments that OpenRLHF passes; ignored.
 
     Returns:
         ``rewards``, ``scores`` (equal to ``rewards``), and metrics with ``prompt_not_found`` as
-            ``extra_logs``: numbers for a single answer, as OpenRLHF asks for them, lists for several.
+            ``extra_logs``: numbers for a single answer, as OpenRLHF expects, lists for several answers.
     """
     texts = [_cut_prompt(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
     is_lost = [text is None for text in texts]
@@ -224,7 +224,7 @@ def reward_func(
 
 
 def _cut_prompt(prompt: str, query: str) -> str | None:
-    """Return the text after a prompt, without special tokens, or None if the query lacks the prompt."""
+    """Return the text after a prompt in a query, without special tokens; None if the prompt is absent."""
     position = query.find(prompt)
     return None if position < 0 else _SPECIAL_TOKENS.sub("", query[position + len(prompt) :])
 

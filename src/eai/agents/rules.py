@@ -75,7 +75,7 @@ class GameRules(Options):
 
     @property
     def replay_rules(self) -> GameRules:
-        """The rules for a replay, without rewards and lists of possible actions, which players need."""
+        """The rules for a replay: equal rules without rewards and lists of possible actions."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 

@@ -1,7 +1,8 @@
 """Serve worlds over the Model Context Protocol: agents act by tool calls, over standard input or HTTP.
 
 Over standard input the process serves one world. Over HTTP every request carries a ticket, a secret that
-identifies one episode, because the protocol has no sessions. The protocol's route is the only one.
+identifies one episode, because the protocol has no sessions. The server has no other route than the
+protocol's.
 """
 
 from __future__ import annotations

@@ -22,10 +22,10 @@ class Turn:
     Attributes:
         said: the command.
         told_sha256: SHA-256 digest of the observation after the command.
-        is_action: whether an action was tried; False for a look, for the end, and after the limit of actions.
-        fault: the kind of error of the action, or None.
-        slipped: whether the action was possible and did not work.
-        goals: for each goal of the task a 1 if it is reached after the turn, else a 0.
+        is_action: whether an action was tried. False for a look, for the end, and after the limit of actions.
+        fault: the kind of error of the action; None without an error.
+        slipped: whether the action was possible but, by chance, had no effect.
+        goals: a text with a digit for each goal of the task: 1 if the goal is reached after the turn, else 0.
         same_as: number of the first turn, from 1 on, after which the world was in this state; 0 for the
             start, None for a new state.
     """

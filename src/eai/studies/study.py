@@ -38,7 +38,8 @@ class Analysis:
         figures: the figures, drawn when they are iterated over; drawing needs an optional dependency.
         remarks: sentences that a reader of the tables must know.
         folder: subfolder of the output in the folder of the results; empty for the folder of the results.
-        screen_tables: tables for the screen, whose cells are texts; without any, one line names the output.
+        screen_tables: tables for the screen; without such tables, the screen shows only the names of the
+            output.
         facts: further values for the JSON output, by name.
     """
 
@@ -63,10 +64,10 @@ class Study:
         options: the options of a run; with the defaults, the study changes nothing.
         section: name of the options in a run's specification; empty for the name of the study.
         choices: the options of the analysis.
-        analyze: makes tables and figures from records. One function makes both, since figures use data that
-            tables do not print.
-        summarize: returns what a record stores about an answer besides the options. It takes a record, its
-            suite, and the metadata of its question.
+        analyze: makes tables and figures from records. One function makes tables and figures, because figures
+            use data that tables do not print.
+        summarize: returns the summary of an answer that a record stores in addition to the options. Its
+            arguments are the record, the record's suite, and the metadata of the question.
         included_in_all: whether ``eai analyze all`` runs the analysis.
     """
 
@@ -91,14 +92,17 @@ def suite_heading(suite: SuiteKey) -> str:
 
 
 def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Give a figure the title of its suite, and return it with the name of its file."""
+    """Set the title of a figure to that of a suite. Return the name of the figure's file, and the figure."""
     if figure is not None:
         add_title(figure, suite_heading(suite))
     return f"{name}-{suite.file_name}", figure
 
 
 def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Give a figure the title of its suite and model, and return it with the name of its file."""
+    """Set the title of a figure to a suite and model.
+
+    Return the name of the figure's file, and the figure.
+    """
     if figure is not None:
         add_title(figure, f"{suite_heading(key.suite)}, {clip_label(key.model)}")
     return name, figure

@@ -39,7 +39,7 @@ class Endpoint:
 
 
 AskModel: TypeAlias = "Callable[..., SuiteResult]"
-"""Asks a model (an `Endpoint`) the prompts of a suite, given by task, and scores its answers.
+"""Function that asks a model (an `Endpoint`) the prompts of a suite, given by task, and scores the answers.
 
 Its further arguments are ``first``, the stage before these questions, and ``epochs``, the number of answers
 per task.
@@ -185,7 +185,7 @@ class Variation(Options):
 
 
 def combine(variations: Iterable[Variation]) -> Variation:
-    """Return the options of all studies that a run combines, as one variation.
+    """Return the options of all studies that a run combines, as a single `Variation`.
 
     Raises:
         InputError: two studies contradict each other.

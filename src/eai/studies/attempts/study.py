@@ -323,7 +323,7 @@ class _ReplanningOptions(Variation):
 
     @property
     def attempts(self) -> AttemptOptions | None:
-        """The options of attempts at each task, or None for one attempt with working actions.
+        """The options of attempts at each task, or None for one attempt in which all actions work.
 
         Options without an effect have the values of a plain run. By default, feedback explains failures.
         If a new attempt continues in the last state, an attempt ends with the goal by default.

@@ -76,7 +76,7 @@ class ExplorerBackground:
 
     Attributes:
         prompts: ability -> task -> prompt.
-        operators: operator -> its definition in the data set.
+        operators: name of an operator -> definition of the operator in the data set.
         instructions: task -> the task in natural language.
         find_scenes: returns the pictures of the scene for an answer's record; empty if unknown.
         find_film: returns the address of the film of an answer, relative to the page; empty without a film.

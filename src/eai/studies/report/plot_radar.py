@@ -122,7 +122,7 @@ def _draw_panel(
 def _draw_band(
     panel: PolarAxes, angles: Sequence[float], runs: Sequence[RunSummary], metrics: Sequence[str], color: str
 ) -> None:
-    """Draw the intervals of a model's results as a band around its line."""
+    """Draw the intervals of a model's results as a band around the model's line."""
     lows, highs = [], []
     for item, metric in zip(runs, metrics, strict=True):
         certainty, percent = item.certainties.get(metric), item.rates[metric].percent or 0.0

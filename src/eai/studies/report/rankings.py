@@ -451,8 +451,8 @@ def make_ranking(
 ) -> Ranking | None:
     """Return the table of the runs of one protocol and domain, or None if no run has a number for it.
 
-    The paper's rows appear only among runs under its protocol. Under other protocols, its models have the
-    scores of their published answers. Null models come last, without a rank.
+    The paper's rows appear only among runs under the paper's protocol. Under other protocols, the paper's
+    models have the scores of their published answers. Null models come last, without a rank.
 
     Args:
         spec: name and columns of the table.

@@ -31,7 +31,7 @@ class RunSummary:
         rates: metric -> rate.
         certainties: metric -> interval of the rate; None if no interval is defined.
         cases: main metric -> contribution of each task.
-        spent: tokens and cost of the answers, as far as records have them.
+        spent: tokens and cost of the answers; answers without recorded numbers add nothing.
         per_success: effort and success of each answer (`eai.results.cost.cost_cases`).
         unnamed: number of records without the name of their task; each such task counts as independent.
     """
@@ -58,7 +58,7 @@ def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
 
 
 def summary_of(run: Run) -> RunSummary:
-    """Return the summary of a run."""
+    """Return the summary of a run, computed from the run's records."""
     key = run.key
     reasons = [record.verdict.excluded for record in run.records]
     totals, cases = Totals.from_records(run.records), cases_of(run.records, key.ability)
