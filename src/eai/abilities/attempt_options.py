@@ -92,7 +92,7 @@ class AttemptOptions:
 
     @property
     def uses_episodes(self) -> bool:
-        """Whether answers are executed as episodes: with more attempts, with slips, or until goals hold."""
+        """Whether answers are executed as episodes: with several attempts, slips, or an end at the goal."""
         return bool(self.replans or self.slip or self.until == "goal")
 
     @property

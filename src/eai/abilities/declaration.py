@@ -399,7 +399,7 @@ def goal_shares(verdict: PlanVerdict) -> Shares:
 
 
 def plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:
-    """Return the outcome of a plan."""
+    """Return the outcome of an answer that is executed as a plan."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return error_outcome(verdict) or AnswerOutcome.GOAL_MISSED

@@ -30,7 +30,9 @@ _DEFAULT_POSITION = 50
 
 @dataclass(frozen=True, slots=True)
 class StudyChoice:
-    """The options of a run that belong to one study. They are in all records of the run.
+    """The options of a run that belong to one study, such as the study of several attempts.
+
+    All records of the run have these options.
 
     Attributes:
         label: a short text that is unique among the choices of the study. It is part of the name of the run's
@@ -77,7 +79,7 @@ class StudyChoice:
 def make_name_choice(
     kind: str, option: str, name: str, label_position: int = _DEFAULT_POSITION
 ) -> StudyChoice:
-    """Return a choice of one option whose value is a name. Its label is ``kind-name``."""
+    """Return a `StudyChoice` with one option whose value is a name. Its label is ``kind-name``."""
     return StudyChoice(name_label(kind, name), {option: name}, label_position)
 
 

@@ -41,7 +41,7 @@ It returns the belief about the scene, and metadata for the record of the questi
 
 @dataclass(frozen=True)
 class QuestionWriter:
-    """Writes the question of each attempt of a trial.
+    """Writes the question of each attempt at a task.
 
     Attributes:
         prompt_of: returns the question of the first attempt, by task id.

@@ -151,7 +151,7 @@ Commands use these abilities by default.
 """
 
 SCENE_GRAPH = Ability("scene_graph")
-"""The ability that lists the objects and facts of pictures."""
+"""The ability in which models list the objects and facts in pictures."""
 
 ABILITY_GROUP = "eai.abilities"
 """Group of the entry points by which a distribution registers an `AbilityDeclaration`."""
@@ -167,7 +167,7 @@ def find_abilities() -> Mapping[Ability, EntryPoint]:
 
 
 def ability_rank(ability: Ability) -> int:
-    """Return the position of an ability in sorted lists, from 0.
+    """Return the position of an ability in sorted lists of abilities, from 0.
 
     Abilities that are not installed come last.
     """

@@ -81,7 +81,7 @@ def thoughts_in(text: str) -> tuple[_Thought, ...]:
 
 
 def _end_of_template(text: str) -> int:
-    """Return the position after the last closing mark that has no opening mark, or 0."""
+    """Return the position after the last closing mark of reasoning that has no opening mark, or 0."""
     end, is_open = 0, False
     for mark in _MARK.finditer(text):
         if mark["closing"] is not None and not is_open:

@@ -25,7 +25,7 @@ EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delet
 
 
 DEFAULT_EFFORT = 20_000
-"""Default number of steps that a search for a repair may try: mostly a quarter of a CPU second."""
+"""Default number of steps that a search for a repair may try, mostly in a quarter of a CPU second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Edit:
 
     Attributes:
         kind: kind of the edit.
-        step: number of the deleted or replaced step, or of the step before which one is inserted, from 0;
+        step: number of the deleted or replaced step, or of the step after an inserted step, from 0;
             None for a part of an answer without an order.
         action: the new step; empty if the edit only deletes.
         was: the deleted or replaced step as it was written; empty if the edit only inserts.

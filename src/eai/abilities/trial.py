@@ -1,4 +1,4 @@
-"""Trials: a task that is tried in several attempts, in a world where actions may slip."""
+"""Trials: tasks with several attempts, in a world where actions may slip (have no effect)."""
 
 from __future__ import annotations
 

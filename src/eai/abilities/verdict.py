@@ -212,7 +212,7 @@ class Verdict:
         repairs: names of the repairs that were needed to read the answer.
         spans: parts of the answer's text and how each was treated, in order; empty if the protocol does not
             record them.
-        repair: the fewest edits that make the answer right; None if they were not searched for.
+        repair: the fewest edits that make the answer right; None if no repair was searched for.
     """
 
     excluded: TaskExclusion | None = None

@@ -158,7 +158,7 @@ _LITERALS_PER_ACTION = 100
 """Number of literals whose tests cost as much as one applied action."""
 
 _MAX_EXCLUSION_LITERALS = 100
-"""Maximum number of literals, in all alternatives of a subgoal, up to which mutual exclusion is tested."""
+"""Maximum number of literals of a subgoal for a test whether they exclude each other."""
 
 _MAX_CACHED_SUBGOALS = 32
 """Maximum number of cached subgoals of a task."""
@@ -200,7 +200,7 @@ class _Requirement:
 
 
 class Programs:
-    """Makes the programs of answers to one task.
+    """Makes the programs that execute the subgoals of answers to one task.
 
     The conditions and plans of the last `_MAX_CACHED_SUBGOALS` subgoals are cached. Answers to one task begin
     alike, and a subgoal does not depend on the rest of the answer.

@@ -52,7 +52,7 @@ SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
 
 
 class Perform(NamedTuple):
-    """Execute each plan for a subgoal in the present state. If there is no plan, do nothing.
+    """An instruction: execute each plan for a subgoal in the present state. If there is no plan, do nothing.
 
     Attributes:
         plans: finds the plans.
@@ -68,7 +68,7 @@ class Perform(NamedTuple):
 
 
 class Require(NamedTuple):
-    """Continue if a subgoal holds.
+    """An instruction: continue if a subgoal holds.
 
     Attributes:
         holds: tests the subgoal.
@@ -86,7 +86,7 @@ class Require(NamedTuple):
 
 
 class Fork(NamedTuple):
-    """Continue a subgoal in several branches; branches with greater instruction numbers come first.
+    """An instruction: continue a subgoal in several branches, greater instruction numbers first.
 
     Attributes:
         targets: returns the numbers of the next instructions in a state.

@@ -65,7 +65,7 @@ class _SearchNeeds(NamedTuple):
     wider: Callable[[State], Mapping[Action, int]] | None = None
 
     def combine_touched(self, operators: Iterable[str]) -> int:
-        """Return the mask of the parts that some operators can change."""
+        """Return the bit mask of the subgoal's literals that some operators can change."""
         return reduce(or_, [self.touched.get(name, 0) for name in operators], 0)
 
 

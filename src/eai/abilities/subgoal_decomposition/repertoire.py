@@ -155,7 +155,7 @@ class Repertoire:
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
     def find_touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
-        """Return a mapping from the name of an operator to the mask of the literals that it can change."""
+        """Return a mapping from operators' names to the bit masks of the literals that they can change."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
             for operator in self.find_writers(literal.predicate):
@@ -180,7 +180,7 @@ class Repertoire:
         others: Sequence[int] = (),
         fitting: State | None = None,
     ) -> dict[Action, int]:
-        """Return the actions that may make literals true, each with a mask of its literals.
+        """Return the actions that may make literals true, each with a bit mask of its literals.
 
         The arguments are objects of a literal, all different, or other objects if the literal leaves them
         open. Only movement may change position, direction and posture of the agent.
@@ -325,14 +325,14 @@ def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int,
 
 
 def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
-    """Return for which objects of its parameters an effect makes a change, or None if it never does."""
+    """Return a mapping from parameters to the objects with which an effect makes a change, or None."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
     return match_atom(effect.atom, change.arguments, _number_named)
 
 
 def _number_named(constant: Constant) -> int | None:
-    """Return the number of the object that a constant in an `_OperatorPattern` names, or None."""
+    """Return the agent's number in an `_OperatorPattern` if a constant names the agent, else None."""
     return _AGENT if constant == AGENT else None
 
 
@@ -360,8 +360,9 @@ class CandidateAction(NamedTuple):
         binding: the values of the operator's variables, for one search.
         possible: cache of `is_possible_now`, by state.
         results: cache of `compute_result`, by state.
-        parts: mask of the parts of the goal that the action may achieve; 0 if it prepares another action.
-        touched: mask of the parts that the action can change.
+        parts: bit mask of the subgoal's literals that the action may achieve; 0 if it only prepares another
+            action.
+        touched: bit mask of the subgoal's literals that the action can change.
     """
 
     action: Action
@@ -378,14 +379,14 @@ class CandidateAction(NamedTuple):
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
     def assign_parts(self, parts: int, touched: int) -> CandidateAction:
-        """Return this candidate with the masks of the parts that it may achieve and that it can change."""
+        """Return this candidate with bit masks of the literals that it may achieve and that it can change."""
         return CandidateAction(
             self.action, self.info, self.binding, self.possible, self.results, parts, touched
         )
 
     @property
     def is_achiever(self) -> bool:
-        """Whether the action changes the world. Such an action only achieves a part of the goal."""
+        """Whether the action changes the world. Such an action only achieves literals of the subgoal."""
         return self.info.role is Role.CHANGE
 
     def is_possible(self, state: State) -> bool:

@@ -41,7 +41,7 @@ def category_of(outcome: ExplorationResult) -> SubgoalCategory:
 
 
 def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
-    """Return the error that ended a branch, or None. Its step is the number of the subgoal, from 0."""
+    """Return the error that ended a branch of the search, or None. Its step is the subgoal, from 0."""
     failure = branch.failure
     if failure is None:
         return None

@@ -47,7 +47,7 @@ from eai.world.state import Scene, State
 
 
 class _GoalPart:
-    """One part of a goal in sequence: a formula about a state, and about the action applied to this state."""
+    """One of the parts of a goal, met in order: a formula about a state and its next action."""
 
     __slots__ = ("_actions", "_formula", "_scene", "_test")
 
@@ -71,7 +71,7 @@ class _GoalPart:
 
 
 def _fix_action(leaf: f.Leaf, name: str | None) -> f.Formula:
-    """Replace the atom for an action: by equality of objects if the action is the same, else false."""
+    """Replace a test for an action by a test of the action's objects, or by false for another action."""
     if not isinstance(leaf, f.Occurs):
         return leaf
     if leaf.action != name:
@@ -139,7 +139,7 @@ class _TriedSteps(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """One way to execute the subgoals, so far.
+    """One way to execute the subgoals, up to the present point of the search.
 
     Attributes:
         past: the initial state and the state after each executed action.
@@ -237,7 +237,7 @@ _NO_SUBGOAL = -1
 def _end_branch(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
     """Return the branch after it failed at a subgoal without trying an action.
 
-    ``earlier`` is the last state in which the subgoal held, if any.
+    ``earlier`` is the number of the last state in which the subgoal held, or None.
     """
     kind = check.fault if earlier is None else FaultKind.WRONG_ORDER
     fault = Fault(kind, check, earlier)
@@ -444,9 +444,9 @@ class _Exploration:
             self._finish(failed, self._failed)
 
     def _find_earlier(self, branch: Branch, instruction: Require) -> int | None:
-        """Return the latest state in which a required subgoal held.
+        """Return the number of the latest state in which a required subgoal held, or None.
 
-        If the limit of effort is reached, the result may be any state.
+        If the limit of effort is reached, the result may be any number of a state.
         """
 
         def has_held(state: State) -> bool:

@@ -54,7 +54,7 @@ class Permitted(NamedTuple):
 
 
 class SearchGoal(NamedTuple):
-    """The goal of a search.
+    """The goal of a search. Its parts are literals; a mask has a bit for each part.
 
     Attributes:
         at_start: mask of the parts that hold in the start state.
@@ -154,7 +154,7 @@ class _Movement:
 class _UniformCostSearch:
     """A search for the shortest plans of at most `MAX_ACTIONS` actions.
 
-    The attribute ``met`` of a node is the mask of the parts that hold in its state.
+    The attribute ``met`` of a node is the bit mask of the goal's parts that hold in the node's state.
 
     Args:
         goal: the goal.

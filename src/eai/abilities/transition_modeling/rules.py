@@ -148,7 +148,7 @@ class MatchingRules(ABC):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with this operator and gold operators otherwise.
+        """Map each operator's name to the planner's result with the answer's operator among gold operators.
 
         The result is None for an operator that the answer lacks. The mapping is empty for an answer that the
         rules exclude.
@@ -245,7 +245,7 @@ class PaperRules(MatchingRules):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with this operator and gold operators otherwise.
+        """Map each operator's name to the planner's result with the answer's operator among gold operators.
 
         The result is None for an operator that the answer lacks.
         """

@@ -76,7 +76,7 @@ class TransitionModeling(Scorer):
     def plan_one_at_a_time(
         self, text: str, replaced: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with this operator and gold operators otherwise.
+        """Map each operator's name to the planner's result with the answer's operator among gold operators.
 
         The result is None for an operator that the answer lacks. The mapping is empty for an excluded answer.
         """
