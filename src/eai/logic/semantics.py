@@ -106,7 +106,7 @@ class _Evaluator:
                 return self._combine(formula, binding, partial(self.find_positions, end=end), end)
 
     def find_starts(self, formula: f.Formula, binding: Binding, end: int) -> int:
-        """Return the mask of starts of pieces that end at ``end`` and satisfy the formula."""
+        """Return the mask of starts of pieces of the trace that end at ``end`` and satisfy the formula."""
         if not self.is_temporal(formula):
             return _up_to_last(self.find_state_positions(formula, binding) & _up_to(end))
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
@@ -122,10 +122,10 @@ class _Evaluator:
     def _find_piece_starts(self, formula: f.Formula, binding: Binding, rest: int) -> int:
         """Return the mask of starts of pieces that satisfy the formula and end just before ``rest``."""
         ends = rest >> 1
-        # If a lasting formula holds on some piece, it holds on the longest piece, too.
+        # A lasting formula stays true when its piece grows, so only the longest piece matters.
         if id(formula) in self._monotony.lasting:
             return self.find_starts(formula, binding, ends.bit_length() - 1) if ends else 0
-        # If a perishing formula holds on some piece, it holds on the piece of length 1, too.
+        # A perishing formula stays true when its piece shrinks, so only pieces of length 1 matter.
         if id(formula) in self._monotony.perishing and ends == _up_to_last(ends):
             return self._find_single_positions(formula, binding) & ends
         table = self._find_table(formula, binding)

@@ -147,9 +147,9 @@ class _Monotony(NamedTuple):
 
 
 def monotony(formula: f.Formula) -> _Monotony:
-    """Find the lasting and perishing subformulas of a formula.
+    """Find the subformulas that stay true when a piece of a trace grows, or when it shrinks.
 
-    Only the operators are considered, so that some subformulas may be missed.
+    Only the operators are considered, so that some of these subformulas may be missed.
     """
     temporal = temporal_parts(formula)
     lasting: set[int] = set()

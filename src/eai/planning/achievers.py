@@ -286,7 +286,10 @@ class Achievers:
         ]
 
     def find_operators(self, names: Iterable[str]) -> list[Achiever]:
-        """Return achievers for taking operators with these names; unknown names are skipped."""
+        """Return an achiever for each operator with one of these names, whatever facts the operator changes.
+
+        Unknown names are skipped.
+        """
         return [self._taking[name] for name in names if name in self._taking]
 
     def find_matches(self, state: State, usable: int) -> _AtomMatches:
@@ -392,7 +395,7 @@ class _AtomMatch(NamedTuple):
     cached_bindings: Sequence[tuple[int, ...]] | None
 
     def fails_at_least(self, state: State, limit: float) -> bool:
-        """Whether at least ``limit`` conditions fail in a state however the match is completed."""
+        """Whether at least ``limit`` conditions fail in a state, however the open variables are bound."""
         binding, failing = [*self.partial.binding], 0
         for holds in self.partial.join.needed:
             failing += not holds(state, binding)
@@ -432,7 +435,7 @@ class _AtomMatches:
         )
 
     def find_matches(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_AtomMatch]:
-        """Return the matches of an atom of a stored predicate, one for each suitable achiever, in order."""
+        """Return the matches of an atom of a stored predicate, in the order of its achievers."""
         matches = self._found.get((atom, wide))
         if matches is None:
             matches = self._found[atom, wide] = self._find(atom, wide=wide)

@@ -90,7 +90,7 @@ class ConflictChanges:
         )
 
     def actions_making(self, change: FactChange) -> tuple[Action, ...]:
-        """Return the actions that may make a change, as far as the facts that never change allow."""
+        """Return all actions that may make a change and that the facts that never change allow."""
         all_makers = self._writers.get(change)
         if all_makers is None:
             unread = [a for name in self._operators_without_schema(change) for a in self.actions_of(name)]
@@ -352,7 +352,7 @@ class ConflictChanges:
         return frozenset(changes)
 
     def count_read_predicates(self, formula: f.Formula) -> int:
-        """Count the predicates that a condition reads and actions change. Few give precise changes."""
+        """Count the predicates that a condition reads and actions change. Few make its changes precise."""
         cached = self._depths.get(id(formula))
         if cached is None:
             names = find_stored_predicates(predicates_of(formula), self._domain.vocabulary)
@@ -422,7 +422,7 @@ def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
 
 
 def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
-    """Return the parts of a condition that must have a certain truth, so that the condition has ``truth``.
+    """Return the parts of a condition that must all have a certain truth to give the condition ``truth``.
 
     Each part comes with the truth that it must have.
     """

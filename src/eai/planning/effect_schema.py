@@ -51,7 +51,7 @@ class EffectSchema(NamedTuple):
 
 
 def make_operator_schema(operator: Operator) -> EffectSchema:
-    """Return a schema that stands for taking an operator, whatever facts the operator changes."""
+    """Return a schema for the mere fact that an operator is taken, whatever facts the operator changes."""
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 

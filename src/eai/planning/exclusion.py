@@ -150,7 +150,7 @@ class _Exclusion:
         )
 
     def term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
-        """Return the object of a term: an index, the name of an unknown object, or None."""
+        """Return the object of a term: an index, the name of an unknown object, or None for any object."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
 
     def index(self, constant: f.Constant) -> int:

@@ -170,7 +170,7 @@ class _GreedyRun:
 
 
 class _PreferredOperators:
-    """Collects the preferred actions of one state.
+    """Collects the preferred actions of one state: applicable actions on cheapest estimated paths.
 
     Args:
         heuristic: the heuristic of the domain.
@@ -187,7 +187,7 @@ class _PreferredOperators:
         self.actions: dict[Action, None] = {}
 
     def collect_towards(self, goal: Subgoal) -> None:
-        """Collect the actions on the cheapest path to a goal, or to all of its cheapest alternatives."""
+        """Collect the actions on the cheapest path to a goal, or to each of its cheapest alternatives."""
         alternatives = self._estimates.find_alternatives(goal)
         for condition in alternatives:
             self.collect_towards(condition)
@@ -195,7 +195,7 @@ class _PreferredOperators:
             self._collect(goal)
 
     def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
-        """Collect an applicable action, or the actions that lead to its prerequisites."""
+        """Collect an action if it is applicable, otherwise the actions that lead to its prerequisites."""
         if action is not None and not prerequisites:
             self.actions[action] = None
         for condition in prerequisites:

@@ -2,9 +2,10 @@
 
 Landmarks are found in the delete relaxation: deletions are ignored and actions are repeated. If some actions
 do not reach the goals in this relaxation, every plan needs another action. The first actions needed beyond
-the present actions form a cut (a disjunctive landmark). A plan that misses cuts needs at least as many more
-actions as can hit these cuts. A smallest set of such actions is added, and the next cut is computed, until
-the goals are reachable (an implicit hitting set, Bonet and Helmert 2010).
+the present actions form a cut (a disjunctive landmark). An action of a cut hits the cut. A plan
+needs at least as many more actions as it takes to hit all missed cuts. A smallest set of such actions is
+added, and the next cut is computed, until the goals are reachable (an implicit hitting set, Bonet and Helmert
+2010).
 """
 
 from __future__ import annotations
@@ -328,7 +329,7 @@ class Landmarks:
         initial: the state in which plans begin.
         goals: the goals of plans.
         steps: the steps of the plan.
-        cuts: cuts from earlier repairs.
+        cuts: cuts that are known from the start, such as the actions that a goal requires.
 
     Attributes:
         cuts: the cuts found so far.

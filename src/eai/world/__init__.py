@@ -1,7 +1,7 @@
 """Worlds: objects, predicates, states, operators, domains; execution of plans and diagnosis of failures.
 
-The package exports the vocabulary of declarations, and the functions that use a domain. Each name is imported
-when it is first used::
+The package exports the classes that declare domains, and the functions that use domains. Each name is
+imported when it is first used::
 
     from eai.world import Add, Domain, Operator, Predicate, Variable, Vocabulary, missing
 """

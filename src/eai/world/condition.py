@@ -2,10 +2,10 @@
 
 A formula is compiled once per domain and evaluated millions of times. It becomes one of two kinds of
 function. A *truth* function tests the formula under a binding of all free variables. An *extension* function
-leaves one free variable open: it takes a mask of objects, and selects the objects that make the formula true
-as value of this variable. Quantifiers are evaluated by extension functions, so most quantifiers cost a few
-integer operations. If objects must be tried one by one, only objects that the rest of the formula allows are
-tried. Connectives loop over the functions of their operands.
+leaves one free variable open: it takes objects (as a bit mask), and selects the objects that make the formula
+true as value of this variable. Quantifiers are evaluated by extension functions, so most quantifiers cost a
+few integer operations. If objects must be tried one by one, only objects that the rest of the formula allows
+are tried. Connectives loop over the functions of their operands.
 """
 
 from __future__ import annotations
@@ -94,11 +94,13 @@ def union(parts: Sequence[Extension]) -> Extension:
 
 
 _ValueMask: TypeAlias = Callable[[State, FrameBinding], int]
-"""Function that returns the mask of all objects that make a formula true as value of one variable."""
+"""Function that returns the bit mask of the objects that make a formula true as value of one variable."""
 
 
 class ConditionCompiler:
-    """A compiler of state formulas over one vocabulary into functions that share one frame.
+    """A compiler of state formulas over one vocabulary into functions of a state and a binding.
+
+    All functions share one frame, which numbers the variables.
 
     Raises:
         DomainError: raised by the methods if a predicate is not declared or is defined by itself, if a
@@ -143,7 +145,10 @@ class ConditionCompiler:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
     def extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
-        """Compile a formula to a function that selects the objects that make it true in ``slot``."""
+        """Compile a formula to a function that selects the objects that make it true.
+
+        The objects are values of the variable with number ``slot``.
+        """
         match formula:
             case f.Atom():
                 return self._compile_atom_extension(formula, slot, scope)

@@ -79,7 +79,9 @@ def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Eff
 
 
 class EffectCompiler:
-    """A compiler of effects over one vocabulary. It shares a frame with the operator's conditions.
+    """A compiler of effects over one vocabulary into functions that change the draft of a state.
+
+    It shares a frame, which numbers the variables, with the compiler of the operator's conditions.
 
     Raises:
         DomainError: raised by the methods if an effect changes a predicate that is undeclared, derived or

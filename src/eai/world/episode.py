@@ -100,7 +100,7 @@ class Episode:
         return Trajectory(self._history.states, tuple(self._steps))
 
     def trajectory_from(self, start: int) -> Trajectory:
-        """Return the trajectory without its first steps. Faults may still refer to states before it.
+        """Return the trajectory without its first steps. Faults may refer to the states left out.
 
         Args:
             start: number of tried steps to leave out.
@@ -137,7 +137,7 @@ class Episode:
     def run(
         self, plan: Iterable[Action], until: Callable[[Episode], bool] | None = None
     ) -> Fault | Slip | None:
-        """Try the actions of a plan until a fatal fault, a detected slip or the end of the plan.
+        """Try the actions of a plan until a fault that ends it, a detected slip or its last action.
 
         Args:
             plan: the actions.
@@ -161,7 +161,7 @@ class Episode:
 
 
 def _shift_step(step: Step, offset: int) -> Step:
-    """Return a step whose fault refers to states by numbers that are ``offset`` lower."""
+    """Return a copy of a step in which the state number of the fault is lower by ``offset``."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

@@ -118,7 +118,7 @@ class CompiledOperator:
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
     def find_failed_tries(self, before: State, after: State, binding: FrameBinding) -> tuple[_FailedTry, ...]:
-        """Return the failed tries whose conditions held before the action and still hold after it."""
+        """Return the failed tries whose conditions held both before and after the action."""
         failed_tries = []
         for attempt, compiled in zip(self.operator.tries, self.tries, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):

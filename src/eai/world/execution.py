@@ -1,4 +1,4 @@
-"""Execution of plans: the trajectory of a plan, and the diagnosis of its first fatal step."""
+"""Execution of plans: the trajectory of a plan, and the diagnosis of the fault that ends the plan."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Trajectory:
 
 
 def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajectory:
-    """Execute a plan up to its first fatal step.
+    """Execute a plan up to its first step with a fault that ends the plan.
 
     Every action must name an operator of the domain, and have as many arguments as the operator has
     parameters.
@@ -105,7 +105,7 @@ def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
 def _diagnose(domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding) -> Fault:
     """Choose one of a step's faults by the domain's precedence of kinds of fault.
 
-    The history rule may add the kind wrong order to them.
+    Wrong order is one of the kinds if the history rule finds an earlier state.
     """
     kinds: dict[FaultKind, Check] = {}
     earlier = None

@@ -25,7 +25,7 @@ class FaultKind(str, Enum):
 
 
 NOT_EXECUTED = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER})
-"""The kinds of error after which no step of an answer is executed, so that its goals are not evaluated."""
+"""Kinds of error for which no step of an answer is executed, and the answer's goals are not evaluated."""
 
 Notice: TypeAlias = Literal["detected", "silent"]
 """Whether the agent notices a slip (a possible action without effect).

@@ -15,7 +15,7 @@ FrameBinding: TypeAlias = list[int]
 Truth: TypeAlias = Callable[[State, FrameBinding], bool]
 
 Extension: TypeAlias = Callable[[State, FrameBinding, int], int]
-"""Function of a state, a binding and a mask of objects. It returns those objects that make a formula true."""
+"""Function that takes a state, a binding and objects, and selects the objects that make a formula true."""
 
 AGENT = Constant("agent")
 """Name that stands for the acting object in any formula of a domain."""

@@ -21,7 +21,7 @@ _PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSI
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A condition of an action, and the kind of error of an action that does not meet it.
+    """A condition that an action must meet, and the kind of error if the action does not meet it.
 
     Attributes:
         condition: must hold in the state in which the action is tried.
@@ -66,7 +66,10 @@ def _find_mentioned_parameters(reason: str) -> tuple[str, ...]:
 
 
 def affordance(condition: Formula, reason: str) -> Check:
-    """Return a check of the kinds of objects, such as being openable. It fails with an affordance error."""
+    """Return a check that the objects have the properties that the action needs.
+
+    If it fails, the fault of the action is an affordance error.
+    """
     return Check(condition, FaultKind.AFFORDANCE, reason)
 
 
@@ -107,10 +110,10 @@ class Try:
 
 
 class Role(str, Enum):
-    """The purpose of an operator, by which subgoals are judged.
+    """The kind of change that an operator makes.
 
     Movement changes only the place of the agent, the objects that it faces, and its posture. Taking or
-    releasing an object changes only what the agent's hands hold. All other operators change the world.
+    releasing an object changes only the contents of the agent's hands. All other operators change the world.
     """
 
     MOVEMENT = "movement"
@@ -132,7 +135,7 @@ class Operator:
         tries: alternatives. A try is made if its condition holds. The action succeeds if any try made
             succeeds, or if no try is made. It has the effects of all tries that succeed. If all tries made
             fail, their errors are reported together.
-        role: the purpose; by default inferred from the effects (`eai.planning.role`).
+        role: the kind of change; by default inferred from the effects (`eai.planning.role`).
 
     Raises:
         DomainError: two parameters have the same name, a reason mentions an unknown parameter, or a value is

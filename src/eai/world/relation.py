@@ -84,7 +84,7 @@ class Relation:
             self.sources, self.targets = changed.sources, changed.targets
 
     def row(self, source: int) -> int:
-        """Return the mask of all targets of ``source``."""
+        """Return the bit mask of all targets of ``source``."""
         if not self.sources >> source & 1:
             return 0
         line = self._rows.get(source)
@@ -94,11 +94,11 @@ class Relation:
         return _correct_line(line, source, self._columns, self._column_keys) if self._column_keys else line
 
     def base_row(self, source: int) -> int:
-        """Return the mask of the targets that ``source`` has in the base, at the start of the episode."""
+        """Return the bit mask of the targets that ``source`` has in the base, at the start of the episode."""
         return self._base.rows[source]
 
     def column(self, target: int) -> int:
-        """Return the mask of all sources of ``target``."""
+        """Return the bit mask of all sources of ``target``."""
         if not self.targets >> target & 1:
             return 0
         line = self._columns.get(target)
@@ -125,7 +125,7 @@ class Relation:
         return Relation(self._base, self)
 
     def set_row(self, source: int, targets: int) -> None:
-        """Change this copy so that ``source`` has exactly these targets (a mask)."""
+        """Change this copy so that ``source`` has exactly these targets (a bit mask)."""
         bit = 1 << source
         self._hash = None
         self._rows[source] = targets
@@ -136,7 +136,7 @@ class Relation:
             _patch_crossing_lines(self._columns, source, targets)
 
     def set_column(self, target: int, sources: int) -> None:
-        """Change this copy so that ``target`` has exactly these sources (a mask)."""
+        """Change this copy so that ``target`` has exactly these sources (a bit mask)."""
         bit = 1 << target
         self._hash = None
         self._columns[target] = sources
@@ -232,7 +232,7 @@ def mask_of(indices: Iterable[int]) -> int:
 
 
 def bits(mask: int) -> Iterator[int]:
-    """Yield the positions of the set bits of a mask, ascending."""
+    """Yield the positions of the set bits of a bit mask, ascending."""
     while mask:
         low = mask & -mask
         yield low.bit_length() - 1
@@ -240,12 +240,12 @@ def bits(mask: int) -> Iterator[int]:
 
 
 def first_bits(mask: int, number: int) -> int:
-    """Return the mask of the ``number`` lowest set bits of a mask."""
+    """Return the bit mask of the ``number`` lowest set bits of a mask."""
     return sum([1 << position for position in islice(bits(mask), number)])
 
 
 def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
-    """Return a row of the base, corrected by the overridden columns; or a column, corrected by rows."""
+    """Return a row of the base with the changes of overridden columns, or a column with those of rows."""
     line = base & ~crossing_keys
     for key, mask in crossing.items():
         if mask >> index & 1:
@@ -254,7 +254,7 @@ def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys
 
 
 def _patch_crossing_lines(crossing: dict[int, int], index: int, line: int) -> None:
-    """Update the overridden rows (or columns) that cross a column (or row), which was replaced."""
+    """Update the overridden rows after a column was replaced, or the columns after a row was replaced."""
     bit = 1 << index
     for key, mask in crossing.items():
         crossing[key] = mask | bit if line >> key & 1 else mask & ~bit

@@ -72,7 +72,7 @@ class Scene:
         self._categories: dict[str, int] | None = None
 
     def category(self, name: str | None) -> int:
-        """Return the mask of all objects of a category; None means every object."""
+        """Return the bit mask of all objects of a category; None means every object."""
         if name is None:
             return self.everything
         if self._categories is None:
@@ -80,7 +80,7 @@ class Scene:
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:
-        """Return the names of the objects in a mask, in the order of their indices."""
+        """Return the names of the objects in a bit mask, in the order of their indices."""
         return tuple(self.objects[i].name for i in bits(mask))
 
     def names_of_category(self, category: str | None) -> tuple[str, ...]:
@@ -156,7 +156,7 @@ def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
 
 
 def _masks_by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
-    """Return a mapping from each category to the mask of its objects."""
+    """Return a mapping from each category to the bit mask of its objects."""
     masks: dict[str, int] = {}
     for i, item in enumerate(objects):
         masks[item.category] = masks.get(item.category, 0) | 1 << i
@@ -198,7 +198,7 @@ class State:
         return bool(self.unary[slot] >> (arguments[0] if arguments else 0) & 1)
 
     def mask(self, predicate: str) -> int:
-        """Return the mask of all objects for which a unary predicate holds."""
+        """Return the bit mask of all objects for which a unary predicate holds."""
         return self.unary[self.scene.vocabulary.unary_slots[predicate]]
 
     def relation(self, predicate: str) -> Relation:
@@ -314,7 +314,7 @@ class Draft:
         self.unary[slot] = self.unary[slot] | bit if marked else self.unary[slot] & ~bit
 
     def set_marked(self, slot: int, objects: int) -> None:
-        """Make a unary predicate true of exactly these objects (a mask)."""
+        """Make a unary predicate true of exactly these objects (a bit mask)."""
         self.unary[slot] = objects
 
     def relate(self, slot: int, source: int, target: int, related: bool) -> None:
@@ -323,7 +323,7 @@ class Draft:
             self._copy_relation(slot).flip(source, target)
 
     def set_row(self, slot: int, source: int, targets: int) -> None:
-        """Relate ``source`` to exactly the targets in a mask."""
+        """Relate ``source`` to exactly the targets in a bit mask."""
         if self.binary[slot].row(source) != targets:
             self._copy_relation(slot).set_row(source, targets)
 

@@ -1,4 +1,4 @@
-"""Conflicts of edited plans, and the edits that may help.
+"""Conflicts of edited plans, and the edits that may resolve them.
 
 A plan's conflict is its first impossible step, or else a goal that the plan misses at its end. The conflict
 remains until one of certain changes happens (`eai.planning.conflict_changes`). Every repair has an edit that
@@ -60,7 +60,10 @@ class PlanStates:
         self._missed: dict[int, tuple[Subgoal, ...]] = {}
 
     def take_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
-        """Return the moment after a step, or None if the step is impossible."""
+        """Return the moment after a step, or None if the step is impossible.
+
+        A moment is the number of the state, and the number of required operators taken so far.
+        """
         number, taken = moment
         after, executed = self.try_step(number, action)
         if after is None:
@@ -150,12 +153,12 @@ EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 
 
 def helping_edits(states: PlanStates) -> EditsFinder:
-    """Return a function that finds the edits that may help the conflicts of plans for one task."""
+    """Return a function that finds the edits that may resolve the conflicts of plans for one task."""
     return _Conflicts(states).find_edits
 
 
 class _Conflicts:
-    """Finds the conflicts of edited plans, and the edits that may help them.
+    """Finds the conflicts of edited plans, and the edits that may resolve them.
 
     Args:
         states: the states that plans for the task lead to.
@@ -257,7 +260,7 @@ class _Conflicts:
     def _find_earlier_changes(
         self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return changes before a step that let the step help, or keep it from undoing one of ``changes``.
+        """Return changes before a step that let it make one of ``changes``, or keep it from undoing one.
 
         The second value is whether the step undoes any of ``changes``.
         """

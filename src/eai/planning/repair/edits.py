@@ -112,7 +112,9 @@ def _undo_one_insertion(plan: EditedPlan) -> Iterator[EditedPlan]:
 
 
 class EditCost(NamedTuple):
-    """The number of edits of an edited plan. A deletion and an insertion at one place are one replacement.
+    """The number of edits of an edited plan, by kind.
+
+    A deletion and an insertion without an unchanged step between them are one edit, a replacement.
 
     Attributes:
         edits: the number of edits, replacements included.
@@ -130,9 +132,9 @@ class EditCost(NamedTuple):
 
 
 def edit_cost(plan: EditedPlan) -> EditCost:
-    """Return the numbers of edits of an edited plan.
+    """Count the edits of an edited plan.
 
-    A deletion and an insertion without an unchanged step between them are one edit.
+    A deletion and an insertion without an unchanged step between them are one edit, a replacement.
     """
     edits = deletions = insertions = deleted = inserted = 0
     for step, action in (*plan, _END):

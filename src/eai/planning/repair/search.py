@@ -1,7 +1,7 @@
 """Repair: the fewest edits that make a plan succeed.
 
-An edit inserts, deletes or replaces a step. Every repair has an edit that may help the plan's conflict
-(`conflicts`). The search first expands the edited plan with fewest edits, by the edits that may help its
+An edit inserts, deletes or replaces a step. Every repair has an edit that may resolve the plan's conflict
+(`conflicts`). The search first expands the edited plan with fewest edits, by the edits that may resolve its
 conflict. So it finds a repair with fewest edits. Effort counts operations, never time.
 """
 
@@ -39,7 +39,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 _FIRST_SHARE, _SEARCH_SHARE, _ENABLING_SHARE, _UNDOING_SHARE = 0.03, 0.7, 0.075, 0.025
-"""Shares of the effort.
+"""Shares, from 0 to 1, of the effort for repairing one plan.
 
 They are for the search before the planner runs, for the whole search, for actions that make a step possible,
 and for removing needless edits from each repair.
@@ -49,7 +49,7 @@ _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to finish a plan."""
 
 _START_FACTOR = 3
-"""Factor by which the planner may test more actions for the one plan from the initial state."""
+"""Factor of the limit of tested actions for the plan from the initial state, made only once per task."""
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
 """Limits of the search for actions that make a step possible."""
@@ -120,7 +120,7 @@ class Repairer:
         return search.min_edits, None if best is None else edits_of(best)
 
     def _repair_by_planner(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
-        """Return bounds like `repair`, from plans only.
+        """Return bounds like `repair`, computed only from plans of the planner.
 
         There are too many actions to prove a minimum number of edits.
         """
@@ -222,7 +222,7 @@ class Repairer:
         return self._enabling_actions[key]
 
     def _remove_needless_edits(self, plan: EditedPlan, original: PlanSteps, effort: Effort) -> EditedPlan:
-        """Remove needless edits from a repair, until the effort for this task is used up."""
+        """Remove needless edits from a repair, until the share of effort for this is used up."""
         undo_effort = Effort(effort.limit * _UNDOING_SHARE)
         trials = undo_one_edit(plan, original)
         while (trial := next(trials, None)) is not None and not undo_effort.is_used_up:
@@ -337,8 +337,8 @@ class _RepairNode(NamedTuple):
         path: the plan's path. If ``first_unknown`` is not -1, it is the path of the plan before the last
             edit, which is equal up to that entry.
         first_unknown: number of the first entry whose moment is unknown; -1 if all moments are known.
-        failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, it is the number of
-            the plan before the last edit.
+        failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, they are counted
+            for the plan before the last edit.
         cost: the numbers of edits of the plan.
         missed_cuts: the landmarks that the plan lacks, as a bit mask.
         known_cuts: number of landmarks known when ``missed_cuts`` was computed.
