@@ -92,5 +92,5 @@ def add_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Rec
 
 @cache
 def list_run_studies() -> tuple[Study, ...]:
-    """Return the studies that have options for runs."""
+    """Return the studies that have options for runs, not only for analyses."""
     return tuple([study for study in map(find_study, _find_entries()) if study.options is not Variation])

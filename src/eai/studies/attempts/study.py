@@ -80,7 +80,7 @@ class _Arm:
 
     @property
     def attempts(self) -> int:
-        """Maximum number of attempts at a task."""
+        """Maximum number of attempts at a task, the first attempt included."""
         return self.options.replans + 1
 
     @property

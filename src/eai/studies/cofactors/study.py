@@ -90,7 +90,7 @@ REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
     "any tool_steps": lambda answer: None if answer.tool_steps is None else float(answer.tool_steps > 0),
     "quantified_goals": lambda answer: answer.quantified_goals,
 }
-"""Columns of the regression by name, each with the function that reads the value from an answer."""
+"""Columns of the regression by name, each with a function from an answer's line to the value."""
 
 
 def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
@@ -116,7 +116,7 @@ def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -
 
 
 def make_bins(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
-    """Return a function from a value of a feature to the lowest and highest value of its bin.
+    """Return a function that maps a value of a feature to the bounds of the value's bin, both included.
 
     Bins of annotated steps have the given width. Other features use the smallest width of 1, 2, 5, 10, ...
     that gives at most eight bins. Features above a thousand use decades (0, 1, 2-9, 10-99, ...).

@@ -62,7 +62,7 @@ class _Bar(NamedTuple):
 
 
 _WorldAbility: TypeAlias = tuple[str, str]
-"""Names of a world and an ability, a bar on the left of the figure."""
+"""Names of a world and an ability, which together are a bar on the left of the figure."""
 
 _Name = TypeVar("_Name")
 

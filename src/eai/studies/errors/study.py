@@ -65,7 +65,7 @@ _VERDICTS = ("matched", "additional", "missing")
 
 
 class _ErrorLeaf(NamedTuple):
-    """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and its detail."""
+    """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and a detail."""
 
     stage: str
     kind: str = ""

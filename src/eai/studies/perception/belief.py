@@ -102,7 +102,7 @@ class _PerceivedScene:
     def _select_possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
         """Yield the facts that one state can have together.
 
-        No object supports itself through others, and no object has two supports.
+        In these facts no object supports itself, even through other objects, and no object has two supports.
         """
         words = self._words
         forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
@@ -138,7 +138,7 @@ class _PerceivedScene:
         return Scene(scene.vocabulary, objects, scene.agent)
 
     def _find_similar_object(self, name: str) -> int | None:
-        """Return the first object in the prompt whose name differs from this name only in its number."""
+        """Return the first object in the prompt whose name differs from a given name only in the number."""
         stem = _STEM.sub("", name)
         names = self._words.names(self._task)
         return next((i for i in prompt_objects(self._task) if _STEM.sub("", names[i]) == stem), None)

@@ -17,7 +17,7 @@ from eai.studies.variation import Variation
 from eai.tasks.options import Arguments
 
 STUDY = "perception"
-"""Name of the study in records."""
+"""Name of the study of perception in records."""
 
 SceneFormat: TypeAlias = Literal[
     "text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"
@@ -42,7 +42,7 @@ many, or fewer if the picture would be too high. Objects in or on objects of the
 """
 
 PICTURE_FORMATS = ("image", "rendered", "numbered", "pointed")
-"""Formats that show the scene only in pictures."""
+"""Formats in which questions show the scene only in pictures."""
 
 SCENE_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
 """Abilities whose questions describe a scene, in order."""
@@ -116,14 +116,14 @@ class Perception(Variation):
 
     @property
     def choice(self) -> str:
-        """The format of the scene if it is not a complete list of facts, or else the added context."""
+        """Name of the chosen option: the format of the scene, or context added to a list of facts."""
         if self.scene != "text":
             return f"perception.scene {self.scene}"
         return f"perception.context {self.context}" if self._context_label else ""
 
     @property
     def heading(self) -> str:
-        """Line that names the format of the scene."""
+        """Line that names the format of the scene for readers."""
         return f"scene: {self.label}"
 
     def record_choice(self, study: str) -> None:
@@ -153,7 +153,7 @@ class Perception(Variation):
     def can_look_again(self) -> bool:
         """Whether a later question of a run can show the changed scene.
 
-        Scene models and the user's own pictures cannot.
+        This is not possible with a scene model, or with the user's own pictures.
         """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
@@ -175,7 +175,7 @@ class Perception(Variation):
 
     @property
     def label(self) -> str:
-        """Short text that differs for each choice of options."""
+        """Short text that names the chosen options, different for each choice."""
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"

@@ -51,7 +51,7 @@ class Noise:
 
     @property
     def rates(self) -> dict[str, float]:
-        """Probabilities of errors, by name."""
+        """Probabilities of errors, by kind of error."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "seed"}
 
     @property
@@ -190,7 +190,7 @@ class _NoisyObserver:
         )
 
     def _draw_doubles(self) -> Iterator[tuple[str, str]]:
-        """Yield each object that is seen twice, with the invented name of its double."""
+        """Yield the name of each object that is seen twice, with the invented name of the double."""
         taken = set(self._names)
         for name in self._seen_names:
             if (

@@ -49,7 +49,7 @@ _FILE_ONLY_COLUMNS = ("p", "only modular", "only pipeline")
 """Names of columns that are written to files but not shown on the screen."""
 
 _KINDS = ("exactly right", "all, and others", "some missing", "no answer")
-"""Kinds of goals that a question may state, from right goals to no goals."""
+"""Kinds of stated goals: how right they are, from exactly right to no readable answer."""
 
 _GOALS = "goals"
 """Label of a pipeline that states goals but no subgoals."""
@@ -270,7 +270,7 @@ def _break_of(record: Record, success: Case) -> str:
 
 
 def _compare_cases(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
-    """Return the rates of two runs, and their difference in percentage points."""
+    """Return the rates of two runs in percent, and the second rate minus the first in points."""
     return Estimate.from_cases(one), Estimate.from_cases(other), Estimate.from_difference(one, other)
 
 

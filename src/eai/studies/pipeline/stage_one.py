@@ -42,7 +42,7 @@ OWN = "own"
 
 
 STUDY = "pipeline"
-"""Name of the study in records."""
+"""Name of the study of pipelines in records."""
 
 _PLACE = 10
 

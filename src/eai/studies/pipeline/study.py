@@ -82,7 +82,7 @@ class _PipelineOptions(Variation):
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
-        """Return the stage that asks for goals, or the next stage, which asks for subgoals, if chosen."""
+        """Return the stage that asks for goals. If subgoals are chosen, return the stage after it."""
         from eai.studies.pipeline.stage_one import find_goals, find_subgoals
 
         first = FirstStage(library, wanted, ask, partial(find_goals, str(self.goals)))

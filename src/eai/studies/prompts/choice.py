@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.abilities.experiment import Experiment, make_name_choice
 
 STUDY = "prompts"
-"""Name of the study in records."""
+"""Name of the study of prompts in records."""
 
 _PLACE = 40
 

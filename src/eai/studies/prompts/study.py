@@ -64,8 +64,8 @@ def kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | No
 def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
     """Return Kendall's coefficient of concordance W of several ratings of equal items, corrected for ties.
 
-    W is 0 without agreement and 1 if all ratings have one order. For two ratings, W is (1 + Spearman's rho) /
-    2.
+    W is 0 without agreement, and 1 if all ratings have one order. For two ratings, W = (1 + rho) / 2, with
+    Spearman's rho.
 
     Returns:
         the coefficient; None for fewer than two ratings or items, or if all ratings are constant.
@@ -134,7 +134,7 @@ class _PromptMatrix:
         metric: name of the metric.
         prompts: names of the prompts, in the order of the runs.
         models: names of the models, in the order of the runs.
-        records: (prompt, model) -> scored records, for all keys of equal tasks in equal order.
+        records: (prompt, model) -> scored records; all entries have equal tasks in equal order.
     """
 
     metric: str
@@ -248,7 +248,7 @@ def _agreement(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -> Iterator[
 def _draw_columns(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
     """Yield bootstrap samples of the matrix: values by model, for task names drawn with replacement.
 
-    All runs of a sample have the drawn names in common.
+    The drawn names of a sample are equal for all runs.
     """
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:

@@ -1,4 +1,4 @@
-"""Report the cost of answers, as a section and as a table, with the paper's cost for comparison."""
+"""Report the cost of answers, as a section of the report and as CSV, beside the cost in the paper."""
 
 from __future__ import annotations
 

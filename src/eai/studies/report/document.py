@@ -175,7 +175,7 @@ def _cards() -> Iterator[str]:
 def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:
     """Yield the text of a section with paragraphs and a table; nothing if the table has no rows.
 
-    A row has its cells by heading.
+    Each row maps headings to cells.
     """
     written = list(rows)
     if written:

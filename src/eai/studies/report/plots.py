@@ -62,7 +62,7 @@ _MODEL_DISTANCE = 0.09
 """Horizontal distance between the points of models with intervals, as a share of a bin's width."""
 
 Bins = Mapping[int, Cases]
-"""Successes of one model's tasks, by lower bound of the bin; bins without tasks are left out."""
+"""Successes of one model's tasks, by index of the bin; bins without tasks are left out."""
 
 
 _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"

@@ -1,1 +1,1 @@
-"""Sensitivity: the operators of a model that break plans."""
+"""Sensitivity: which operators of a model's answers make planning fail."""

@@ -38,10 +38,10 @@ from eai.tasks.source import Source
 from eai.tasks.task import Category
 
 OVERALL = "overall"
-"""Name of the category that contains all tasks."""
+"""Name of the category of tasks that contains all tasks."""
 
 NOT_WRITTEN = "not_written"
-"""Outcome of an operator that the answer does not have although the task asks for it."""
+"""Outcome of a trial whose operator the task asks for but the answer does not have."""
 
 _SOLVED = PlannerOutcome.SOLVED.value
 _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RUN), NOT_WRITTEN)
@@ -83,7 +83,7 @@ def try_records(
 def try_operators(
     scorer: TransitionModeling, record: Record, replaced: ReplacedPart = "operator"
 ) -> Iterator[OperatorTrial]:
-    """Yield a trial (one planning result) for each operator that a task asks for.
+    """Yield a trial (the result of planning once) for each operator that a task asks for.
 
     An excluded answer has no trials. A missing answer has no operators, so all of its trials fail.
     """
