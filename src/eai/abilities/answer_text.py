@@ -459,8 +459,8 @@ def _stretch_at(text: str, start: int) -> _Stretch:
 def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:
     """Return the meaning of a value, and the names of the repairs that it needs.
 
-    If the value itself has no meaning in the form, the meaning is that of JSON inside a string, or of a
-    member of an object.
+    A value without a meaning in this form may be a string that contains JSON, or an object with one
+    meaningful member. The meaning is then that of the JSON or of the member.
     """
     meaning = form.read(value)
     if meaning is not None or depth == 0:

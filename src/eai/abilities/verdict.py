@@ -110,8 +110,8 @@ class Credit:
             read.
         faults: number of faults by kind; kinds without a fault are left out.
         added_actions: number of actions that a search added to execute subgoals. Rewards are divided by this
-            number plus one, so that an answer that copies the goal as a subgoal is not paid for the work of
-            the search.
+            number plus one. Otherwise an answer that copies the goal as a subgoal would be paid for the work
+            of the search.
         conditions: share of the possible gain in met conditions of goals, from 0 to 1; None if it was not
             measured, or for answers that are not executed.
     """

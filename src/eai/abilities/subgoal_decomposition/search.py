@@ -7,10 +7,10 @@ executions. A search of all branches would report the same branch, except for on
 branch can turn its last error from a missing step into a wrong order; merging ignores this.
 
 The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as are all goals of the data set). The
-first part is met at the earliest position at which it holds, and each further part at the earliest position
-after the part before. An action belongs to the position of the state in which it is taken; the last position
-has no action. So the search needs to know only the number of parts met so far. The result equals that of
-`eai.logic.semantics` for such sequences (a test compares them).
+first part is met at the earliest position at which it holds. Each further part is met at the earliest
+position, after the part before, at which it holds. An action belongs to the position of the state in which it
+is taken; the last position has no action. So the search needs to know only the number of parts met so far.
+The result equals that of `eai.logic.semantics` for such sequences (a test compares them).
 """
 
 from __future__ import annotations
