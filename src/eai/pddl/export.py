@@ -294,7 +294,7 @@ def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
 
 
 def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
-    """Yield the used derived predicates, and those that their conditions use in turn."""
+    """Yield an axiom for each used derived predicate, including those that conditions of axioms use."""
     names_done: set[str] = set()
     while rest := [
         derived_predicate

@@ -91,7 +91,7 @@ class Grounder:
 
     @property
     def objects(self) -> frozenset[str]:
-        """The names of all objects."""
+        """The names of all objects of the problem."""
         return frozenset(self._objects["object"])
 
     def goal(self) -> _GroundCondition | None:
@@ -124,9 +124,10 @@ class Grounder:
         return frozenset(named)
 
     def _bindings(self, action: m.PddlAction, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
-        """Return the bindings that satisfy the static atoms of the precondition's top level.
+        """Return the bindings of parameters that satisfy the static conjuncts of an operator's precondition.
 
-        A parameter that occurs in no condition and no effect takes only one object, as all are equivalent.
+        A parameter that occurs in no condition and no effect takes only one object, as all objects are equal
+        for it.
         """
         tests = self._tests(action)
         mentioned = free_variables(action.precondition) | m.effect_variables(action.effect)
@@ -424,12 +425,12 @@ class GroundProblem:
 
 
 def count_looks(conditions: int) -> int:
-    """Return the number of looks that the test costs which of many conditions need a literal."""
+    """Return the cost, in looks, of testing which of many conditions need a literal."""
     return 1 + conditions // 2_000
 
 
 def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
-    """Return for each bit a mask of the numbers of the masks that contain it."""
+    """Return a mapping from each bit to the numbers of the masks that contain it, as a mask."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
         for bit in bits(mask):

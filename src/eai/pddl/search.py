@@ -17,7 +17,8 @@ search. It does not replace this search: on models' operators that planner loses
 
 Relevance is judged by predicates. An operator is never possible if it needs a predicate of which no atom is
 ever true. An effect is useless if neither the goal nor a useful operator depends on its predicate. Without
-both there are far fewer ground actions, and many unreachable goals are detected before grounding.
+such operators and effects there are far fewer ground actions, and many unreachable goals are detected before
+grounding.
 Quantifiers whose variable is not used in their body are dropped: eight of them would repeat an effect
 millions of times.
 """

@@ -88,7 +88,7 @@ def _distance(one: Share, other: Share) -> float:
 
 @dataclass(frozen=True, slots=True)
 class MetricDifference:
-    """One metric in two runs, over the tasks that both answered.
+    """One metric in two runs, on the tasks that both runs answered.
 
     The p values are two-sided, of tests that exchange the runs' answers at random (`eai.results.comparison`).
     They are exact if each task contributes 0 or 1.

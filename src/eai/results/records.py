@@ -199,7 +199,7 @@ class Shard(NamedTuple):
         return Shard(int(match[1]), int(match[2]))
 
     def select(self, items: Iterable[T]) -> Iterator[T]:
-        """Yield those of the given items that belong to this shard."""
+        """Yield the items of this shard from the items of all shards."""
         return islice(items, self.number - 1, None, self.of)
 
     @property

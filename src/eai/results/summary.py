@@ -191,12 +191,13 @@ class Breakdown:
             abilities without plans.
         by_goals: mapping from a number of goals to the success of each answer to a task with so many; the
             mean if a record stands for several answers.
-        by_length: number of steps of the data set's own plan -> success of each answer. The answer's number
+        by_length: mapping from a number of steps of the data set's own plan to the success of each answer to
+            such a task. The answer's number
             of tried steps is no feature: a plan that fails early would count as short.
-        by_action: operator -> share of executed steps among its tried steps, with additional steps, which are
-            not executed; F1 in transition modeling.
-        by_predicate: predicate -> share of reached goals among the goals that mention it; F1 in transition
-            modeling.
+        by_action: mapping from each operator to the share of executed steps among its tried steps, which
+            include additional steps; F1 in transition modeling.
+        by_predicate: mapping from each predicate to the share of reached goals among the goals that mention
+            it; F1 in transition modeling.
     """
 
     outcomes: Mapping[AnswerOutcome, int]

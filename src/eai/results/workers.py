@@ -108,7 +108,7 @@ def _pickle_error(error: Exception) -> bytes:
 
 @lru_cache(maxsize=8)
 def load_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
-    """Load pickled work; cached, because opening its tasks takes long."""
+    """Unpickle a function that works on batches; cached, because it opens tasks, which takes long."""
     work_function: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
     return work_function
 
@@ -137,7 +137,7 @@ MAX_DEATHS = 3
 
 @dataclass(slots=True, eq=False)
 class _Batch:
-    """A batch: items of a stream, the pickled work on them, and their pickled results."""
+    """A batch: items of a stream, the pickled function that works on them, and the pickled results."""
 
     work: bytes
     items: Sequence[Any]
@@ -250,7 +250,7 @@ class Workers:
             self._waiting = deque([batch for batch in self._waiting if batch not in in_progress])
 
     def _send_batches(self) -> None:
-        """Send waiting batches to the least busy workers, up to their maximum."""
+        """Send waiting batches to the least busy workers, as long as these have less than their maximum."""
         while self._waiting:
             batch = self._waiting[0]
             worker = self._find_least_busy()

@@ -136,7 +136,7 @@ class Job:
         suite: the suite.
         prompts: mapping from task ids to questions, in order.
         epochs: number of answers to each question.
-        trials: carry answers out in an experiment; None if each question is sent once.
+        trials: the trials that carry answers out; None if each question is sent once.
         metadata: mapping from task ids to the metadata of questions, for the built-in models.
         experiment: the choices of the run's studies, for the log; None without studies.
     """

@@ -193,7 +193,7 @@ def ask_as_published(trials: Trials | None) -> Solver:
     """Return a solver for runs without a journal, with the stop sequences of the sample's metadata.
 
     Args:
-        trials: carry answers out in an experiment; None if each question is sent once.
+        trials: the trials that carry answers out; None if each question is sent once.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:

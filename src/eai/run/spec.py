@@ -209,7 +209,7 @@ class RunSpec(Options):
 
     @property
     def tables(self) -> dict[str, dict[str, JsonValue]]:
-        """The specification as TOML tables: every option with a value, without keys of servers."""
+        """The specification as TOML tables: every option with a value, except secret keys."""
         core = {name: getattr(self, name) for name in _CORE}
         sections: dict[str, Options] = {**core, **self.studies}
         return {

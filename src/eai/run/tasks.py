@@ -249,7 +249,7 @@ def _ask_nobody(*_: object, **__: object) -> SuiteResult:
 def _run_stage(
     stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], BeliefSet]:
-    """Return questions that state results of an earlier stage, such as goals, and these beliefs.
+    """Return questions that state results of an earlier stage (goals or scenes), and these results.
 
     Raises:
         InputError: a task has no result to state; a log would leave it out of all rates.

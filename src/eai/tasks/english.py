@@ -86,7 +86,7 @@ class English:
     role: str = "an agent"
 
     def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
-        """Whether a request for a predicate of objects of these categories is implausible."""
+        """Whether nobody would request a predicate for objects with these categories."""
         phrase = " ".join((predicate, *categories))
         return any(fnmatchcase(phrase, pattern) for pattern in self.odd) and not any(
             fnmatchcase(phrase, pattern) for pattern in self.sound

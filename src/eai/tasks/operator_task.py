@@ -65,7 +65,8 @@ class TransitionTask:
         operators: the names of the operators to write, in the order of the data set.
         categories: the task's own categories, the more specific category first.
         problem_text: the planning problem.
-        actions_of: returns the actions that steps of gold operators stand for; by default none.
+        actions_of: function that returns the actions for which steps of gold operators stand; by default no
+            actions.
     """
 
     id: str

@@ -112,7 +112,7 @@ def _task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
 
 
 Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
-"""Converts a condition of a problem to its formula in the world of a benchmark."""
+"""Function that converts a condition of a problem to a formula in the world of a benchmark."""
 
 
 ProblemWorld: TypeAlias = tuple[PddlDomain, Callable[[PddlProblem], tuple[State, Meaning]]]

@@ -77,7 +77,7 @@ class Task:
         instruction: the task in natural language.
         initial: the state in which a plan starts.
         goals: without duplicates, in the order of the data set.
-        relevant: the objects that the task is about, by index, in the order of the data set.
+        relevant: indices of the objects that the task is about, in the order of the data set.
         script: the data set's own plan; empty if it has none.
         temporal_goal: the goal as a text in temporal logic, or None if the task has none.
         annotated_final: the final state in the data set's own annotation, or None if it has none.
@@ -112,7 +112,7 @@ class Task:
 
     @property
     def planning_objects(self) -> tuple[int, ...]:
-        """The objects that a search for a plan needs: the task's objects, and those that no answer names."""
+        """Indices of the objects that a search for a plan needs: `relevant` and `unnamed` objects."""
         return self.relevant + self.unnamed
 
     @property
@@ -164,7 +164,7 @@ class Task:
         return None if reason is None else self.exclude(reason)
 
     def find_named_objects(self, goals: Iterable[Goal]) -> set[int]:
-        """Return the objects that some goals of the task name, by index."""
+        """Return the indices of the objects that some goals of the task name."""
         return {self.scene.index[name] for goal in goals for name in object_names(goal.formula)}
 
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:

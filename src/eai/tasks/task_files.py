@@ -50,7 +50,7 @@ class _TaskFiles:
 
     Attributes:
         name: the name of the file or folder, without ending.
-        base: the benchmark whose world all tasks are in, as `find_benchmark` takes it.
+        base: reference of the benchmark whose world all tasks share (`find_benchmark`).
         lines: mapping from the id of each task to its line, in the order of the files.
         sha256: digest of the content of all files.
     """

@@ -194,7 +194,7 @@ def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, J
 
     Args:
         task: the task.
-        base: the benchmark whose world the task is in, as `eai.benchmarks.registry.find_benchmark` takes it.
+        base: reference of the benchmark whose world the task uses (`eai.benchmarks.registry.find_benchmark`).
         domain: the declaration of the base.
         about: further information on the task.
     """

@@ -43,12 +43,13 @@ class Wording:
         predicates: mapping from names to the stored or derived predicates of goals.
         answer_names: the names of predicates in answers that differ from the declared names.
         object_name: function that returns the name of an object.
-        conventions: returns conventions of a task's world that prompts must explain; None if there are none.
+        conventions: function that returns the conventions of a task's world, which prompts must explain; None
+            for worlds without conventions.
         static: further predicates in descriptions of states that no action changes.
         rules: the exact conditions and effects of actions; None if prompts give reasons for failures instead.
         unchanging: static predicates that `conventions` put into words; exact rules state their facts.
-        surroundings: returns further objects of a task that prompts list, by index, such as the rooms of a
-            house.
+        surroundings: function that returns indices of further objects of a task that prompts list, such as
+            the rooms of a house.
     """
 
     domain: Domain
@@ -110,7 +111,7 @@ class Wording:
         return "\n\n".join([listed, *filter(None, notes)])
 
     def listed_objects(self, task: Task) -> list[int]:
-        """Return the objects that a prompt lists, by index: those of the task, and their surroundings."""
+        """Return the indices of the objects that a prompt lists: the task's, and their surroundings."""
         if self.surroundings is None:
             return prompt_objects(task)
         return sorted({*prompt_objects(task), *self.surroundings(task)})

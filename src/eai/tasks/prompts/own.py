@@ -55,7 +55,7 @@ class Questions:
         role: the role of the agent, as in ``a household robot``.
         tasks: mapping from ids to the tasks.
         answer_format: the explanation of the format of answers.
-        example: returns a good answer to each task.
+        example: function that returns the data set's own answer to a task.
         beliefs: the model's beliefs about tasks, by id, if they differ from the task. An example shows the
             true task.
     """

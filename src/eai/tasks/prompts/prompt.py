@@ -165,8 +165,8 @@ class Belief:
 
     Attributes:
         task: the task with the believed goals or the perceived scene.
-        answer: the answer to goal interpretation that states the goals, word for word; empty if there is
-            none.
+        answer: the answer to goal interpretation that states the goals, word for word; empty if the belief
+            has no such answer.
         initial: the description of the initial state; ``$initial`` stands for its facts.
         images: the pictures that belong to the question.
         subgoals: subgoals that the question lists below the goals, in order.
