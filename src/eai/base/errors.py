@@ -26,11 +26,11 @@ class EaiError(Exception):
 
 
 class InputError(EaiError):
-    """Input that cannot be used. The message names the file, the place in the file and the expected form."""
+    """Input is wrong. The message names the file, the place in the file and the expected form."""
 
 
 class ParseError(InputError):
-    """A text that does not parse.
+    """A text does not parse.
 
     Args:
         line: line of the error, counted from 1.
@@ -84,7 +84,7 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
 
 @contextmanager
 def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iterator[None]:
-    """Put a location, such as a file name, before the messages of errors of a type raised in the block."""
+    """Put a location, such as a file name, before the message of an error that the block raises."""
     try:
         yield
     except kind as error:

@@ -47,7 +47,7 @@ def require_file(path: Path) -> None:
     A pipe that the shell has opened is accepted: ``/dev/stdin``, or ``<(...)``, which is ``/dev/fd/N``.
 
     Raises:
-        InputError: the path exists, and is neither a file nor a pipe that the shell has opened.
+        InputError: the path exists, but is no file and no pipe that the shell has opened.
     """
     try:
         mode = path.stat().st_mode

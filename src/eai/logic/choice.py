@@ -206,7 +206,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
         case AnyOf(parts):
             yield from chain.from_iterable(map(choice_options, parts))
         case Choose(count, parts):
-            if count <= len(parts):  # `combinations` allocates `count` items at once, even if there are fewer
+            if count <= len(parts):  # `combinations` would allocate `count` items, even a huge number
                 yield from chain.from_iterable(map(_product, combinations(parts, count)))
         case Pairing(count, cells):
             for pairs in _pairings(count, cells):
@@ -249,7 +249,7 @@ def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[
     """
     lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
     across = len(lines[0]) if lines else 0
-    if count > min(len(lines), across):  # `combinations` and `permutations` allocate `count` items at once
+    if count > min(len(lines), across):  # `combinations` would allocate `count` items, even a huge number
         return
     for some in combinations(lines, count):
         for others in permutations(range(across), count):
@@ -295,7 +295,7 @@ def _count_matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> i
 
 
 SHARED_WEIGHT = 1 << 20
-"""Score of each condition that an option shares with an answer; each condition of the option costs 1."""
+"""Score of a condition that an option shares with an answer. Every condition of the option costs 1."""
 
 
 @dataclass(slots=True, eq=False)

@@ -196,5 +196,5 @@ FALSE = Or(())
 
 
 def operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
-    """Return the operands of an And (or Or); for a formula of another type, a tuple of the formula itself."""
+    """Return the operands of a formula with this connective; for another formula, a tuple of it alone."""
     return formula.operands if isinstance(formula, connective) else (formula,)

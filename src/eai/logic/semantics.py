@@ -48,11 +48,11 @@ def holds(formula: f.Formula, trace: Trace) -> bool:
 
 
 class _Evaluator:
-    """Evaluates the parts of one formula on one trace."""
+    """Evaluates the subformulas of one formula on one trace."""
 
     def __init__(self, formula: f.Formula, trace: Trace) -> None:
         self._trace = trace
-        self._formula = formula  # keeps the formula's parts alive, so that their ids stay unique
+        self._formula = formula  # keeps the subformulas alive, so that their ids stay unique
         self._temporal = temporal_parts(formula)
         self._monotony = monotony(formula)
         self._closed: dict[int, int] = {}
@@ -333,7 +333,7 @@ def support(
         case f.Implies(premise, conclusion):
             return support_of(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
-            # A body that must hold for every inner value restricts nothing: there may be no inner values.
+            # A body that must hold for all inner values restricts nothing: there may be no inner values.
             if isinstance(formula, f.Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
@@ -363,9 +363,9 @@ def _find_smallest(supports: Iterable[Set[str] | None]) -> Set[str] | None:
 
 
 def unite_supports(supports: Iterable[Set[str] | None]) -> Set[str] | None:
-    """Return the union of sets of values, for a formula that is true if any of its parts is.
+    """Return the union of sets of values, for a formula that is true if any part is true.
 
-    The result is None (every object must be tried) if one of the sets is None.
+    The result is None (every object must be tried) if any of the sets is None.
     """
     union: Set[str] = frozenset()
     for objects in supports:
@@ -397,7 +397,7 @@ class _Evidence:
 
 @dataclass(frozen=True, slots=True)
 class _ViolatedPart:
-    """A violated part of a formula, and the position at which it should have held; None for any position."""
+    """A violated part of a formula, and the position at which it should have held (None: at any position)."""
 
     part: f.Formula
     position: int | None

@@ -68,8 +68,8 @@ class Signature:
         actions: mapping from actions to arities. A name that is both a predicate and an action is a
             predicate.
         objects: the names of objects; None allows every name.
-        parsed: mapping from texts to parsed atoms and actions. It is a cache, since answers to one task have
-            most of them in common.
+        parsed: mapping from texts to parsed atoms and actions. It is a cache, since answers to one task share
+            most atoms and actions.
     """
 
     predicates: Mapping[str, int | None]

@@ -23,7 +23,7 @@ def is_broken(formula: f.Formula, start: Trace) -> bool:
 
 
 def _truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
-    """Return the truth of a formula on all traces with this initial state, or None if traces differ.
+    """Return the truth of a formula if it is equal on all traces with this initial state, else None.
 
     A state formula outside of temporal operators may hold at any position of a trace.
     """

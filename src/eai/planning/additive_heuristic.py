@@ -75,7 +75,7 @@ It is a guess, since only the predicates that the function reads are known.
 """
 
 _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
-"""Cost limits, tried in this order, so that cheap actions are found before costly ones are tried."""
+"""Cost limits, tried in this order, so that actions of low cost are found first."""
 
 
 def _find_horizon(limit: float) -> float:

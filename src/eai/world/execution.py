@@ -156,7 +156,7 @@ def to_trace(trajectory: Trajectory) -> Trace:
 
 
 class _NamedState:
-    """A state whose objects have names, for the evaluation of formulas.
+    """A state whose objects are given by name, for the evaluation of formulas.
 
     All states of a trajectory share the atoms of derived predicates.
     """

@@ -86,7 +86,7 @@ the number of that state. None means that the condition never held: a step is mi
 
 
 def conditions_held_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule for checks of missing steps: each history condition held in some earlier state.
+    """A history rule for checks of missing steps: all history conditions held before, perhaps not together.
 
     Returns the number of the last state in which one of them held; None if one of them never held.
     """
@@ -107,7 +107,7 @@ def _holds(truth: Truth, binding: FrameBinding, state: State) -> bool:
 
 
 def was_possible_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: in one earlier state all checks of the operator and all history conditions held.
+    """A history rule: in some earlier state, all checks of the operator and all history conditions held.
 
     Returns the number of the last such state, or None if there is no such state.
     """

@@ -51,7 +51,7 @@ class FactListing:
         return self.sources == (self.predicate,)
 
     def lists(self, fact: Fact) -> bool:
-        """Whether a true fact of this predicate is listed; facts that repeat an object may be left out."""
+        """Whether a true fact is listed. Facts that contain an object twice are listed if ``repeated``."""
         return self.repeated or len({*fact.arguments}) == len(fact.arguments)
 
     def facts(self, state: State, objects: Sequence[int], about: Iterable[int] | None = None) -> list[Fact]:

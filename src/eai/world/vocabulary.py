@@ -1,6 +1,6 @@
-"""The predicates of a domain, and the slots (numbers) under which states keep their facts.
+"""The predicates of a domain, and the slots (numbers) by which states keep their facts.
 
-The facts of a stored predicate are kept in every state. A derived predicate is computed from stored ones.
+A state keeps the facts of stored predicates. The facts of derived predicates are computed.
 """
 
 from __future__ import annotations
