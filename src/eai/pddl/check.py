@@ -17,7 +17,7 @@ from eai.logic.traversal import bound_variables, children
 
 
 class Violation(str, Enum):
-    """A kind of violation of the rules of PDDL. Records contain the values."""
+    """A kind of violation of the rules of PDDL. Records store the value of the kind."""
 
     UNBALANCED = "unbalanced_parenthesis"
     """A parenthesis without its partner."""

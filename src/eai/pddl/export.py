@@ -106,8 +106,8 @@ class ProblemSource:
         name: the name of the problem.
         initial: the initial state.
         goals: state formulas, and actions that must occur.
-        objects: the objects of the problem as a mask; None for all objects of the scene. The agent is always
-            included, and facts about other objects are left out.
+        objects: the objects of the problem as a bit mask; None for all objects of the scene. The agent is
+            always included, and facts about other objects are left out.
     """
 
     name: str

@@ -23,7 +23,7 @@ _MAX_LOOKS = 300_000
 
 
 class PlannerOutcome(str, Enum):
-    """The outcome of a planner call. Records contain the values."""
+    """The outcome of a planner call. Records store the value of the outcome."""
 
     SOLVED = "solved"
     UNSOLVABLE = "unsolvable"

@@ -120,7 +120,7 @@ def _relevant_predicates(
 
 
 def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
-    """Return the part of an effect that changes some predicates; `NO_EFFECT` if it changes none of them."""
+    """Return the part of an effect that changes given predicates; `NO_EFFECT` if it changes none of them."""
     if isinstance(effect, (m.Add, m.Delete)):
         return effect if effect.atom.predicate in predicates else m.NO_EFFECT
     match m.map_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
@@ -172,7 +172,7 @@ _STATES_BEFORE_PAIRS = 60
 """Number of evaluated states after which the search tests whether the goal's literals can hold together."""
 
 _BOOSTED_STATES = 1000
-"""Number of states that are taken from the preferred list, each time a state comes nearer to the goal."""
+"""Number of states taken from the preferred list after a state that is nearer to the goal than all before."""
 
 _MAX_CENTRAL_STATES = 60
 """Maximum number of evaluated states in the first search, which only has actions on the goal's objects."""

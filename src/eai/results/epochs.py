@@ -262,7 +262,7 @@ class SuiteResult:
         return shown
 
     def effort(self) -> dict[str, Json]:
-        """Return the fields of ``summary.json`` that are not metrics, such as the effort of the run."""
+        """Return the fields of ``summary.json`` that are not metrics, such as usage and missing answers."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},

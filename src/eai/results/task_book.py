@@ -50,7 +50,7 @@ class TaskBook:
 
         Args:
             task_id: the task that does not have the stated goal.
-            call: the stated goal, in the words of answers.
+            call: the stated goal, with the names that answers use.
         """
         if task_id not in self._tasks:
             return None

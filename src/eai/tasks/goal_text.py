@@ -93,7 +93,7 @@ def make_task(
         instruction: the task in natural language.
         initial: the state in which a plan starts.
         goals: formulas, or text in the syntax of subgoals: ``forall l: lamp. (lit(l))``.
-        title: the name that tasks of a kind share; the id if empty.
+        title: the name that similar tasks share; the id if empty.
         domain: the domain; needed if a text names actions.
 
     Raises:

@@ -73,7 +73,7 @@ class Task:
 
     Attributes:
         id: the data set's id.
-        title: the name that tasks of a kind share.
+        title: the name that similar tasks share.
         instruction: the task in natural language.
         initial: the state in which a plan starts.
         goals: without duplicates, in the order of the data set.
@@ -173,7 +173,7 @@ class Task:
 
 
 def goal(formula: Formula) -> Goal:
-    """Return the goal with a formula, whose kind follows from the formula.
+    """Return a goal made from a formula, which decides the kind of the goal.
 
     A formula with actions is an action goal, and a formula with relations is a relation goal. Any other
     formula is a state goal. A goal over time is never an action goal.
