@@ -19,7 +19,7 @@ _ALL_LITERALS = -1
 """Bit mask that contains all literals of any problem, and more bits."""
 
 _MAX_ROUNDS = 2
-"""Maximum number of attempts to make several literals true together, if each new one loses another."""
+"""Maximum number of attempts to make literals true together, if making one literal loses another."""
 
 _MAX_REPEAT_DEPTH = 2
 """Maximum number of nested actions for making initial literals true again that were lost."""

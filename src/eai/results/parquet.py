@@ -16,7 +16,7 @@ _BATCH_ROWS = 1024
 """Number of rows that are read at a time."""
 
 _SHARED_PREFIXES = "DELTA_BYTE_ARRAY"
-"""Parquet encoding in which each text stores only its difference from the beginning of the text before it.
+"""Parquet encoding that stores each text without the beginning that it shares with the text before.
 
 So a few bytes can unpack to many bytes.
 """
@@ -68,7 +68,7 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
 def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows unpacks to too many bytes.
 
-    Return whether texts are stored by their difference from the text before. Then a row may be much larger
+    Return whether texts are stored without beginnings that they share. Then a row may be much larger
     than its bytes in the file.
     """
     limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
