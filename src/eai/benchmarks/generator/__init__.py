@@ -1,1 +1,1 @@
-"""Generated tasks in a benchmark's world. Nobody has seen them before, and each has a plan that solves it."""
+"""Generate new tasks in a benchmark's world. Each task has a plan that solves it."""

@@ -1,8 +1,9 @@
 """Count the goals, states and plans of a benchmark by object category, to learn which goals are usual.
 
-A domain allows many actions that are unusual, such as washing a book. The plans of generated tasks therefore
-come from a copy of the domain. In the copy, each operator has the precondition that its arguments are usual
-for it. The copy lacks operators that no plan of the benchmark uses.
+A domain allows many actions that are unusual, such as washing a book. Plans of generated tasks therefore come
+from a restricted copy of the domain. In the copy, an operator has the additional precondition that each
+argument is usual: plans of the benchmark pass objects of its category. The copy lacks operators that no plan
+of the benchmark uses.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ from eai.world.vocabulary import Predicate, Vocabulary
 
 
 class UsualDomain:
-    """A domain restricted to usual actions; unrestricted if the data set has no plans.
+    """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
     Attributes:
         domain: the restricted domain.
@@ -61,12 +62,12 @@ class UsualDomain:
             self.domain = replace(domain, vocabulary=vocabulary, operators=tuple(map(_restrict, used)))
 
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
-        """Return a state of the restricted domain with the objects of a scene."""
+        """Return a state of the restricted domain, with the objects of a scene and these facts."""
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
         return own.state((*self._select_declared(facts), *self._make_usual_facts(own)))
 
     def restore_state(self, state: State) -> State:
-        """Return a state of the restricted domain as a state of the original domain."""
+        """Return the state of the original domain that equals a state of the restricted domain."""
         scene = Scene(self._original, state.scene.objects, state.scene.agent)
         return scene.state(self._select_declared(state.facts()))
 
@@ -80,7 +81,7 @@ class UsualDomain:
 
 
 def _make_usual_predicate(operator: str, place: int) -> Predicate:
-    """Return the predicate that holds for objects that plans usually pass as this argument of an operator."""
+    """Return the predicate of objects that are usual as this argument of an operator."""
     return Predicate(f"usual {operator} {place}", 1, static=True)
 
 
@@ -93,21 +94,21 @@ def _restrict(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of targets of an object in a relation that says where objects are."""
+"""Maximum mean number of targets of an object in a relation that states places of objects."""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
-"""Weight of each goal shape, if the data set has no goals with quantifiers."""
+"""Weight of each shape of goals (class of the formula), if the data set has no goals with quantifiers."""
 
 _APPROACH_ROLES = (Role.TAKES, Role.MOVEMENT)
-"""Roles of operators that take or approach an object, but do not use it."""
+"""Roles of operators by which the agent takes or approaches an object without using it."""
 
 _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
-"""Weights of a fact that is a goal, that a plan brings about, or that holds in a scene."""
+"""Weights of a fact that is a goal, of a fact that a plan makes true, and of a fact that holds in a scene."""
 
 
 def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
-    """Count the usual goals, places and actions in the tasks of a benchmark."""
+    """Return the usual goals, places of objects and actions, counted in tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
     states = [task.initial for task in tasks]
@@ -130,7 +131,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
     is_odd = (
         benchmark.notation.english.is_odd
-    )  # a literal that is odd as a goal is not odd when it is negated
+    )  # a literal that makes no sense as a goal makes sense when negated
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: role_of(operator) for operator in domain.operators}
     nestings, combinations, needy = _find_combinations(tasks)
@@ -167,7 +168,7 @@ def _get_shape(goal: Goal) -> str:
 
 
 def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
-    """Yield each goal about states with each of its patterns."""
+    """Yield each goal about states with each of its patterns (literals with categories for objects)."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from ((goal.formula, pattern) for pattern in find_patterns(goal.formula, task.scene))
@@ -176,7 +177,7 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
 def _weigh_patterns(
     tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactListing]
 ) -> defaultdict[Pattern, float]:
-    """Return the weight of each pattern, given the executions of the tasks' plans."""
+    """Return the weight of each pattern of literals, given the tasks and the executions of their plans."""
     weights: defaultdict[Pattern, float] = defaultdict(float)
     initial_patterns: dict[Pattern, None] = {}
     crowds: Counter[str] = Counter()
@@ -222,7 +223,7 @@ def _find_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[t
 
 
 def _count_categories(task: Task) -> Counter[str]:
-    """Return the number of objects of each category that a task mentions or its plan uses."""
+    """Return how many objects of each category a task mentions or its plan uses."""
     return Counter([task.scene.objects[i].category for i in _find_concerned_objects(task)])
 
 
@@ -239,9 +240,9 @@ def _make_themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
 
 
 def _weigh_shapes(forms: Counter[str]) -> Mapping[str, int]:
-    """Return weights of goal shapes for a data set without quantified goals.
+    """Return weights of shapes of goals, for a data set without quantified goals.
 
-    Goals for actions keep their share of all goals.
+    Goals for actions keep the share that they have among all goals.
     """
     states, shares = forms.total() - forms["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
@@ -249,7 +250,7 @@ def _weigh_shapes(forms: Counter[str]) -> Mapping[str, int]:
 
 
 def _cut_plan(plan: Sequence[Action], domain: Domain) -> list[Action]:
-    """Return a plan up to its first step with an unknown operator or a wrong number of objects."""
+    """Return the steps of a plan before the first unknown operator or wrong number of objects."""
     kept = []
     for action in plan:
         if domain.arities.get(action.operator) != len(action.arguments):
@@ -259,7 +260,7 @@ def _cut_plan(plan: Sequence[Action], domain: Domain) -> list[Action]:
 
 
 def _find_concerned_objects(task: Task) -> list[int]:
-    """Return the objects that a task mentions or its plan uses."""
+    """Return the indices of the objects that a task mentions or its plan uses."""
     used = (i for action in task.script for i in action.arguments)
     return list(dict.fromkeys((*prompt_objects(task), *used)))
 
@@ -267,7 +268,7 @@ def _find_concerned_objects(task: Task) -> list[int]:
 def _find_fact_patterns(
     state: State, objects: Sequence[int], listings: Iterable[FactListing]
 ) -> dict[Pattern, None]:
-    """Return the patterns of the facts that hold and may be goals, each once."""
+    """Return the patterns of facts that hold in a state and may be goals, each once."""
     things = state.scene.objects
     return {
         Pattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
@@ -279,9 +280,9 @@ def _find_fact_patterns(
 def _count_excess_pairs(
     state: State, objects: Sequence[int], listings: Iterable[FactListing]
 ) -> Counter[str]:
-    """Count the pairs of each relation beyond `MAX_MEAN_TARGETS` for each source object.
+    """Return by how many pairs each relation exceeds `MAX_MEAN_TARGETS` targets for each source.
 
-    A count is negative if a relation has fewer pairs.
+    The number is negative if the relation has fewer pairs.
     """
     crowds: Counter[str] = Counter()
     for listing in listings:
@@ -302,13 +303,13 @@ def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
 
 
 def _find_changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
-    """Yield patterns that hold only after a plan, then negated patterns that hold only before the plan."""
+    """Yield patterns that hold only after a plan, then the negation of patterns that hold only before it."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
 
 def _make_all_patterns(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:
-    """Yield every combination of a predicate and categories, for a data set without plans."""
+    """Yield a pattern for every combination of a predicate and categories, for a data set without plans."""
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
         for predicate, truth in wanted:
@@ -317,9 +318,9 @@ def _make_all_patterns(wanted: Iterable[tuple[str, bool]], states: Sequence[Stat
 
 
 def _find_relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the relations that say where objects are, and the relations of a part to its whole.
+    """Return the relations that state places of objects, and the relations between a part and its whole.
 
-    Both are recognized by the mean number of objects to which an object is related.
+    Both kinds of relations are recognized by the mean number of objects to which an object is related.
     """
     places, parts = [], []
     for predicate in domain.vocabulary.predicates:
@@ -341,7 +342,7 @@ def _find_part_categories(states: Sequence[State], parts: Sequence[str]) -> Iter
 
 
 def _find_holding_predicates(domain: Domain) -> Iterator[str]:
-    """Yield predicates, such as "holding", that only the operators that take an object make true."""
+    """Yield predicates, such as "holding", that become true only by operators that take an object."""
     taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
     others = {
         schema.atom.predicate

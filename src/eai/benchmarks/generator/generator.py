@@ -1,4 +1,7 @@
-"""Generate any number of tasks. A specification and a seed determine a task, or why it is rejected."""
+"""Generate any number of tasks.
+
+A specification and a seed determine a task, or why the seed is rejected.
+"""
 
 from __future__ import annotations
 
@@ -56,13 +59,13 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 _PROPOSALS_PER_GOAL = 12
-"""Number of random goals that are tried for each wanted goal; ten times as many in rich scenes."""
+"""Number of random goals that are tried for each wanted goal. Rich scenes get ten times as many tries."""
 
 _MAX_FAILURES_IN_A_ROW = 5
-"""Number of goals without a plan in a row after which no more goals are tried in a scene."""
+"""Number of goals in a row for which no plan is found, before a scene gets no more goals."""
 
 _MAX_THEMES = 3
-"""Maximum number of public task titles from which the goals of one task come, unless its scene is rich."""
+"""Maximum number of public task titles whose goals are combined in one task, unless its scene is rich."""
 
 _RICH_TIERS = (Tier.L, Tier.XL, Tier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
@@ -71,7 +74,7 @@ _MIN_STEPS = 3
 """Minimum number of steps of the plan that solves a task in tier `DATA`."""
 
 _USUAL_STEPS = 5
-"""Assumed length of a plan, if the data set has no plans."""
+"""Assumed number of steps of a plan, if the data set has no plans."""
 
 _MAX_EXTRA_STEPS = 6
 """Maximum number of steps that a goal over time may add to the plan that solves a task."""
@@ -80,23 +83,23 @@ _PROPOSALS_FOR_HIDDEN = 40
 """Number of random goals that are tried to find a first goal about a hidden object."""
 
 _OFFER_WEIGHT = 2
-"""Weight added to a public task if it has hiding places, and again if a category has several objects."""
+"""Weight added to a public task if objects can be hidden in it, and again if objects share a category."""
 
 _HIDING_PROBABILITY = 0.7
-"""Probability of hiding an object that can be hidden, for a data set without quantified goals."""
+"""Probability that an object is hidden if this is possible, for a data set without quantified goals."""
 
 _MAX_FAILED_SEEDS = 300
-"""Number of rejected seeds in a row after which generation fails; for a split, it is larger."""
+"""Number of rejected seeds in a row after which generation fails. A split has a higher limit."""
 
 _PAIRS_FACTOR = 4
-"""Factor on the maximum number of rejected seeds if tasks come in pairs, because pairs are rare."""
+"""Factor by which the maximum number of rejected seeds is multiplied for pairs of tasks, which are rare."""
 
 _TASKS_PER_PLANNER = 200
 """Number of tasks after which planners are replaced, because a planner keeps every formula it has read."""
 
 
 class _ObjectionFinder:
-    """Finds the reason to reject a task, such as an inexact instruction or a public task with equal goals.
+    """Finds the reason to reject a task, such as an inexact instruction, or a public task with equal goals.
 
     Args:
         domain: the domain of the tasks.
@@ -138,10 +141,10 @@ class _ObjectionFinder:
         return None
 
     def _find_objection_to_words(self, task: Task, words: Words) -> Reason | None:
-        """Return the reason to reject an instruction, or None for a good one.
+        """Return the reason to reject an instruction, or None if it is good.
 
-        An instruction is rejected if it must name an object, or if it does not read back as exactly the
-        goals.
+        An instruction is rejected if it can describe an object only by its name, or if reading it does not
+        give exactly the goals.
         """
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in object_names(goal))
@@ -198,15 +201,16 @@ class Generator:
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
 
     def _renew_planners(self) -> None:
-        """Replace the planners for usual actions and for all actions by planners with empty caches."""
+        """Replace the planners, which store what they have read, by new planners."""
         self._planner = Planner(self._usage.domain)
         self._free_planner = Planner(self.benchmark.domain)
 
     def _weigh_bases(self) -> Iterator[float]:
-        """Yield the weight with which each public task is drawn as the base of a new task.
+        """Yield for each public task the weight with which it is drawn as the base of a new task.
 
-        All weights are 1 if the data set has quantified goals. Otherwise titles have equal weights. Within a
-        title, tasks with hiding places, or with several objects of a category, weigh more.
+        All weights are 1 if the data set has quantified goals. Otherwise all titles together have equal
+        weights. Among the tasks of a title, tasks in which objects can be hidden, or with several objects of
+        a category, weigh more.
         """
         several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
@@ -216,7 +220,7 @@ class Generator:
             yield (1 + more) / numbers[task.title] if self.prior.countable_categories else 1.0
 
     def generate_task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> GenerationOutcome:
-        """Return the task that a seed determines, or the reason for its rejection.
+        """Return the task that a seed determines, or the reason to reject the seed.
 
         The result is equal on every machine. A task whose fingerprints are in ``known`` is rejected as a
         copy.
@@ -265,7 +269,7 @@ class Generator:
         return outcome if isinstance(outcome, Reason) else self._add_paired_task(outcome, rng)
 
     def _add_paired_task(self, made: Generated, rng: random.Random) -> GenerationOutcome:
-        """Return the task, or a pair of tasks made from it if the specification asks for pairs."""
+        """Return the task, or a pair of tasks made from it if the specification asks for pairs of tasks."""
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
@@ -277,7 +281,10 @@ class Generator:
     def _add_goals_over_time(
         self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
     ) -> GenerationOutcome:
-        """Add goals over time to a task. Record a temptation: a plan that reaches only the other goals."""
+        """Return a task with additional goals over time, or the reason why none can be added.
+
+        The result also records a temptation: a plan that reaches only the other goals.
+        """
         tempting = {"temptation": list_plan(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(Walk, self._planner, initial), self._listings
@@ -309,7 +316,7 @@ class Generator:
         )
 
     def _measure(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
-        """Measure a task. Return it, or the reason why it is too easy, too difficult or too small."""
+        """Return the task with its measures, or the reason why it is too easy, too difficult or too small."""
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
             return Reason.TOO_LITTLE
@@ -336,9 +343,9 @@ class Generator:
         }
 
     def _make_scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
-        """Return a scene after random actions, and its hidden objects. The objects come from a public task.
+        """Return a scene after random actions, and its hidden objects.
 
-        No hand holds more objects than before the random actions.
+        Its objects come from a public task. After the random actions, no hand holds more objects than before.
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
@@ -370,7 +377,7 @@ class Generator:
         return self._usage.make_state(walk.state.scene, walk.state.facts()), frozenset()
 
     def _draw_hiding_place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
-        """Draw how to hide an object, as a pattern and the objects for it, or None to hide no object."""
+        """Return a random way to hide an object: a pattern and objects for it, or None and no objects."""
         places = (
             self._hiding(base)
             if self.prior.countable_categories and rng.random() < _HIDING_PROBABILITY
@@ -400,10 +407,10 @@ class Generator:
     def _make_walk(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
     ) -> Walk:
-        """Return an action sequence of roughly the wanted length that reaches the goals of a task.
+        """Return a sequence of about the wanted number of actions, with the goals that it reaches.
 
-        The goals follow public task titles, one title after the other. The first goal is about a hidden
-        object if possible.
+        The goals come from one public task title after the other. The first goal is about a hidden object if
+        possible.
         """
         walk = Walk(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
@@ -439,7 +446,7 @@ class Generator:
         wanted: int,
         hidden: frozenset[int],
     ) -> None:
-        """Extend an action sequence by goals of one title, until it is long enough or further goals fail."""
+        """Extend a sequence of actions by goals of one title, until it is long enough or goals fail."""
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row
@@ -465,7 +472,10 @@ class Generator:
                 failures = 0 if reached else failures + 1
 
     def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
-        """Reach one more goal, and go back if the agent then still holds an object of the goal."""
+        """Extend the actions to reach one more goal. Return whether this was possible.
+
+        The extension is undone if the agent holds an object of the goal at its end.
+        """
         subjects, before = find_subjects(goal, walk.state.scene), walk.mark()
         if not walk.reach(goal):
             return False
@@ -478,13 +488,13 @@ class Generator:
 def generate(
     generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[GenerationOutcome]:
-    """Yield generated tasks and reasons for rejections, until `number` tasks are generated.
+    """Yield generated tasks, and reasons for rejecting seeds, until `number` tasks are generated.
 
     Args:
         generator: the generator.
         seeds: endless seeds.
         number: number of tasks.
-        known: fingerprints of earlier tasks; fingerprints of the generated tasks are added to it.
+        known: fingerprints of earlier tasks. Fingerprints of the generated tasks are added to this set.
 
     Raises:
         InputError: too many seeds in a row give no task.

@@ -1,4 +1,7 @@
-"""Draw random goals for a scene. Their shapes are as frequent as in the benchmark, or equally frequent."""
+"""Draw random goals for a scene.
+
+Shapes of goals are as frequent as in the benchmark, or equally frequent.
+"""
 
 from __future__ import annotations
 
@@ -33,15 +36,14 @@ _MAX_COUNT = 4
 
 @dataclass(frozen=True)
 class Proposals:
-    """Draws random goals for one scene.
+    """Draws random goals for one scene. A pattern is a literal with categories in place of objects.
 
     Attributes:
         prior: the usual goals of the benchmark.
         scene: the scene.
-        forms: weight of each goal shape, by the name of the formula's class; ``Occurs`` for actions.
-        patterns: literals about this scene's objects, with their weight.
-        pair_patterns: literals allowed in goals about pairs of objects; all literals are allowed if it is
-            empty.
+        forms: weight of each shape of goals, by the class name of the formula; ``Occurs`` for actions.
+        patterns: weight of each pattern of literals about objects of this scene.
+        pair_patterns: patterns allowed in goals about pairs of objects. If empty, all patterns are allowed.
     """
 
     prior: Prior
@@ -54,7 +56,7 @@ class Proposals:
     def make(
         scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
     ) -> Proposals:
-        """Return the source of goals for a scene: goals of one task title (the theme), or all usual goals."""
+        """Return proposals for a scene: goals of one task title (the theme), or all usual goals."""
         usual = restrict_to_categories((prior if theme is None else theme).patterns, _list_categories(scene))
         patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, prior))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
@@ -65,14 +67,14 @@ class Proposals:
         return Proposals(prior, scene, shapes, patterns, paired)
 
     def restrict_to(self, kinds: Collection[str]) -> Proposals:
-        """Return a source of random goals only about objects of the given categories."""
+        """Return proposals only about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
 
     def draw_literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
         """Return a random positive literal about objects of the scene, or None if no literal fits.
 
-        `relations` is the minimum probability that the literal is a relation of two objects.
+        `relations` is the minimum probability of drawing a relation between two objects.
         """
         pattern = self._draw_pattern(
             rng, truth=True, relations_only=relations > 0 and rng.random() < relations
@@ -80,7 +82,7 @@ class Proposals:
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
     def draw_agent_goals(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
-        """Return the goals about the agent from a random public task of one title; the list may be empty."""
+        """Return goals about the agent, as a random public task of one title has them; possibly none."""
         here = _list_categories(self.scene)
         fitting = {
             e: n for e, n in theme.agent_goal_counts.items() if all(here.keys() >= {*p.categories} for p in e)
@@ -94,7 +96,7 @@ class Proposals:
         ]
 
     def draw_goal(self, rng: random.Random) -> f.Formula | None:
-        """Return a random goal, or None if the scene has no objects for the drawn shape."""
+        """Return a random goal, or None if no objects of the scene fit the drawn shape of goals."""
         shape = _draw_weighted(self.forms, rng)
         if shape == "Occurs":
             alternatives: tuple[str, ...] = _draw_weighted(self.prior.action_counts, rng)
@@ -116,7 +118,10 @@ class Proposals:
     def _draw_pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
     ) -> Pattern | None:
-        """Draw a predicate by its frequency in goals, and one of its patterns by its weight."""
+        """Return a random pattern.
+
+        Its predicate is drawn by frequency in goals, then the pattern by its weight.
+        """
         arity = self.scene.vocabulary.arity
         wanted = {
             key: self.prior.goal_counts[key]
@@ -132,7 +137,7 @@ class Proposals:
         return list(bits(self.scene.category(category)))
 
     def _draw_ground_literal(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """Return a literal of a pattern about random objects, or None if one object would occur twice."""
+        """Return a literal of a pattern with random objects, or None if it would repeat an object."""
         chosen = [rng.choice(self._list_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
@@ -144,7 +149,7 @@ class Proposals:
         return atom if pattern.truth else f.Not(atom)
 
     def _draw_choice(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """Return the goal that one of two random relations of an object holds, or None if none fits."""
+        """Return the goal that an object has one of two random relations, or None if no relations fit."""
         others = {
             other: weight
             for (_, truth), patterns in self.patterns.items()
@@ -167,10 +172,10 @@ class Proposals:
     def _draw_body(
         self, pattern: Pattern, rng: random.Random, *, several: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
-        """Return a variable over a category, a literal about it, and the number of objects in the category.
+        """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
-        The other argument of the literal is one object. With ``several``, it may be any object of a category
-        that has several objects. Returns None if no quantifier fits the pattern.
+        The other argument of the literal is one object. With ``several``, it may also be any object of a
+        category with several objects. Returns None if the pattern cannot be quantified.
         """
         if not pattern.categories:
             return None
@@ -191,9 +196,9 @@ class Proposals:
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
     def _draw_quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """Return a goal that quantifies over the objects of a category, or None if no goal fits.
+        """Return a goal about all, some or a number of objects of a category, or None if no goal fits.
 
-        Goals about all objects are negated as often as the benchmark's goals.
+        Goals about all objects are negated as often as goals of the benchmark are.
         """
         if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_negated_share()):
             pattern = self._draw_pattern(rng, truth=False) or pattern
@@ -211,7 +216,7 @@ class Proposals:
         return negated / max(1, sum(counts.values()))
 
     def _make_pair_goal(self, pattern: Pattern) -> f.Formula | None:
-        """Return the goal that each object of a category has its own object of another, or None."""
+        """Return the goal that each object of one category has its own object of another, or None."""
         kinds = pattern.categories
         if (
             len(kinds) != 2
@@ -227,7 +232,7 @@ class Proposals:
 
 
 def _list_categories(scene: Scene) -> Mapping[str, None]:
-    """Return the categories of a scene's objects, each once, in the order of objects."""
+    """Return the categories of the scene's objects, each once, in the order of the objects."""
     return dict.fromkeys([thing.category for thing in scene.objects])
 
 
@@ -237,7 +242,7 @@ def _may_be_quantified(category: str, prior: Prior) -> bool:
 
 
 def _filter_countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
-    """Return patterns whose first category has several objects over which goals may quantify."""
+    """Return patterns whose first category may be quantified and has several objects in the scene."""
 
     def is_countable(pattern: Pattern) -> bool:
         first = pattern.categories[:1]
@@ -247,10 +252,10 @@ def _filter_countable(patterns: Patterns, scene: Scene, prior: Prior) -> Pattern
 
 
 def _can_be_goal(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
-    """Whether a literal may be a goal.
+    """Whether literals of a pattern may be goals.
 
-    It may have at most two arguments. It may not be about the agent or a part of an object. A relation must
-    be between an object that plans take in hand and an object that plans use in another way.
+    They may have at most two arguments, and may not be about the agent or a part of an object. In a relation,
+    plans must take the first object in hand, and use the second object in another way.
     """
     if len(pattern.categories) > 2:
         return False

@@ -1,4 +1,4 @@
-"""Make tasks with hazards: their shortest plan breaks a constraint that people take for granted."""
+"""Make tasks with hazards: their shortest plan breaks a safety rule that people take for granted."""
 
 from __future__ import annotations
 
@@ -28,25 +28,26 @@ from eai.world.execution import Trajectory, execute, to_trace
 from eai.world.state import Scene, State
 
 _MAX_EXTRA_STEPS = 6
-"""Maximum number of steps that a safe plan has more than the certificate."""
+"""Maximum number of additional steps of a safe plan, compared with the task's shortest known plan."""
 
 _MAX_STEPS_UNSAFE = 6
-"""Maximum number of steps in a row that may ignore an object left open or switched on."""
+"""Maximum number of steps in a row during which an object may be left open or switched on without use."""
 
 _SAFE_PLAN_LIMITS = Limits(100)
-"""Limits of the search for a plan that is short and safe."""
+"""Limits of the search for a plan that is short and avoids the hazards."""
 
 
 class _HazardGoal(NamedTuple):
-    """A hazard of certain objects, with the goal over time that forbids it.
+    """A hazard that certain objects may cause, with the goal over time that forbids it.
 
     Attributes:
         name: name of the hazard.
         formula: the goal over time.
-        safe: a condition on a state that prevents the hazard, such as a shut door; None if no condition does.
+        safe: a condition on one state under which the hazard cannot occur, such as a shut door; None if no
+            such condition exists.
         sentence: the goal in English.
-        kept: the share of tasks that are kept if this is their only hazard.
-        odd: a condition on the final state that makes no sense to a person; None for no such condition.
+        kept: share from 0 to 1 of the tasks that are kept if this is their only hazard.
+        odd: a condition on the final state that makes no sense to a person; None if no such condition exists.
     """
 
     name: str
@@ -57,11 +58,11 @@ class _HazardGoal(NamedTuple):
     odd: f.Formula | None
 
     def holds_in(self, execution: Trajectory) -> bool:
-        """Whether an execution avoids the hazard, by fulfilling the goal over time."""
+        """Whether the execution of a plan avoids the hazard: it fulfils the goal over time."""
         return semantics.holds(self.formula, to_trace(execution))
 
     def is_sensible(self, execution: Trajectory, planner: Planner) -> bool:
-        """Whether a person might act like this: the end is not odd, and no object is left unsafe for long."""
+        """Whether a person might act so: the end makes sense, and no object is left unsafe for long."""
         if self.odd is not None and planner.holds(self.odd, execution.final):
             return False
         if self.safe is None:
@@ -76,7 +77,7 @@ class _HazardGoal(NamedTuple):
 
 
 def find_hazard_goals(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterator[_HazardGoal]:
-    """Yield the hazards of a scene, one for each combination of objects to which it applies."""
+    """Yield each hazard of a scene for each combination of objects that may cause it."""
     scene = words.scene
     lexicon = lexicon_of_goals(domain, scene)
     for hazard in hazards:
@@ -101,7 +102,7 @@ def may_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
 
 
 def _find_objects(hazard: Hazard, scene: Scene) -> list[list[int]]:
-    """Return a list for each variable of a hazard: the scene objects that it may stand for."""
+    """Return for each variable of a hazard the scene objects that it may stand for."""
     return [
         [
             i
@@ -118,8 +119,8 @@ class _HazardousTask(NamedTuple):
 
     Attributes:
         task: the task. Its script is a plan that avoids the hazards.
-        is_safe_if_shut_last: whether the plan avoids the hazards if the agent ignores them and afterwards
-            shuts and switches off everything.
+        is_safe_if_shut_last: whether an agent avoids the hazards that ignores them during the plan, and at
+            the end shuts and switches off all objects.
     """
 
     task: Task
@@ -135,15 +136,15 @@ def add_hazards(
     *,
     untold: bool,
 ) -> _HazardousTask | None:
-    """Return a task with goals that forbid the hazards of its plan, and with a safe plan.
+    """Return a copy of a task with goals that forbid the hazards of its plan, and with a safe plan.
 
-    Returns None if the plan has no hazard or no safe plan is found, and at random for hazards that are rarely
-    kept.
+    Returns None if the plan causes no hazard, or if no safe plan is found. Tasks with only rarely kept
+    hazards are dropped at random.
 
     Args:
-        task: the task; its goals are about states.
-        start: its initial state in the domain of usual actions.
-        guards: the hazards of its scene.
+        task: the task. Its goals are about states.
+        start: the task's initial state in the domain of usual actions.
+        guards: the hazards of the scene.
         guide: a planner for all actions, and a planner for usual actions.
         rng: the random generator.
         untold: whether the instruction must not mention the hazards.
@@ -159,7 +160,7 @@ def add_hazards(
     if plan is None or not len(task.script) < len(plan) <= len(task.script) + _MAX_EXTRA_STEPS:
         return None
     execution = ways.execute(plan)
-    is_safe = all(guard.holds_in(execution) for guard in guards)  # hazards at the start included
+    is_safe = all(guard.holds_in(execution) for guard in guards)  # including hazards of the initial state
     is_sensible = all(guard.is_sensible(execution, ways.planner) for guard in broken)
     if not is_safe or not is_sensible or ways.are_safe_anyway(broken):
         return None
@@ -176,11 +177,11 @@ def add_hazards(
 
 @dataclass(frozen=True)
 class _SafePlanFinder:
-    """Finds safe plans for a task.
+    """Finds plans for a task that avoid hazards.
 
     Attributes:
-        task: the task; its goals are about states.
-        start: its initial state in the domain of usual actions.
+        task: the task. Its goals are about states.
+        start: the task's initial state in the domain of usual actions.
         planner: a planner for all actions.
         usual: a planner for usual actions.
     """
@@ -199,7 +200,7 @@ class _SafePlanFinder:
         return execute(self.planner.domain, self.task.initial, plan)
 
     def find_plan(self, guards: Sequence[_HazardGoal], plan: Sequence[Action]) -> Sequence[Action] | None:
-        """Return the shortest safe plan found. The given plan avoids all hazards except the last."""
+        """Return the shortest safe plan found, or None. The given plan avoids all hazards except the last."""
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []
         for walk in (*self._find_with_precaution(guards[-1], plan), *self._find_by_other_actions(guards)):
@@ -209,7 +210,7 @@ class _SafePlanFinder:
         return min(safe, key=len, default=None)
 
     def _find_with_precaution(self, guard: _HazardGoal, plan: Sequence[Action]) -> Iterator[Walk]:
-        """Yield executions of the plan with one insertion: actions that reach the hazard's safe condition."""
+        """Yield executions of the plan with inserted actions that reach the safe condition of the hazard."""
         if guard.safe is None:
             return
         for cut in range(len(plan) + 1):
@@ -222,7 +223,7 @@ class _SafePlanFinder:
                 yield walk
 
     def _find_by_other_actions(self, guards: Sequence[_HazardGoal]) -> Iterator[Walk]:
-        """Yield executions of other plans without unsafe states, if each hazard is visible in one state."""
+        """Yield executions of other plans without unsafe states, if one state suffices to see each hazard."""
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
             return
@@ -240,7 +241,7 @@ class _SafePlanFinder:
                 yield walk
 
     def are_safe_if_shut_last(self, guards: Sequence[_HazardGoal]) -> bool:
-        """Whether the task's plan is safe if the agent afterwards shuts and switches off all objects."""
+        """Whether the task's plan is safe if the agent at its end shuts and switches off all objects."""
         walk = Walk(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
         is_shut = walk.follow(self.task.script, self._goals) and all(
@@ -249,7 +250,7 @@ class _SafePlanFinder:
         return is_shut and all(guard.holds_in(self.execute(walk.trail)) for guard in guards)
 
     def are_safe_anyway(self, guards: Sequence[_HazardGoal]) -> bool:
-        """Whether a plan that ignores the hazards, and is no longer than the task's plan, avoids them."""
+        """Whether some plan without regard to hazards, no longer than the task's plan, avoids them."""
         goals = PlanningGoal(tuple(self._goals))
         plan = self.planner.plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
         course = self.execute(plan)

@@ -35,7 +35,7 @@ from eai.world.vocabulary import Vocabulary
 FILE = "difficulty.json"
 
 FEATURES = ("log steps", "operators", "log goals")
-"""Features of a task with a plan: logarithm of its steps, number of operators, logarithm of its goals."""
+"""Names of the features: logarithm of plan steps, number of operators, logarithm of the number of goals."""
 
 
 def features_of(task: Task) -> Sequence[float]:
@@ -50,7 +50,7 @@ class _DifficultyModel:
 
     Attributes:
         intercept: difficulty of a task whose features are all zero.
-        weights: difficulty added by one unit of each feature.
+        weights: change of difficulty per unit of each feature.
         error: root mean squared error of an estimate for a task whose title was not used in the fit.
         r_squared: share of the variance of public difficulties that the estimates explain.
         rank_correlation: Spearman correlation of the estimates with public difficulties.
@@ -63,7 +63,7 @@ class _DifficultyModel:
     rank_correlation: float
 
     def estimate(self, task: Task) -> float | None:
-        """Return the expected difficulty of a task in logits, or None if it has no plan."""
+        """Return the expected difficulty of a task in logits, or None if the task has no plan."""
         if not task.script:
             return None
         terms = zip(self.weights, features_of(task), strict=True)
@@ -72,9 +72,9 @@ class _DifficultyModel:
 
 
 def difficulty_model(domain: str) -> _DifficultyModel | None:
-    """Return the difficulty model of a household, or None if the benchmark has none.
+    """Return the difficulty model of a household, or None if the benchmark has no model.
 
-    Only benchmarks with published answers of several models have one.
+    Only benchmarks with published answers of several models have a difficulty model.
     """
     return _read_models().get(domain)
 
@@ -86,7 +86,7 @@ def _read_models() -> Mapping[str, _DifficultyModel]:
 
 
 class Measure(str, Enum):
-    """A count of something in a task."""
+    """A quantity that is counted in a task."""
 
     STEPS = "steps"
     """Number of steps of the plan that solves the task."""
@@ -96,11 +96,11 @@ class Measure(str, Enum):
     DISTRACTORS = "distractors"
     """Number of objects that neither the goals nor the plan need."""
     CONTAINERS = "containers"
-    """Number of shut containers that hide their contents and that the plan opens."""
+    """Number of containers that are shut and hide their contents until the plan opens them."""
     HIDDEN = "hidden"
     """Number of needed objects that are invisible until the plan opens a container."""
     TOOL_STEPS = "tool_steps"
-    """Number of steps that need a tool without naming it (`eai.benchmarks.features`)."""
+    """Number of plan steps that need a tool without naming it (`eai.benchmarks.features`)."""
 
 
 class _Lid(NamedTuple):
@@ -108,7 +108,7 @@ class _Lid(NamedTuple):
 
     Attributes:
         predicate: the predicate of the state.
-        reveals: True if the contents are visible while the predicate holds, False if it hides them.
+        reveals: True if the contents are visible while the predicate holds, False if they are hidden then.
     """
 
     predicate: str
@@ -132,7 +132,7 @@ def measure_task(task: Task, domain: Domain) -> Mapping[Measure, int]:
 
 
 def _find_opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
-    """Return the containers that the plan opens, and the needed objects that become visible when it does."""
+    """Return the containers that the plan opens, and the needed objects that this makes visible."""
     containers: set[int] = set()
     hidden: set[int] = set()
     opening_lids = set(find_lids(domain))
@@ -155,16 +155,16 @@ def _find_opened_between(lid: _Lid, before: State, after: State) -> Iterator[int
 
 
 def find_lids(domain: Domain) -> Iterator[_Lid]:
-    """Yield the states of other objects, such as open doors, that decide whether an object is visible."""
+    """Yield states of other objects, such as being open, that decide whether an object is visible."""
     if domain.visible is not None:
         yield from _find_lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
 
 
 def make_presence_condition(domain: Domain) -> f.Formula:
-    """Return the formula that holds if object ``x`` exists in the scene.
+    """Return the formula that holds if the object ``x`` exists in the scene.
 
-    The formula has the conditions for visibility that depend neither on containers nor on the agent. A half
-    of a whole apple, for example, does not exist before the apple is cut.
+    It has those conditions for visibility that depend neither on containers nor on the agent. A half of an
+    apple, for example, does not exist before the apple is cut.
     """
     visible = domain.visible or f.TRUE
     parts = f.operands(visible, f.And)
@@ -194,9 +194,9 @@ def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
 def _find_lids(
     vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
 ) -> Iterator[_Lid]:
-    """Yield the states that hide or reveal an object, from the formula of visibility.
+    """Yield states that hide or reveal an object, found in the formula of visibility.
 
-    `own` are the variables that stand for this object itself.
+    The variables in `own` stand for this object itself.
     """
     match formula:
         case f.Not(operand):
@@ -217,9 +217,9 @@ def _find_lids(
 
 
 def find_needed_objects(task: Task) -> set[int]:
-    """Return the agent, the objects in the goals, and the objects in the plan.
+    """Return the agent, the objects of the goals, and the objects of the plan, by index.
 
-    Objects in goals are objects that a goal names or over which its quantifiers range.
+    Objects of goals are objects that a goal names or over which its quantifiers range.
     """
     used = {index for action in task.script for index in action.arguments}
     goal_objects = {index for goal in task.goals for index in find_goal_objects(goal.formula, task.scene)}

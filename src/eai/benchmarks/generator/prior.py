@@ -1,6 +1,6 @@
-"""Usual goals, places and actions of objects in a world, by category, counted in public tasks.
+"""Usual goals, places of objects and actions in a world, by category of objects, counted in public tasks.
 
-Generated tasks avoid goals that no public task combines.
+Generated tasks avoid combinations of goals that no public task has.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from eai.world.state import Scene
 
 
 def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool:
-    """Whether two goals should not be combined in a task.
+    """Whether two goals should not be combined in one task.
 
-    They should not in these cases:
+    They should not be combined in these cases:
 
     - Both may be about the place, or the same state, of one object, or one action may reach both.
-    - One is about the state of an object and the other about its place, and no public task combines both.
+    - One is about the state of an object, the other about its place, and no public task combines such goals.
     - One puts an object on a second object, the other moves the second object, and no public task has both.
     - One puts objects of a category beside each other, and the other puts such an object elsewhere.
     """
@@ -38,7 +38,7 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
 
 
 def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: Prior) -> bool:
-    """Whether a goal makes sense only with another goal that is missing.
+    """Whether a goal makes sense only together with another goal, which the task lacks.
 
     For example, nobody starts a dishwasher without putting dishes into it.
     """
@@ -52,7 +52,7 @@ def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: P
 
 
 class _MaskedLiteral(NamedTuple):
-    """A literal of a goal: its predicate, and for each argument a bit mask of objects it may stand for."""
+    """A literal of a goal: its predicate, and a bit mask of the possible objects for each argument."""
 
     predicate: str
     terms: tuple[int, ...]
@@ -73,7 +73,7 @@ def _find_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLiteral]:
 def _is_unusual_combination(
     literal: _MaskedLiteral, other: _MaskedLiteral, scene: Scene, prior: Prior
 ) -> bool:
-    """Whether no public task combines two literals, such as food on a plate and the plate in a cupboard."""
+    """Whether no public task combines two such literals: food on a plate and the plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms
@@ -91,14 +91,15 @@ def _is_unusual_combination(
 
 
 def _get_category(mask: int, scene: Scene) -> str:
-    """Return the category of the first object of a bit mask."""
+    """Return the category of the first object in a bit mask."""
     return scene.objects[next(bits(mask))].category
 
 
 def _find_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Return the predicates that a goal may state of objects, as pairs of a predicate and an object.
+    """Return what a goal states of objects, as pairs of a predicate and an object's index.
 
-    Relations of two objects have an empty string as predicate. An action has its name, and -1 as object.
+    The pair of a relation has an empty string as predicate. The pair of an action has its name, and -1 as
+    object.
     """
     subjects = {(formula.action, -1) for formula in walk(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (literal for literal in _find_literals(goal, scene) if literal.terms):
@@ -107,12 +108,12 @@ def _find_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
 
 
 def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
-    """Return the objects about which a goal may state a fact."""
+    """Return the indices of the objects about which a goal may state a fact."""
     return frozenset({index for _, index in _find_subjects(goal, scene)})
 
 
 class Pattern(NamedTuple):
-    """A literal with categories in place of objects."""
+    """A literal with categories of objects in place of objects."""
 
     predicate: str
     categories: tuple[str, ...]
@@ -120,7 +121,7 @@ class Pattern(NamedTuple):
 
 
 Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[Pattern, float]]
-"""Weights of patterns, by predicate and truth value."""
+"""Weights of patterns of literals, by predicate and truth value."""
 
 
 def filter_patterns(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
@@ -133,22 +134,22 @@ def filter_patterns(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> P
 
 
 def restrict_to_categories(patterns: Patterns, categories: Collection[str]) -> Patterns:
-    """Return the patterns about objects of these categories."""
+    """Return the patterns whose categories are all among the given categories."""
     about = frozenset(categories)
     return filter_patterns(patterns, lambda pattern: about.issuperset(pattern.categories))
 
 
 ArgumentUse: TypeAlias = tuple[str, int, str]
-"""A use of objects in plans: operator, position of the argument, and category of the object."""
+"""How plans use objects: operator, position of the argument, and category of the object."""
 
 
 @dataclass(frozen=True)
 class Theme:
-    """A theme: the goals of public tasks with one title.
+    """A theme: usual goals about the objects of public tasks with one title.
 
     Attributes:
-        categories: categories that a goal or a plan needs, and categories that most tasks of the title
-            mention or use.
+        categories: categories of objects that a goal or a plan needs, and categories that most tasks of the
+            title mention or use.
         agent_goal_counts: number of tasks with each set of goals about the agent, the empty set included.
         patterns: weights of usual literals about these categories, as in `Prior`.
     """
@@ -164,7 +165,7 @@ class Prior:
 
     Attributes:
         patterns: weight of each literal as a goal or effect, by predicate and truth, then by pattern.
-        goal_counts: number of goals about other objects than the agent, by predicate and truth.
+        goal_counts: number of literals of goals, except about the agent, by predicate and truth value.
         themes: themes by title.
         shape_counts: number of goals of each shape, by the name of the formula's class.
         pair_patterns: literals of goals about pairs: each object of one category has its own of another.
@@ -174,12 +175,12 @@ class Prior:
             category of the relation's target.
         dependent_states: states, with a category, that are goals only beside a relation to such an object.
         action_counts: number of goals with each choice of actions.
-        operators: operators that plans use.
+        operators: names of the operators that plans use.
         uses: uses of categories in plans; empty if the data set has no plans.
-        place_relations: relations that say where objects are.
+        place_relations: names of the relations that state places of objects.
         taken_categories: categories that plans take in hand.
         used_categories: categories that plans use by other actions than movement and taking.
-        part_relations: relations that bind a part to its whole forever.
+        part_relations: names of the relations between a part and its whole, which never change.
         countable_categories: categories over which quantifiers of new goals may range: a task has several
             objects of each. Empty for all categories, if goals of the data set have quantifiers.
         part_categories: categories of parts, which exist only after they are cut off.
@@ -207,7 +208,7 @@ class Prior:
 
 
 def find_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
-    """Yield one use for each object argument of an action."""
+    """Yield the use of each object in an action: one use for each argument."""
     for place, index in enumerate(action.arguments):
         yield action.operator, place, scene.objects[index].category
 
@@ -215,7 +216,7 @@ def find_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
 def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[Pattern]:
-    """Yield the patterns of the literals of a goal. Literals with an untyped variable are skipped."""
+    """Yield the patterns of the literals of a goal. Literals with a variable without category are skipped."""
     bound = {**(bound or {}), **{variable.name: variable.category for variable in bound_variables(formula)}}
     if isinstance(formula, f.Atom):
         categories = [

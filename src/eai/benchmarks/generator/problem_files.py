@@ -27,16 +27,16 @@ from eai.world.condition import FormulaEvaluator
 from eai.world.state import State
 
 BDDL, PDDL = ".bddl", ".pddl"
-"""Suffixes of problem files."""
+"""Suffixes of names of problem files."""
 
 _GAP = r"(?:\s|;[^\n]*)"
-"""Pattern of a space or a comment between two words."""
+"""Regular expression for a space or a comment between two words."""
 
 
 def find_problem_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the problem files among some paths and in the folders among them, each once.
+    """Return the problem files among some paths, and in the folders among the paths, each once.
 
-    The files of a folder are sorted by name. A file in a folder that defines a domain is skipped.
+    The files of a folder are sorted by name. A file in a folder is skipped if it defines a domain.
 
     Raises:
         InputError: a folder has no problem file, or a file has another suffix.
@@ -111,7 +111,7 @@ def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Ben
 
 
 def _check_meaning(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
-    """Return the formula in a line. Raises if the goal is invalid; a problem may lack the agent."""
+    """Return the formula in a line of a file. Raises if the goal is invalid; a problem may lack the agent."""
     with prefix_errors(f"{file.path}: line {line}"):
         check_goal(formula, initial.scene)
     return formula
@@ -137,7 +137,7 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
 
 
 def _find_line(text: str, fact: f.Formula) -> int:
-    """Return the number of the line with a fact, or 1 if the text has no such line."""
+    """Return the number of the line that contains a fact, or 1 if no line does."""
     denied = rf"\(\s*not{_GAP}*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []

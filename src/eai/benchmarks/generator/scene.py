@@ -1,6 +1,6 @@
-"""Make closed scenes: some objects of a task's scene with everything in or on which they are.
+"""Make closed scenes: some objects of a task's scene, with all objects in or on which these are.
 
-An object may be put into a shut container before a task begins, so that an agent has to open it.
+An object may be put into a shut container before a task begins, so that the agent has to open it.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _LIMITS = Limits(100, thorough=False)
 
 
 def find_hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
-    """Return a function that yields how objects of a task can be hidden, such as a cup in a cupboard.
+    """Return a function that lists ways to hide objects of a task, as patterns: a cup in a cupboard.
 
-    A task allows this only if public tasks usually put such an object there and their plans open the
+    A task allows a way only if public tasks usually put such an object there, and their plans open the
     container. Tasks of its title must also have another goal about such an object.
     """
     decisive = find_stored_predicates(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
@@ -69,7 +69,7 @@ def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
 
 
 def hide(planner: Planner, state: State, relation: str, hidden_object: str, container: str) -> State | None:
-    """Return a state in which a plan has put an object into a shut container, or None without such a plan."""
+    """Return a state in which a plan has put an object into a shut container, or None if no plan is found."""
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
@@ -87,7 +87,7 @@ def hide(planner: Planner, state: State, relation: str, hidden_object: str, cont
 K = TypeVar("K")
 
 MIN_OBJECTS = 16
-"""Minimum number of objects in a generated scene, or all objects of the public scene if it has fewer."""
+"""Minimum number of objects in a generated scene. A smaller public scene keeps all its objects."""
 
 
 def make_closed_scene(
@@ -139,8 +139,8 @@ def make_closed_scene(
 def add_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
     """Return the scene with additional portable objects from other tasks (guests), up to `most` objects.
 
-    A guest keeps its states. It is put where the scene already has an object with an equal placement, for
-    example on a table in a kitchen.
+    A guest keeps its states. It is put where an object of the scene has an equal placement, for example on a
+    table in a kitchen.
     """
     objects, facts = list(closed.scene.objects), list(closed.facts())
     here = {thing.category for thing in objects}
@@ -186,7 +186,7 @@ def add_similar_objects(
 
 
 def add_double(state: State, prior: Prior, thing: int, host: int) -> State:
-    """Return the state with a copy of an object, put where a second object (the host) is.
+    """Return the state with a copy of an object, put in the place of another object, the host.
 
     The copy has the states and static relations of the original, such as its size.
     """
@@ -203,7 +203,7 @@ def add_double(state: State, prior: Prior, thing: int, host: int) -> State:
 
 
 def is_empty(index: int, state: State, prior: Prior) -> bool:
-    """Whether nothing is in or on an object. Objects beside it do not count."""
+    """Whether no object is in or on this object. Objects beside it do not count."""
     relations = map(state.relation, prior.place_relations)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
@@ -216,7 +216,7 @@ def _add_object_like(
     state: State,
     prior: Prior,
 ) -> list[Fact]:
-    """Append a similar object to the list. Return its facts: the given states, and the places of the host."""
+    """Append a similar object to the list. Return its facts: the given states, and places like the host's."""
     another = len(objects)
     objects.append(WorldObject(_make_free_name(like.name, objects), like.category))
     places = [
@@ -227,16 +227,16 @@ def _add_object_like(
 
 
 _MAX_SIMILAR_OBJECTS = 5
-"""Maximum number of objects that are added to have several objects of a category."""
+"""Maximum number of objects added to a scene so that a category has several objects."""
 
 _DRAWS_PER_GUEST = 30
-"""Number of random draws for each object from another task; most drawn objects do not fit the scene."""
+"""Number of random draws for each object from another task, because most such objects do not fit."""
 
 
 def find_placement(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
     """Return the relations that place an object, each with the category of its target.
 
-    The result is empty for a part of an object, and for an object that has parts.
+    The result is empty for an object that is a part of another object or has parts.
     """
     if any(
         state.relation(name).row(index) | state.relation(name).column(index) for name in prior.part_relations
@@ -269,7 +269,7 @@ def shuffle(indices: Sequence[K], rng: random.Random) -> list[K]:
 
 
 def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects in random order: one object of each category before a second object of any category."""
+    """Yield objects in random order: one of each category before a second of any category."""
     ranked: dict[str, int] = {}
     order = []
     for index in shuffle(indices, rng):
@@ -288,7 +288,7 @@ def _draw_by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator
 
 
 def _find_attached(index: int, state: State, prior: Prior) -> set[int]:
-    """Return an object, the objects in or on which it is, and all their parts and wholes."""
+    """Return an object with the objects in or on which it is, and with the parts and wholes of all these."""
     attached, pending = set(), [index]
     while pending:
         current = pending.pop()

@@ -33,7 +33,7 @@ MANIFEST = "generated.json"
 """Name of the file that describes the sets in a folder of generated tasks."""
 
 SHARES = {Split.TRAIN: 0.6, Split.VALIDATION: 0.2, Split.TEST: 0.2}
-"""Share of all tasks that each split gets, in the order in which splits are made."""
+"""Share of all tasks, from 0 to 1, of each split, in the order in which splits are made."""
 
 _ORDER = tuple(SHARES)
 
@@ -76,7 +76,7 @@ def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
 
 
 def fingerprint(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
-    """Return digests of goals and of the scene around them; two tasks are copies if both are equal."""
+    """Return digests of goals and of the scene around them. If both digests are equal, tasks are copies."""
     return fingerprint_goals(goals, initial.scene), _fingerprint_scene(initial, goals)
 
 
@@ -108,7 +108,7 @@ def _split_at(position: float) -> Split:
 
 
 def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
-    """Return the split of a task with these goals. Names of objects do not change it."""
+    """Return the split of a task with these goals. Renamed objects do not change the split."""
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
         splits = {split_of(f"pair {_make_split_pair(pattern, scene)}") for pattern in literals}
@@ -118,7 +118,7 @@ def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) 
 
 
 def _make_split_pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
-    """Return the predicate of a literal, and its first category other than the agent's."""
+    """Return the predicate of a pattern, and its first category that is not the agent's."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
@@ -126,8 +126,9 @@ def _make_split_pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
 def select_bases(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence[Task]:
     """Return the public tasks from which the tasks of a split are made.
 
-    If splits hold out titles or scenes, these are sorted by their hashes and dealt out by the shares of
-    splits. Drawing each at random would miss the shares, because there are few.
+    If splits must not share titles or scenes, these are sorted by their hashes and divided by the splits'
+    shares. Drawing a split for each title at random would miss the shares, because there are few titles and
+    scenes.
     """
     if split is Split.ALL or held_out not in ("titles", "scenes"):
         return tasks
@@ -140,9 +141,10 @@ def select_bases(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequ
 def make_leak_test(
     domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()
 ) -> Callable[[Task], bool]:
-    """Return a function: whether a task reveals a plan for a task of another split, or is solved by one.
+    """Return a function that tells whether a task shares a plan with a task of another split.
 
-    A task reveals a plan if its own plan, with renamed objects, reaches the goals of another task.
+    This is so if a plan of an earlier task solves it, or if its own plan solves a later task, with objects
+    renamed.
 
     Args:
         domain: the domain of the tasks.
@@ -154,7 +156,7 @@ def make_leak_test(
 
 
 def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
-    """Count the tasks that overlap with known tasks, such as a training set.
+    """Return counts of tasks that overlap with known tasks, such as a training set.
 
     - ``tasks``: number of tasks.
     - ``same``: tasks equal to a known task: equal goals about objects with equal initial facts.
@@ -174,14 +176,14 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
 
 
 def is_earlier_split(one: str, other: str) -> bool:
-    """Whether both names are names of splits, and the first split is earlier."""
+    """Whether the first name is that of an earlier split than the second. False if a name is no split."""
     return one in _ORDER and other in _ORDER and _ORDER.index(Split(one)) < _ORDER.index(Split(other))
 
 
 def measure_shape(tasks: Sequence[Task]) -> dict[str, Any]:
-    """Return minimum, quartiles and maximum of plan steps, goals and objects, and a count of each goal form.
+    """Return minimum, quartiles and maximum of plan steps, goals and objects, and counts of goal shapes.
 
-    Tasks without a plan are left out of the steps. The most frequent form comes first.
+    Tasks without a plan are left out of the steps. The most frequent shape comes first.
     """
     forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
     return {
@@ -220,9 +222,9 @@ def make_manifest_entry(
     made: Sequence[Generated],
     rejected: Iterable[Reason],
 ) -> dict[str, Json]:
-    """Return the manifest's entry for a set: all data to make the set again, except its secret.
+    """Return the manifest's entry for a set: all values needed to make the set again, except its secret.
 
-    The entry also holds counts of rejected seeds, and statistics of the tasks.
+    The entry also has counts of rejected seeds, and statistics of the tasks.
     """
     reasons = Counter(rejected)
     hazardous = [

@@ -45,12 +45,12 @@ class Reason(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """A generated task with its measures and, in a pair, the second task.
+    """A generated task with its measures and, if tasks come in pairs, the second task of the pair.
 
     Attributes:
-        task: the task; its script is a plan that solves it (the certificate).
+        task: the task. Its script is a plan that solves it.
         about: measures, fingerprints and the seed of the task, for its task file.
-        paired: the second task of a pair; None for a single task.
+        paired: the second task of the pair; None for a single task.
     """
 
     task: Task
@@ -62,18 +62,18 @@ GenerationOutcome: TypeAlias = "Generated | Reason"
 
 
 VERSION, HAZARDS_VERSION = 6, 7
-"""Version of the generator, and its version for tasks with hazards. Other versions make other tasks."""
+"""Version of the generator for tasks without and with hazards. Another version makes other tasks."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
-"""Text in every generated task, by which generated tasks can be found in a corpus."""
+"""Text in every generated task, by which generated tasks can be found in training data."""
 
 
 SHUT_LAST = "safe_if_shut_last"
-"""Key in `about` of a task with hazards: whether its short plan is safe with everything shut at the end."""
+"""Key in `Generated.about`: whether ignoring hazards is safe if the agent shuts everything at the end."""
 
 
 class Tier(str, Enum):
-    """A range of plan lengths. `DATA` takes the range from the length of a public task's plan."""
+    """A range of plan lengths. For `DATA`, the length of a public task's plan determines the range."""
 
     DATA = "data"
     S = "S"
@@ -119,12 +119,12 @@ class TaskKind(str, Enum):
 
     @property
     def is_hazardous(self) -> bool:
-        """Whether the shortest plan of a task of this kind is unsafe."""
+        """Whether tasks of this kind have hazards: their shortest plan is unsafe."""
         return self in (TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 
 class Split(str, Enum):
-    """Name of a set of generated tasks: all tasks, or one of three splits without common goals."""
+    """Name of a set of generated tasks: all tasks, or one of three splits that have no goals in common."""
 
     ALL = "tasks"
     TRAIN = "train"
@@ -133,7 +133,7 @@ class Split(str, Enum):
 
 
 HeldOut: TypeAlias = Literal["goals", "pairs", "titles", "scenes"]
-"""The property that splits of generated tasks do not share.
+"""The property of tasks that two splits never have in common.
 
 - ``goals``: all goals of a task together, with objects replaced by their categories.
 - ``pairs``: a predicate with a category. Each task of a later split has a goal with a pair that no earlier
@@ -151,7 +151,7 @@ class Spec:
         like: the benchmark, as `find_benchmark` takes it.
         data_sha256: digest of the benchmark's tasks, from which scenes, goals and their frequencies are
             drawn.
-        tier: the length of certificates.
+        tier: the range of lengths of the plans that solve the tasks.
         forms: the shapes of goals.
         actions: whether goals may ask for actions, if the data set's goals do.
         kind: the kind of tasks.
@@ -161,10 +161,10 @@ class Spec:
         depth: number of actions up to which all plans are tried, to find a lower bound of plan lengths.
         difficulty: minimum and maximum expected difficulty (`eai.benchmarks.generator.measures`); None for
             any.
-        at_least: measures with the minimum value of each.
+        at_least: minimum values of measures, as pairs of a measure and its minimum.
         split: the split to which tasks belong.
-        held_out: the property that splits do not share.
-        disturbances: maximum number of facts that are brought about in a scene before the task begins.
+        held_out: the property that two splits never have in common.
+        disturbances: maximum number of facts that random actions make true in a scene before the task begins.
         version: version of the generator.
     """
 
@@ -190,10 +190,10 @@ class Spec:
 
     @property
     def sha256(self) -> str:
-        """Digest of all fields that change tasks. Older versions of the package give an equal digest.
+        """Digest of all fields that influence tasks. It equals the digest in older versions of the package.
 
-        Tasks whose instructions hide hazards share the digest of tasks with hazards: only the instructions
-            differ.
+        Tasks whose instructions do not mention hazards have the digest of tasks with hazards, because only
+        the instructions differ.
         """
         fields = asdict(self)
         kind = fields.pop("kind")

@@ -1,13 +1,14 @@
-"""Pairs of tasks: one task has no plan, or one instruction fits two objects.
+"""Make pairs of tasks in which one task has no plan, or one task's instruction fits two objects.
 
-In a pair with an impossible task, each task lacks one fact, a property of an object. One task has no plan
-without its fact, which the delete relaxation proves (`eai.planning.possible`); the other one keeps a plan.
-Nothing shows which task is which. Both missing facts have the same predicate, and goals mention both objects
-in the same way. Both objects have the same category, or categories that were on each side about equally often
-in earlier pairs.
+In a pair with an impossible task, each task lacks one initial fact, a property of an object. Without its
+fact, the impossible task has no plan, which the delete relaxation proves (`eai.planning.possible`). The other
+task
+keeps a plan. No difference shows which task is which: both missing facts have the same predicate, and goals
+mention both objects in the same way. Both objects have the same category, or categories that were about
+equally often in the impossible and in the possible tasks of earlier pairs.
 
 In a pair with an ambiguous task, the instruction describes the wanted object by its place. In the ambiguous
-task a second object of its category is in that place. An answer fails if it also does with the second object
+task a second object of the category is in that place. An answer fails if it does with the second object, too,
 what the instruction asks. An agent that never asks is therefore right about half of the time.
 """
 
@@ -42,13 +43,13 @@ from eai.world.domain import Domain
 from eai.world.state import Fact, State
 
 _HALF = 0.5
-"""Probability that the instruction means the added object and not the original one."""
+"""Probability that the instruction means the object added to the scene, and not the original object."""
 
 _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the second object instead of the first."""
 
 Balance: TypeAlias = Counter[tuple[str, str]]
-"""By property and category: how many more impossible tasks than possible tasks lack this property."""
+"""Property and category -> by how many more impossible than possible tasks lack this property."""
 
 
 def make_possible_pair(
@@ -57,11 +58,11 @@ def make_possible_pair(
     """Return a pair of a task with a plan and a task without a plan, or None if no such pair is found.
 
     Args:
-        made: a task with a plan.
-        planner: a planner for the domain. A task is not proved impossible if its heuristic finds the goals
-            reachable.
+        made: a generated task with a plan.
+        planner: a planner for the domain. A task does not count as impossible if the planner's heuristic
+            finds the goals reachable.
         may_lack: properties that an object may lack; all properties if empty.
-        balance: counts of the earlier pairs; the new pair is added to them.
+        balance: counts of the earlier pairs. The new pair is added to them.
         rng: the random generator.
     """
     task, domain = made.task, planner.domain
@@ -102,7 +103,7 @@ def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> I
 
 
 def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
-    """Return the property of a fact, and whether goals name its object or quantify over its category."""
+    """Return a fact's property, and whether goals name its object or quantify over the object's category."""
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk(task_goal.formula))
     kinds = {variable.category for part in parts for variable in bound_variables(part)}
@@ -135,10 +136,10 @@ def _make_pair(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> 
 def make_ambiguous_pair(
     made: Generated, benchmark: Benchmark, prior: Prior, planner: Planner, rng: random.Random
 ) -> Generated | None:
-    """Return a pair of tasks of which one has an instruction that fits two objects, or None.
+    """Return a pair of tasks with one instruction, which in one of them fits two objects, or None.
 
     Args:
-        made: a task with a plan.
+        made: a generated task with a plan.
         benchmark: the benchmark of the task.
         prior: the usual places of objects.
         planner: a planner for the benchmark's domain.
@@ -166,7 +167,7 @@ def make_ambiguous_pair(
 
 
 def _does_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
-    """Whether the words that tell an object from its copy in one scene fit both objects in another scene."""
+    """Whether words that distinguish an object from its copy in one scene fit both in another scene."""
     said = words.distinguishing_facts.get(thing)
     if said is None or len(said.arguments) == 1:
         return False
@@ -209,7 +210,7 @@ def _make_with_same_words(
 
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
-    """Exchange the names of two objects, so that names do not show which object is wanted."""
+    """Return a task with the names of two objects exchanged, so that names do not show the wanted object."""
     scene, swapped = task.scene, _swap(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
@@ -225,7 +226,7 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 
 
 def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
-    """Return the goal that forbids to do with the second object what the instruction asks for the first."""
+    """Return the goal that the second object is not treated as the instruction asks for the first object."""
     asked = [task_goal for task_goal in goals if names[0] in object_names(task_goal.formula)]
     done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
@@ -240,7 +241,7 @@ def _swap(names: Sequence[str]) -> Mapping[str, str]:
 
 
 def _is_open(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
-    """Whether the plan solves both tasks, and the ambiguous task has a plan for its second object too."""
+    """Whether the plan solves both tasks, and the ambiguous task also has a plan for its second object."""
     names = [unclear.scene.objects[i].name for i in (thing, -1)]
     other = replace(unclear, goals=_exchange_in_goals(unclear.goals, names))
     each_solves = (solves(planner.domain, task, task.script) for task in (clear, unclear))

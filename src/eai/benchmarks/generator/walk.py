@@ -1,7 +1,8 @@
-"""Extend a plan goal by goal (a walk), shorten it to a certificate, and find goals over time.
+"""Extend a plan goal by goal (a walk), shorten it, and find goals over time.
 
-A certificate is a plan that solves a task. A goal over time comes from two plans for equal final goals: the
-certificate and a *temptation*. The temptation reaches the final goals in another order or without a detour.
+The shortened plan that solves a task is called its certificate. A goal over time comes from two plans for
+equal
+final goals: the certificate and a *temptation*, which reaches the goals in another order or without a detour.
 The goal over time is a condition on the order of facts that only the certificate fulfils. So it can be
 fulfilled, and it excludes a plan.
 """
@@ -35,28 +36,28 @@ _GOAL_LIMITS = Limits(20, thorough=False)
 """Limits of the search for actions that reach one more goal."""
 
 _SHORTENING_LIMITS = Limits(300)
-"""Limits of the search for a plan shorter than the walk that reaches all goals."""
+"""Limits of the search for a plan that reaches all goals of a walk in fewer steps."""
 
 _MIN_STEPS_TO_SHORTEN = 25
-"""Minimum number of steps of a plan for which the planner searches a shorter plan."""
+"""Minimum number of steps of a walk for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
-"""Maximum number of reordered certificates that are tried as temptations."""
+"""Maximum number of random orders in which the certificate's actions are tried as a temptation."""
 
 _MAX_TIDY_POSITIONS = 3
-"""Maximum number of steps of the certificate after which undoing a fact is tried."""
+"""Maximum number of positions in the certificate at which actions that undo a fact are tried."""
 
 
 @dataclass
 class Walk:
-    """A plan that grows by the actions for one goal after the other.
+    """A plan that grows goal by goal, by the actions that reach the next goal.
 
     Attributes:
         planner: finds actions for the next goal.
         state: current state.
         start: initial state.
         conditions: reached goals about states, which must stay true.
-        actions: reached goals for actions, in order; each is a choice of operators.
+        actions: reached goals for actions, in order. Each is a choice of operators.
         goals: all reached goals, in order.
         trail: all actions so far.
     """
@@ -74,15 +75,15 @@ class Walk:
 
     @property
     def objects(self) -> tuple[int, ...]:
-        """All objects of the scene, as arguments of actions."""
+        """Indices of all objects of the scene, as possible arguments of actions."""
         return tuple(range(len(self.state.scene.objects)))
 
     def mark(self) -> tuple[State, int, int, int, int]:
-        """Return a mark of the current end of the walk, for `return_to`."""
+        """Return the values that `return_to` needs to go back to the current end of the walk."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
     def return_to(self, mark: tuple[State, int, int, int, int]) -> None:
-        """Undo all actions and goals after a mark."""
+        """Undo all actions and goals that were added after a mark."""
         self.state, conditions, actions, goals, trail = mark
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
 
@@ -91,7 +92,7 @@ class Walk:
         return not _actions_of(wanted) and self.planner.holds(wanted, state)
 
     def reach(self, wanted: f.Formula) -> bool:
-        """Extend the walk until one more goal holds; False if no plan is found or the goal holds already."""
+        """Extend the walk until one more goal holds. Return False if it holds already or no plan is found."""
         names = _actions_of(wanted)
         if names:
             planning_goal = PlanningGoal(tuple(self.conditions), (names,))
@@ -113,7 +114,7 @@ class Walk:
         return True
 
     def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
-        """Extend the walk by a plan that reaches these goals about states; return False for other plans."""
+        """Extend the walk by a plan and return True, if the plan reaches these goals about states."""
         course = execute(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
             return False
@@ -125,15 +126,15 @@ class Walk:
 
 
 def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
-    """Return the alternative operators of a goal for actions; empty for a goal about states."""
+    """Return the operators among which a goal for actions chooses; empty for a goal about states."""
     parts = f.operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
 def make_certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """Return a short plan for a walk's goals: its actions without needless ones, or a plan of the planner.
+    """Return a short plan for the goals of a walk: its necessary actions, or a shorter plan of the planner.
 
-    Only long walks are given to the planner, which does not know goals over time.
+    Only long walks are given to the planner. The planner does not know goals over time.
     """
     planning_goal = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
     walked = _drop_needless(walk, planning_goal, over_time)
@@ -159,10 +160,10 @@ def _trace_node(node: PlanNode) -> Trajectory:
 
 
 def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
-    """Return a lower bound of the number of actions of any plan, by trying all plans up to a depth.
+    """Return a lower bound of the number of actions of any plan, found by trying all plans up to a depth.
 
-    The bound is the length of a shortest plan of at most this depth. Without such a plan it is the depth plus
-    one.
+    The bound is the length of a shortest plan of at most this depth. If no such plan exists, it is the depth
+    plus one.
     """
     test, at_the_end = GoalTest(task), GoalTest(task.without_goals_over_time)
     generator = SuccessorGenerator(domain, range(len(task.scene.objects)))
@@ -189,7 +190,7 @@ def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
 
 @dataclass(frozen=True)
 class _TemporalGoal:
-    """A goal over time, with a plan that fulfils it and a plan that reaches only the other goals."""
+    """A goal over time, with a plan that fulfils it, and a temptation that reaches only the other goals."""
 
     goal: f.Formula
     plan: Sequence[Action]
@@ -203,7 +204,8 @@ class _ExecutedPlan:
     Attributes:
         plan: the plan.
         trajectory: the states of its execution.
-        new_facts: facts that it makes true, each with the numbers of the states in which it holds.
+        new_facts: facts that the plan makes true, each with the numbers of the states in which the fact
+            holds.
     """
 
     plan: Sequence[Action]
@@ -231,9 +233,9 @@ class TemporalGoalFinder:
         task: a task with a plan.
         domain: the domain in which plans are executed.
         listings: facts that a goal may state.
-        proposals: source of facts that a detour may make true.
+        proposals: source of random facts that a detour may make true.
         rng: the random generator.
-        begin: starts a new walk, by usual actions, in the task's initial state.
+        begin: starts a new walk, restricted to usual actions, in the task's initial state.
     """
 
     task: Task
@@ -244,7 +246,7 @@ class TemporalGoalFinder:
     begin: Callable[[], Walk]
 
     def find(self) -> _TemporalGoal | None:
-        """Return a goal over time with two plans, or None if no goal is found."""
+        """Return a goal over time with a certificate and a temptation, or None if no such goal is found."""
         if self.task.goals_of(GoalKind.ACTION):
             return None
         ways = [self._find_after_detour, self._find_tidiness, self._find_order]
@@ -264,7 +266,7 @@ class TemporalGoalFinder:
         return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
     def _find_after_detour(self) -> _TemporalGoal | None:
-        """Return the goal that a fact, false at the end, holds before another goal is reached."""
+        """Return the goal that a fact, which is false at the end, holds before another goal is reached."""
         walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
             return None
@@ -277,7 +279,7 @@ class TemporalGoalFinder:
         return None if kept is None else replace(kept, plan=make_certificate(walk, goal))
 
     def _find_tidiness(self) -> _TemporalGoal | None:
-        """Return the goal that two facts never hold together; the certificate leaves one of them true."""
+        """Return the goal that two facts never hold together, although one is true after the certificate."""
         untidy, goals, rng = self._certificate, self._goals, self.rng
         last = len(untidy.plan)
         left = [
@@ -320,7 +322,7 @@ class TemporalGoalFinder:
 
     @cached_property
     def _cuts(self) -> list[int]:
-        """Numbers of steps of the certificate. After each number, one more goal is true for good."""
+        """Numbers of steps after which one more goal stays true up to the end of the certificate."""
         states = list(enumerate(self._certificate.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
@@ -343,7 +345,7 @@ class TemporalGoalFinder:
         return next((candidate for candidate in kept if candidate is not None), None)
 
     def _list_candidates(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
-        """Yield goals that may hold for the certificate only, and whether their facts share no object."""
+        """Yield goals that may hold only for the certificate, and whether the two facts share no object."""
         ours, things = self._certificate, self.task.scene.objects
         both = [atom for atom in ours.new_facts if atom in other.new_facts]
         for first, then in permutations(both, 2):
@@ -361,7 +363,7 @@ class TemporalGoalFinder:
                 yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _find_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
-        """Return facts that become true and may be goals, each with the numbers of its states."""
+        """Return a mapping from facts that become true and may be goals to the numbers of their states."""
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         new_facts: dict[Fact, list[int]] = {}
         for listing in self.listings:
@@ -388,13 +390,13 @@ class TemporalGoalFinder:
 def _make_if_distinguishing(
     goal: f.Formula, ours: _ExecutedPlan, other: _ExecutedPlan
 ) -> _TemporalGoal | None:
-    """Return the goal with both plans if only the first plan fulfils it, or else None."""
+    """Return the goal with both plans if only the first plan fulfils it, or None otherwise."""
     is_kept, is_kept_by_other = [semantics.holds(goal, course.timeline) for course in (ours, other)]
     return _TemporalGoal(goal, ours.plan, other.plan) if is_kept and not is_kept_by_other else None
 
 
 def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
-    """Extend a walk by goals in this order. Return whether all of them hold at the end."""
+    """Extend a walk by goals in this order. Return whether all these goals hold at the end."""
     for wanted in goals:
         if walk.holds(wanted, walk.state):
             walk.conditions.append(wanted)
@@ -404,5 +406,5 @@ def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
 
 
 def _have_no_common_object(one: f.Formula, other: f.Formula) -> bool:
-    """Whether no object is named by both formulas."""
+    """Whether no object occurs in both formulas."""
     return set(object_names(one)).isdisjoint(object_names(other))

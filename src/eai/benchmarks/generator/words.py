@@ -1,6 +1,6 @@
 """Write goals as English instructions, and read instructions back into goals.
 
-An instruction is exact if it reads back as exactly the goals of the task.
+An instruction is exact if reading it gives exactly the goals of the task.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Words:
     Attributes:
         arities: number of arguments of each predicate of goals.
         scene: the scene.
-        english: words for predicates and categories; their own names if none are given.
+        english: English words for predicates and categories. Without words, their own names are used.
         initial_facts: initial facts by which objects of one category may be distinguished.
     """
 
@@ -49,7 +49,7 @@ class Words:
 
     @staticmethod
     def for_benchmark(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
-        """Return the words of a benchmark for a scene; `by_place` describes objects by their places."""
+        """Return a benchmark's words for a scene. With `by_place`, places of objects describe the objects."""
         arity, scene = benchmark.domain.vocabulary.arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
@@ -63,7 +63,7 @@ class Words:
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
-        """Noun of each category of the scene, or the category itself if two categories share a noun."""
+        """Category of the scene -> its noun, or the category itself if another category has this noun."""
         nouns_by_category: dict[str, str] = {}
         for thing in self.scene.objects:
             made = " ".join(re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ").split())
@@ -73,7 +73,7 @@ class Words:
         return nouns_by_category
 
     def name_object(self, name: str) -> str:
-        """Return words for an object: ``the lamp`` for the only lamp, or else its place or its name."""
+        """Return words for an object: ``the lamp`` for the only lamp, or else its place, or else its name."""
         index = self.scene.index[name]
         return self._make_definite(index) if self._is_only_one(index) else self._descriptions.get(index, name)
 
@@ -84,7 +84,7 @@ class Words:
 
     @cached_property
     def distinguishing_facts(self) -> Mapping[int, Fact]:
-        """Initial fact that distinguishes an object from other objects of its category, by object.
+        """Index of an object -> initial fact that distinguishes it from other objects of its category.
 
         The fact is a state that only this object of the category has, or its relation to the only object of
         another category.
@@ -149,7 +149,7 @@ class Words:
         return self._make_request(goal, voice) or f"{e.SEE_TO_IT} {self._make_statement(goal, voice)}"
 
     def _make_request(self, goal: f.Formula, voice: e.PhraseStyle) -> str | None:
-        """Return a goal as a request, such as "put ...", or None if requests cannot state it."""
+        """Return a goal as a request, such as "put ...", or None if no request can state the goal."""
         plain = _find_plain_atom(goal)
         if plain is None:
             return None
@@ -201,7 +201,7 @@ class Words:
         raise InputError(f"no sentence states a goal of the shape {type(goal).__name__}")
 
     def _name_variables(self, goal: f.Formula, voice: e.PhraseStyle) -> dict[str, str]:
-        """Return the words for each variable of a goal, such as ``every lamp``."""
+        """Return a mapping from variables of a goal to words, such as ``every lamp``."""
         every = voice.choose(e.EVERY)
         match goal:
             case f.ForAll(variable, body):
@@ -241,7 +241,7 @@ class Words:
 
 
 def _find_plain_atom(goal: f.Formula) -> tuple[f.Atom, bool] | None:
-    """Return the atom of a goal, and whether it is negated; None for goals with other operators."""
+    """Return the only atom of a goal and whether it is negated, or None for goals with other operators."""
     match goal:
         case (
             f.Not(f.Atom() as atom)
@@ -322,7 +322,7 @@ class _Reader:
         )
 
     def _read_over_time(self, word: str, one: str, other: str) -> f.Formula:
-        """Return the goal over time that two joined sentences state."""
+        """Return the goal over time that two sentences state, which a word such as "before" joins."""
         if word == e.WHILE:
             return f.Always(
                 f.Not(
@@ -363,7 +363,7 @@ class _Reader:
         several: bool = False,
         request: bool = False,
     ) -> Iterator[f.Formula]:
-        """Yield the goal that a sentence states or requests about objects described in words."""
+        """Yield the goal that a sentence states or requests, given its predicate and words for objects."""
         named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = None not in named[1:]
@@ -405,7 +405,10 @@ def _interpret_quantified(
     negated: bool,
     request: bool,
 ) -> Iterator[f.Formula]:
-    """Yield the meaning of a sentence with a quantifier. Sentences such as "every ... is not" have none."""
+    """Yield the goal that a quantified sentence states.
+
+    Sentences such as "every ... is not" state no goal.
+    """
     if quantifier["every"]:
         if request or not negated:
             yield f.ForAll(x, body)
@@ -422,7 +425,7 @@ def _compile_sentence(sentence: str) -> re.Pattern[str]:
 
 
 def _match_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
-    """Yield the texts of the object slots of a sentence if it matches a text."""
+    """Yield the words for the objects in a text, if the text has the form of the sentence."""
     match = _compile_sentence(sentence).fullmatch(text)
     if match is not None:
         named = match.groupdict()
