@@ -164,22 +164,23 @@ class Prior:
     """The usual goals, places and actions of a world.
 
     Attributes:
-        patterns: weight of each literal as a goal or effect, by predicate and truth, then by pattern.
+        patterns: weight of each pattern as a goal or effect, by predicate and truth value, then by pattern.
         goal_counts: number of literals of goals, except about the agent, by predicate and truth value.
-        themes: themes by title.
+        themes: title of public tasks -> its theme.
         shape_counts: number of goals of each shape, by the name of the formula's class.
-        pair_patterns: literals of goals about pairs: each object of one category has its own of another.
+        pair_patterns: patterns in goals that each object of a category has its own object of another.
         nestings: goals about objects that are both moved and moved to, such as a box that is filled. Each is
             the relation to the object, its category, and its relation to a third object.
-        combinations: states and places that are goals of one object. Each is a state, a relation, and the
-            category of the relation's target.
-        dependent_states: states, with a category, that are goals only beside a relation to such an object.
-        action_counts: number of goals with each choice of actions.
+        combinations: a state and a place that are goals of one object: the predicate of the state, the
+            relation of the place, and the category of its target.
+        dependent_states: predicate of a state and category, if the state of such an object is a goal only
+            together with a relation to the object.
+        action_counts: choice of actions, as operators -> number of goals with this choice.
         operators: names of the operators that plans use.
         uses: uses of categories in plans; empty if the data set has no plans.
         place_relations: names of the relations that state places of objects.
-        taken_categories: categories that plans take in hand.
-        used_categories: categories that plans use by other actions than movement and taking.
+        taken_categories: categories of objects that plans take in hand.
+        used_categories: categories of objects that plans use by other actions than movement and taking.
         part_relations: names of the relations between a part and its whole, which never change.
         countable_categories: categories over which quantifiers of new goals may range: a task has several
             objects of each. Empty for all categories, if goals of the data set have quantifiers.
