@@ -43,7 +43,10 @@ def read_formats(package: str) -> Mapping[Ability, str]:
 
 
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
-"""Opens the scorers of answers to a benchmark's tasks of an ability, by task id. It can be pickled."""
+"""Opens the scorers of a benchmark's tasks of an ability: task id -> scorer of answers.
+
+It can be pickled.
+"""
 
 OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
 """Opens the demonstrations in an archive as tasks.
@@ -114,8 +117,8 @@ class Benchmark:
         open_tasks: opens the tasks. For tasks declared in a program, `eai.tasks.source.given` makes it.
         notation: the notation of answers and the names of objects and predicates.
         data: the published data.
-        reference: text by which `eai.benchmarks.registry.find_benchmark` finds the benchmark; empty if none
-            does.
+        reference: text for which `eai.benchmarks.registry.find_benchmark` returns the benchmark; may be
+            empty.
     """
 
     name: str

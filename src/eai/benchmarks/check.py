@@ -35,7 +35,7 @@ _EXECUTED_ABILITIES = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
 """Abilities for which checks execute the gold answers, or give them to a planner."""
 
 WALKS = 5
-"""Maximum number of tasks whose initial states start random walks."""
+"""Maximum number of tasks from whose initial states random walks start."""
 
 _LIMITS = Limits(looks=150_000)
 """Limits of the search for a task's plan: about a second on a usual processor."""

@@ -104,7 +104,7 @@ class _Erratum(Options):
 
     @property
     def is_about_question(self) -> bool:
-        """Whether the erratum changes only the question, and not the right answer."""
+        """Whether the erratum changes only the question of a task, and not the right answer."""
         return self.question is not None or self.asks_scored
 
 

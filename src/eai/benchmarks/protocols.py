@@ -79,9 +79,9 @@ def find_preset(name: str) -> Implementation:
 
 
 def preset_attempts(name: str, slip: float, slip_seed: int, replans: int) -> AttemptOptions | None:
-    """Return the attempts at a task of a published script, or None if its name is empty.
+    """Return the options of a published script for several attempts at a task, or None for an empty name.
 
     Raises:
-        InputError: there is no such script.
+        InputError: no script has this name.
     """
     return find_preset(name).attempts(slip, slip_seed, replans) if name else None

@@ -135,7 +135,7 @@ def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random
 
 
 def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    """Return the facts that became true by the end, as an answer to goal interpretation."""
+    """Return the facts that became true from the start to the end, as an answer to goal interpretation."""
     lexicon = GoalLexicon(task, benchmark.domain, benchmark.notation.goals)
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)

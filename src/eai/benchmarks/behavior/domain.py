@@ -14,17 +14,20 @@ from eai.world.operator import Operator, sort_checks
 
 @cache
 def domain_in_paper_order() -> Domain:
-    """Return the domain with the paper's order of checks; the robot moves to the objects of its actions."""
+    """Return the domain whose operators have the paper's order of checks.
+
+    Actions move the robot to their objects.
+    """
     return _build_household([add_movement(sort_checks(operator)) for operator in make_operators()])
 
 
 def domain_in_reference_order() -> Domain:
-    """Return the domain with the reference's order of checks."""
+    """Return the domain whose operators have the reference's order of checks."""
     return _build_household(make_operators())
 
 
 def _build_household(operators: Sequence[Operator]) -> Domain:
-    """Return the household with these operators.
+    """Return the household domain with these operators.
 
     The robot sees held objects, and objects that are not shut in. It does not see halves of unsliced objects.
     """

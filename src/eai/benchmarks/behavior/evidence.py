@@ -42,7 +42,7 @@ class _Volumes:
 
 @dataclass(frozen=True, slots=True)
 class UnpublishedFacts:
-    """All facts that no published file has.
+    """All facts about BEHAVIOR's scenes that no published file states.
 
     Attributes:
         initially_open: model categories whose objects are open at the start.
@@ -50,7 +50,7 @@ class UnpublishedFacts:
         added: relations that a problem file lacks, by task.
         removed: wrong relations of a problem file, each as its predicate and first object, by task.
         listed_relations_only: tasks whose published verdicts on subgoals result from the problem file's
-            relations alone.
+            relations without any additional relations.
         volumes: estimated volumes of objects.
         sha256: digest of the table, recorded with every result made from it.
     """
@@ -66,7 +66,7 @@ class UnpublishedFacts:
 
 @cache
 def load_evidence() -> UnpublishedFacts:
-    """Return the packaged facts about BEHAVIOR's scenes that no published file has."""
+    """Return the facts about BEHAVIOR's scenes that no published file states, from the packaged table."""
     content = resources.files("eai.benchmarks.behavior").joinpath(_FILE).read_bytes()
     table = parse_toml(content.decode())
     added, removed, volume = table["added_relations"], table["removed_relations"], table["volume"]

@@ -79,7 +79,7 @@ class BehaviorObject:
 
 @dataclass(frozen=True, slots=True)
 class BehaviorRecord:
-    """A task as in the published files.
+    """A task as the published files state it.
 
     Attributes:
         id: the data set's id: activity, definition, scene, instance and date of a recorded demonstration.
@@ -88,10 +88,10 @@ class BehaviorRecord:
         scene: the simulator's scene.
         instruction: the activity in one English sentence.
         objects: objects in the order of the problem file, without the agent.
-        problem: the problem file; it names objects by instance.
-        plan: a human's plan from the data set, as actions with objects; one action is misspelt.
-        goal_options: goals of goal interpretation, each as all its ground options in the published order. For
-            three tasks they follow an earlier wording than `problem` (spec: (a)).
+        problem: the problem file, which names objects by instance.
+        plan: a human's plan from the data set, as actions with objects. One action is misspelt.
+        goal_options: for each goal of goal interpretation, all its options in the published order. For three
+            tasks they follow an earlier wording than `problem` (spec: (a)).
     """
 
     id: str

@@ -59,13 +59,13 @@ BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
 
 
 def build_tasks(records: TaskSet[BehaviorRecord], evidence: UnpublishedFacts) -> BehaviorTasks:
-    """Return the tasks of the records; their digest covers the data and the evidence."""
+    """Return the tasks made from records. Their digest covers the records and the evidence."""
     sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
     return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
 
 
 def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTask:
-    """Return the task of a record.
+    """Return the task made from a record.
 
     Args:
         record: the facts of published files.

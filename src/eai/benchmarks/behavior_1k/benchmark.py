@@ -100,7 +100,7 @@ def behavior_1k_untold() -> Benchmark:
 
 
 def behavior_1k_challenge_2025() -> Benchmark:
-    """Return the benchmark of the 50 activities of the 2025 BEHAVIOR challenge, in its order."""
+    """Return the benchmark of the 50 activities of the 2025 BEHAVIOR challenge, in the challenge's order."""
     return _make_variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_open_subset, "challenge_2025"))
 
 

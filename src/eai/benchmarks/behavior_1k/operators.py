@@ -105,7 +105,7 @@ def navigate_to() -> Operator:
 
 
 def grasp() -> Operator:
-    """Return the action GRASP (OmniGibson: primitives GRASP). Hands have no names."""
+    """Return the action GRASP (OmniGibson: primitives GRASP). The action names no hand."""
     checks = (
         MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
@@ -145,7 +145,7 @@ def _make_placing_action(
 
 
 def make_placing_actions() -> Iterator[Operator]:
-    """Yield all placing actions.
+    """Yield all actions that place a held object.
 
     OmniGibson: primitives PLACE_ON_TOP and PLACE_INSIDE; states next_to, under, overlaid, draped,
     attached_to.

@@ -394,7 +394,7 @@ class Generator:
         }
 
     def _get_length_range(self, base: Task) -> tuple[int, int]:
-        """Return the minimum and maximum number of steps of the plan that solves the task."""
+        """Return the minimum and maximum number of steps of the plan for a task made from a base task."""
         if self.spec.tier is not Tier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS

@@ -237,7 +237,7 @@ def _list_categories(scene: Scene) -> Mapping[str, None]:
 
 
 def _may_be_quantified(category: str, prior: Prior) -> bool:
-    """Whether a quantifier of a goal may range over the objects of a category."""
+    """Whether goals may quantify over the objects of a category."""
     return not prior.countable_categories or category in prior.countable_categories
 
 

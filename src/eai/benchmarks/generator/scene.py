@@ -93,20 +93,20 @@ MIN_OBJECTS = 16
 def make_closed_scene(
     task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
 ) -> State:
-    """Return a state with some of a task's objects. Relevant objects and objects of usual goals come first.
+    """Return a state with some objects of a task. Relevant objects and objects of usual goals come first.
 
-    An object comes with the objects in or on which it is, and a part comes with its whole. If a relation has
-    many targets for each object, only its facts about the agent are kept. If two objects are stated to be in
-    each other, both facts are dropped.
+    An object comes with the objects in or on which it is, and a part comes with its whole. If a relation
+    relates each object to many others, only its facts about the agent are kept. If the facts state two
+    objects to be in each other, both facts are dropped.
 
     Args:
         task: the task.
-        prior: the usual goals, places and actions.
+        prior: the usual goals, places of objects and actions.
         rng: the random generator.
         most: maximum number of objects.
         rich: whether to leave room for objects of other tasks (`add_guests`), and to prefer objects of usual
             goals.
-        with_: objects that the scene must contain.
+        with_: indices of objects that the scene must contain.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
@@ -280,7 +280,7 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
 
 
 def _draw_by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects in random order, so that objects of one usual goal follow each other."""
+    """Yield objects in random order. Objects about which one usual goal may be follow each other."""
     for pattern in shuffle([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
         members = [list(bits(scene.category(category))) for category in pattern.categories]
         if all(members):

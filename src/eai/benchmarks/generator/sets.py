@@ -90,7 +90,7 @@ def _digest(texts: Iterable[str]) -> str:
 
 
 def split_of(key: str) -> Split:
-    """Return the split that the hash of a text selects."""
+    """Return the split that the hash of a text determines."""
     return _split_at(_hash(key))
 
 
@@ -176,7 +176,7 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
 
 
 def is_earlier_split(one: str, other: str) -> bool:
-    """Whether the first name is that of an earlier split than the second. False if a name is no split."""
+    """Whether both names are names of splits, and the first split is made before the second."""
     return one in _ORDER and other in _ORDER and _ORDER.index(Split(one)) < _ORDER.index(Split(other))
 
 
@@ -201,7 +201,7 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
 
 
 def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
-    """Return the tasks in all files of a folder except one file, by file name.
+    """Return the tasks of all files in a folder except one file, by file name.
 
     Raises:
         InputError: a line of a file is not a task.
@@ -301,7 +301,7 @@ def find_false_claims(folder: Path, split: str, secret: str | None) -> Iterator[
 
 
 def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
-    """Return one table of a manifest: its sets, or the overlap of its sets.
+    """Return a table of a manifest: its sets by name, or the overlap of its sets.
 
     Raises:
         InputError: the file cannot be read, or is not a manifest.

@@ -58,7 +58,7 @@ class Words:
         return Words(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
-        """Return sentences that state a predicate in the singular, such as ``{x} is on top of {y}``."""
+        """Return sentences that can state a predicate in the singular: ``{x} is on top of {y}``."""
         return e.sentences_of(predicate, self.arities[predicate], self.english)
 
     @cached_property

@@ -13,7 +13,7 @@ from eai.world.operator import Operator, sort_checks
 
 @cache
 def domain_in_paper_order() -> Domain:
-    """Return the domain with the paper's order of checks."""
+    """Return the domain whose operators have the paper's order of checks."""
     return _build_household([sort_checks(operator) for operator in make_operators()])
 
 
@@ -27,7 +27,7 @@ def domain_with_hand_switch() -> Domain:
 
 
 def domain_in_reference_order() -> Domain:
-    """Return the domain with the reference's order of checks."""
+    """Return the domain whose operators have the reference's order of checks."""
     return _build_household(make_operators())
 
 

@@ -23,10 +23,10 @@ TargetChooser: TypeAlias = Callable[[State, str, int, int], int]
 """Chooses targets of a relation, given a state, the relation, the source, and a bit mask of candidates."""
 
 SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
-"""Number of objects that fit on a seat, by class; 1 for other classes (reference: ``SitExecutor``)."""
+"""Number of objects for which a seat has room, by class; 1 for other classes (reference: ``SitExecutor``)."""
 
 BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
-"""Number of objects that fit where one lies, by class; 1 for other classes (reference: ``LieExecutor``)."""
+"""Number of objects for which a bed has room, by class; 1 for other classes (reference: ``LieExecutor``)."""
 
 ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
 """Relations that define the origin, a grabbed object's former place.

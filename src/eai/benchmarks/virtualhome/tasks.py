@@ -127,7 +127,7 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 
 
 def build_tasks(records: VirtualHomeRecords) -> VirtualHomeTasks:
-    """Return the tasks of the records."""
+    """Return the tasks made from records."""
     nothing = [()] * len(VOCABULARY.binary_slots)
     empty = _IndexedGraph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
     base = empty.apply_delta(records.base)
