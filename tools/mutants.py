@@ -87,9 +87,9 @@ EQUIVALENT: dict[str, str] = {
     "distance is less than the observed one by just this rounding",
     "extensions/questions/shortcuts.py: 0 is 1 in `if step <= 0:`": "what a question adds to a "
     "balance is a multiple of four, and so is the square",
-    "tasks/rules.py: without if isinstance(each, Add | Delete) in `atoms = [each.atom for each in run "
-    "if isinstance(each, Add | Delete)]`": "a run is of one type, and the condition says so to the type "
-    "checker",
+    "tasks/rules.py: without if isinstance(atom_effect, Add | Delete) in `atoms = [atom_effect.atom for "
+    "atom_effect in run if isinstance(atom_effect, Add | Delete)]`": "effects of a run have one type; "
+    "the check is for mypy",
 }
 """Reasons why mutants behave like the original code, by the name of the mutant (`Mutant.name`)."""
 

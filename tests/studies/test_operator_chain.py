@@ -159,7 +159,7 @@ def test_the_analysis_counts_ends_of_answers_and_of_true_operators(
     runs = write_runs(tmp_path / "runs", [run, under_another_protocol])
     outcome = eai("analyze", "pipeline", runs, "--out", tmp_path / "out")
     assert outcome.status == 0, outcome.err
-    assert "left out, as operators are carried out under strict alone: m, virtualhome" in outcome.err
+    assert "left out, because operators are only executed under strict: m, virtualhome" in outcome.err
     rows = read_table(tmp_path / "out" / "operators.csv")
     columns = ("breaks at", "reason", "share_numerator", "share_denominator", "true operators_numerator")
     assert [tuple([row[column] for column in columns]) for row in rows] == [

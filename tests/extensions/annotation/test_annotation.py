@@ -12,9 +12,9 @@ from eai.base.errors import InputError
 from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
     Candidate,
-    ObjectKind,
     PatternList,
     TitleDecisions,
+    _ObjectKind,
     annotate,
     check_goals,
     count_patterns,
@@ -65,8 +65,10 @@ def test_a_malformed_pattern_is_refused(text: str) -> None:
 
 
 def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
-    assert ObjectKind(properties=("A", "B")) == ObjectKind(properties=("B", "A"))
-    assert len({ObjectKind(properties=("A", "B")), ObjectKind(properties=("B", "A")), ObjectKind("A")}) == 2
+    assert _ObjectKind(properties=("A", "B")) == _ObjectKind(properties=("B", "A"))
+    assert (
+        len({_ObjectKind(properties=("A", "B")), _ObjectKind(properties=("B", "A")), _ObjectKind("A")}) == 2
+    )
 
 
 @pytest.mark.parametrize(

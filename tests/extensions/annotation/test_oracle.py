@@ -22,7 +22,7 @@ from eai.extensions.annotation.decisions import (
     Difference,
     Entry,
     GoalPattern,
-    ObjectKind,
+    _ObjectKind,
     count_patterns,
     find_difference,
     find_met_candidate,
@@ -70,9 +70,11 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[Entry]:
     for words in candidate["actions"]:
         yield tuple(map(GoalPattern, words))
     for state in candidate["states"]:
-        yield tuple(GoalPattern(each["state"], (ObjectKind(each["name"]),)) for each in state["alternatives"])
+        yield tuple(
+            GoalPattern(each["state"], (_ObjectKind(each["name"]),)) for each in state["alternatives"]
+        )
     for each in candidate["exact_relations"]:
-        ends = (ObjectKind(each["from_name"]), ObjectKind(each["to_name"]))
+        ends = (_ObjectKind(each["from_name"]), _ObjectKind(each["to_name"]))
         yield (GoalPattern(PREDICATE_OF_RELATION[each["relation"]], ends),)
     for each in candidate["relations"]:
         yield tuple(
@@ -83,11 +85,11 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[Entry]:
         )
 
 
-def _kind(values: Mapping[str, Any]) -> ObjectKind:
+def _kind(values: Mapping[str, Any]) -> _ObjectKind:
     return (
-        ObjectKind(values["class"])
+        _ObjectKind(values["class"])
         if "class" in values
-        else ObjectKind(properties=tuple(values["properties"]))
+        else _ObjectKind(properties=tuple(values["properties"]))
     )
 
 

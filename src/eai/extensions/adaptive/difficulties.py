@@ -52,7 +52,7 @@ def _load_tables() -> dict[str, Any]:
     return by_suite
 
 
-class AbilityEstimate(NamedTuple):
+class _AbilityEstimate(NamedTuple):
     """A model's ability, in logits.
 
     Attributes:
@@ -69,7 +69,7 @@ def estimate_ability(
     difficulties: Mapping[str, float],
     names: Mapping[str, str] | None = None,
     variance: float = 0.0,
-) -> AbilityEstimate:
+) -> _AbilityEstimate:
     """Estimate the ability of a model.
 
     Args:
@@ -90,7 +90,7 @@ def estimate_ability(
         if abs(change) < _CONVERGENCE_LOGITS:
             break
     between = variance * _concentration(value, scores, difficulties, names or {})
-    return AbilityEstimate(value, math.sqrt(1 / information + between))
+    return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
 def _concentration(

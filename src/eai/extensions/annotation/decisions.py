@@ -48,7 +48,7 @@ _PATTERN_REGEX = re.compile(rf"({_NAME_REGEX})\({_KIND_REGEX}(?:,{_KIND_REGEX})?
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectKind:
+class _ObjectKind:
     """A kind of object: all objects of a class, or all objects with exactly the given properties.
 
     Attributes:
@@ -61,7 +61,7 @@ class ObjectKind:
     properties: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, ObjectKind) and self._key == other._key
+        return isinstance(other, _ObjectKind) and self._key == other._key
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -84,7 +84,7 @@ class GoalPattern:
     """
 
     name: str
-    kinds: tuple[ObjectKind, ...] = ()
+    kinds: tuple[_ObjectKind, ...] = ()
 
     @property
     def is_action(self) -> bool:
@@ -120,9 +120,9 @@ def parse_pattern(text: str) -> GoalPattern:
     return GoalPattern(name, tuple(map(_parse_kind, kinds)))
 
 
-def _parse_kind(text: str) -> ObjectKind:
+def _parse_kind(text: str) -> _ObjectKind:
     words = [word.strip() for word in text.strip("{}").split(",")]
-    return ObjectKind(properties=tuple(filter(None, words))) if text.startswith("{") else ObjectKind(text)
+    return _ObjectKind(properties=tuple(filter(None, words))) if text.startswith("{") else _ObjectKind(text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,15 +158,15 @@ class Difference:
             for thing, kind in pairs
         )
 
-    def class_of(self, thing: int) -> ObjectKind:
+    def class_of(self, thing: int) -> _ObjectKind:
         """Return the class of an object, as an `ObjectKind`."""
-        return ObjectKind(self.scene.objects[thing].category)
+        return _ObjectKind(self.scene.objects[thing].category)
 
-    def properties_of(self, thing: int) -> ObjectKind:
+    def properties_of(self, thing: int) -> _ObjectKind:
         """Return the properties of an object (its visible static predicates) as an `ObjectKind`."""
         initial = self.task.initial
         names = property_predicates(self.scene.vocabulary)
-        return ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
+        return _ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
 
 
 def find_difference(task: Task, domain: Domain) -> Difference:

@@ -133,7 +133,7 @@ _ANSWER_WORDS = {
 
 
 @dataclass(frozen=True, slots=True)
-class QuestionGrade:
+class _QuestionGrade:
     """The grade of an answer to a question.
 
     Attributes:
@@ -150,7 +150,7 @@ class QuestionGrade:
     repairs: tuple[str, ...] = ()
 
 
-def grade_answer(question: Question, text: str) -> QuestionGrade:
+def grade_answer(question: Question, text: str) -> _QuestionGrade:
     """Grade an answer. An unreadable answer is wrong."""
     wanted = {_normalize(answer) for answer in question.answer}
     parsed = _parse_answer(question.form, text)
@@ -160,7 +160,7 @@ def grade_answer(question: Question, text: str) -> QuestionGrade:
     missed = (min(1, len(wanted)) if asks_one else len(wanted)) - right
     exact = right == len(given) == 1 if asks_one else given == wanted
     counts = Confusion(right, len(given) - right, max(0, missed))
-    return QuestionGrade(exact and parsed is not None, counts, parsed is not None, repairs)
+    return _QuestionGrade(exact and parsed is not None, counts, parsed is not None, repairs)
 
 
 def format_gold_answer(question: Question) -> str:
