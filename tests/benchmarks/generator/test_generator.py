@@ -65,9 +65,9 @@ def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
 def test_the_order_of_hash_tables_plays_no_part() -> None:
     code = (
         "import hashlib; from benchmarks.generator.worlds import tasks;"
-        "from eai.tasks.task_lines import written;"
+        "from eai.tasks.task_lines import write_task_line;"
         "from eai.benchmarks.registry import find_benchmark as find;"
-        "print(hashlib.sha256(''.join(written(t.task, n, find(n).domain, t.about) for n in ('virtualhome',"
+        "print(hashlib.sha256(''.join(write_task_line(t.task, n, find(n).domain, t.about) for n in ('virtualhome',"
         "'behavior') for t in tasks(n, 6)).encode()).hexdigest())"
     )
     places = {"PYTHONPATH": ":".join(sys.path), "HOME": str(Path.home())}
