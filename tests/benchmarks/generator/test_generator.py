@@ -67,8 +67,9 @@ def test_the_order_of_hash_tables_plays_no_part() -> None:
         "import hashlib; from benchmarks.generator.worlds import tasks;"
         "from eai.tasks.task_lines import write_task_line;"
         "from eai.benchmarks.registry import find_benchmark as find;"
-        "print(hashlib.sha256(''.join(write_task_line(t.task, n, find(n).domain, t.about) for n in ('virtualhome',"
-        "'behavior') for t in tasks(n, 6)).encode()).hexdigest())"
+        "lines = [write_task_line(t.task, n, find(n).domain, t.about)"
+        " for n in ('virtualhome', 'behavior') for t in tasks(n, 6)];"
+        "print(hashlib.sha256(''.join(lines).encode()).hexdigest())"
     )
     places = {"PYTHONPATH": ":".join(sys.path), "HOME": str(Path.home())}
     digests = {
