@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from claim import Finding, by_degree
 from evidence import GPT_4O, NAMED, SD, TM, B, Evidence, Suite, V
 from measures_rates import CATEGORIES, first_place_columns
-from rates import all_of, if_so, most_of, rates_of
+from rates import all_of, if_so, most_of, range_over_models, rates_of
 
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
@@ -159,9 +159,7 @@ def first_in_planning(evidence: Evidence) -> Finding:
 
 
 def range_of_planning(evidence: Evidence) -> Finding:
-    spans = [rates_of(evidence, world, "TM", "overall.planner_success").values() for world in "VB"]
-    text = " and ".join(f"{min(each):.0f} to {max(each):.0f} %" for each in spans)
-    return if_so(all(max(each) > 2 * min(each) for each in spans), f"planner success of {text}")
+    return range_over_models(evidence, "overall.planner_success", "planner success")
 
 
 def strong_in_space(evidence: Evidence) -> Finding:

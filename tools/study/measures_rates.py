@@ -18,6 +18,7 @@ from rates import (
     most_of,
     pairs_of,
     printed_rates,
+    range_over_models,
     rank_of,
     rates_of,
 )
@@ -296,9 +297,7 @@ def low_in_operators(evidence: Evidence) -> Finding:
 
 
 def range_of_operators(evidence: Evidence) -> Finding:
-    spans = [rates_of(evidence, world, "TM", "overall.f1").values() for world in "VB"]
-    text = " and ".join(f"{min(each):.0f} to {max(each):.0f} %" for each in spans)
-    return if_so(all(max(each) > 2 * min(each) for each in spans), f"F1 of {text}")
+    return range_over_models(evidence, "overall.f1", "F1")
 
 
 def plans_that_fail(evidence: Evidence) -> Finding:

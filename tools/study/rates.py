@@ -135,3 +135,10 @@ def together(findings: Sequence[Finding]) -> Finding:
     statuses = [finding.status for finding in findings]
     same = statuses[0] if len(set(statuses)) == 1 else Status.IN_PART
     return Finding(same, "; ".join(dict.fromkeys(finding.summary.rstrip(".") for finding in findings)) + ".")
+
+
+def range_over_models(evidence: Evidence, metric: str, title: str) -> Finding:
+    """Ask whether the best model's rate is more than twice the worst model's, in both worlds."""
+    spans = [rates_of(evidence, world, "TM", metric).values() for world in "VB"]
+    text = " and ".join(f"{min(rates):.0f} to {max(rates):.0f} %" for rates in spans)
+    return if_so(all(max(rates) > 2 * min(rates) for rates in spans), f"{title} of {text}")
