@@ -41,7 +41,7 @@ def subjects_in(commits: str) -> list[str]:
 
 
 def has_commit(commit: str) -> bool:
-    """Whether this clone has a commit; a shallow clone or a source archive may lack it."""
+    """Whether this clone has a commit. Shallow clones and source archives have only some commits."""
     command = ["git", "cat-file", "-e", f"{commit}^{{commit}}"]
     return subprocess.run(command, cwd=ROOT, capture_output=True, check=False).returncode == 0
 

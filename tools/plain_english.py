@@ -3,7 +3,7 @@
     python tools/plain_english.py                  check the limit of each folder
     python tools/plain_english.py --list 20        also print the 20 worst texts
     python tools/plain_english.py src/eai/world    print the marked texts of some files or folders
-    python tools/plain_english.py --lower          write today's numbers as the new limits
+    python tools/plain_english.py --lower          lower limits to today's numbers; none rises
 
 The habits, the limits and the list of clear texts are data: tools/plain_english.toml. The program is a
 finder. A marked text can be clear, and an unmarked text can be unclear: a reader decides.
@@ -59,8 +59,8 @@ class Habits:
     """Patterns of sentences that are hard to read, and the texts that are exceptions.
 
     Attributes:
-        strong: Patterns of which one marks a text.
-        weak: Patterns of which two in one sentence mark a text.
+        strong: Patterns by name; one match marks a text.
+        weak: Patterns by name; matches of two patterns in one sentence mark a text.
         exceptions: Reasons why marked texts are clear, by path, owner and beginning of the text.
         limits: Maximum number of marked texts, by folder.
     """
@@ -80,11 +80,12 @@ class Habits:
 
     def names_in(self, text: str) -> list[str]:
         """Return the names of all habits in the text."""
+        parts = sentences(text)
         patterns = {**self.strong, **self.weak}.items()
-        return [name for name, pattern in patterns if any(pattern.search(each) for each in sentences(text))]
+        return [name for name, pattern in patterns if any(map(pattern.search, parts))]
 
     def is_exception(self, text: Text) -> bool:
-        """Whether a reader found that the text is clear."""
+        """Whether the list of exceptions contains the text."""
         content = " ".join(text.content.split())
         return any(
             (path, owner) == (text.path, text.owner) and content.startswith(beginning)
@@ -156,7 +157,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("paths", nargs="*", type=Path, help="print marked texts of files and folders")
     parser.add_argument("--list", type=int, default=0, metavar="N", help="print the N worst texts")
-    parser.add_argument("--lower", action="store_true", help="write today's numbers as limits")
+    parser.add_argument("--lower", action="store_true", help="lower limits to today's numbers")
     arguments = parser.parse_args()
     habits = read_habits()
     folders = [path.resolve() for path in arguments.paths] or [ROOT / folder for folder in CHECKED]
@@ -168,7 +169,8 @@ def main() -> int:
     counts = Counter(folder_of(text.path) for text in marked)
     totals = Counter(folder_of(text.path) for text in texts)
     if arguments.lower:
-        _write_limits({folder: counts[folder] for folder in sorted(totals)})
+        lowest = {folder: min(counts[folder], habits.limits.get(folder, 0)) for folder in sorted(totals)}
+        _write_limits(lowest)
         return 0
     print(
         f"{len(marked)} of {len(texts)} docstrings and comments are marked ({len(marked) / len(texts):.1%})"
