@@ -212,7 +212,7 @@ def test_fingerprints_know_objects_by_category() -> None:
 
 
 def line_names(task: Task) -> list[str]:
-    """Return names for a scene, none of which is a part of another one."""
+    """Return names for a scene such that no name contains another name."""
     names = [thing.name for thing in task.scene.objects]
     if any("-" in name for name in names):
         pytest.skip("formulas spell names with hyphens otherwise")

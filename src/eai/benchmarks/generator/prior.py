@@ -38,7 +38,7 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
 
 
 def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: Prior) -> bool:
-    """Whether a goal makes sense only together with another goal, which the task lacks.
+    """Whether a goal is pointless, because it needs another goal that the task does not have.
 
     For example, nobody starts a dishwasher without putting dishes into it.
     """

@@ -100,7 +100,7 @@ class GoalPattern:
 
 
 Entry: TypeAlias = tuple[GoalPattern, ...]
-"""Alternative patterns in a goal, of which a demonstration must meet one."""
+"""Alternative patterns in a goal. A demonstration must meet one of them."""
 
 
 def parse_pattern(text: str) -> GoalPattern:

@@ -176,7 +176,7 @@ class SceneWords:
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
-        """Names of the described predicates that say that an object is in, on or under another."""
+        """Names of the described predicates for an object in, on or under another object."""
         return self._list_described(spatial_predicates(self.wording.domain)[1])
 
     @cached_property
