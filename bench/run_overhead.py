@@ -38,8 +38,8 @@ from eai.results.batch import Scoring
 from eai.results.codec import record_to_json
 from eai.results.collector import collect_seldom
 from eai.results.responses import Response
-from eai.run.job import Job
-from eai.run.tasks import build_task, obtain_answers
+from eai.run.job import QuestionJob
+from eai.run.tasks import build_task, request_missing_answers
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import Source
@@ -105,13 +105,13 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
 
 def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
     """Return the milliseconds per sample of Inspect alone, and the additional ones of `eai`."""
-    job = Job(Endpoint(MODEL), asked.suite, asked.prompts)
+    job = QuestionJob(Endpoint(MODEL), asked.suite, asked.prompts)
     inspect_alone(asked, folder / "warm")
     alone, ours = [], []
     for number in range(rounds):
         place = folder / str(number)
         alone.append(on_its_own_ms(partial(inspect_alone, asked, place)))
-        ask = partial(obtain_answers, job, place / "answers.jsonl", place / "logs")
+        ask = partial(request_missing_answers, job, place / "answers.jsonl", place / "logs")
         ours.append(on_its_own_ms(ask))
     beyond = statistics.median(a - b for a, b in zip(ours, alone, strict=True))
     count = len(asked.prompts)

@@ -43,8 +43,8 @@ from eai.benchmarks.suite import open_suite
 from eai.results.epochs import BeliefSet, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.trials import open_trials
-from eai.run.job import Job, Pace
-from eai.run.tasks import obtain_answers
+from eai.run.job import QuestionJob, RequestOptions
+from eai.run.tasks import request_missing_answers
 from eai.studies.pipeline.stage_one import make_goal_beliefs
 from eai.studies.variation import Endpoint
 
@@ -57,7 +57,7 @@ COMPARED = ("records.jsonl", "summary.json")
 class Work(NamedTuple):
     """The work of each run; in a pipeline, with goals that answers state."""
 
-    job: Job
+    job: QuestionJob
     believed: BeliefSet | None = None
 
 
@@ -80,11 +80,11 @@ def make_work(kind: str, tasks: int) -> Work:
     if kind == "replanning":
         trials = open_trials(suite, EXPERIMENT, library.asker(suite.benchmark, suite.ability, asked), asked)
         arguments["heed"] = 0.7
-    job = Job(
+    job = QuestionJob(
         Endpoint("eai/oracle" if kind == "acting" else MODEL, arguments),
         suite,
         asked,
-        pace=Pace(max_connections=2),
+        pace=RequestOptions(max_connections=2),
         trials=trials,
     )
     return Work(job, believed)
@@ -93,7 +93,7 @@ def make_work(kind: str, tasks: int) -> Work:
 def work(todo: Work, folder: Path) -> None:
     """Do the work of a run in this process."""
     job = todo.job
-    answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
+    answers = request_missing_answers(job, folder / JOURNAL, folder / "logs")
     obtained = replace(answers, name="noisy", beliefs=todo.believed)
     score_answers(obtained, folder, job.suite, ScoringOptions(explanations=job.suite.ability is not ACTING))
 

@@ -42,7 +42,7 @@ from eai.agents.setting import ACTING, AGENT, STANDARD
 from eai.agents.verdict import ActingVerdict
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
-from eai.run.acting import enter, episode_text
+from eai.run.acting import offer_task_tools, read_episode_text
 from eai.world.action import Action
 
 ODD = ("OPEN(moon)", "FLY()", "()", "[]()", "I open it.()", "OPEN(()", "OPEN(a, b, c, d)", LOOK)
@@ -104,12 +104,12 @@ async def through_inspect(domain: str, play: Session) -> tuple[Told, str]:
     messages: list[Any] = [ChatMessageUser(content="")]
     task_id = play.task.id
     state = TaskState(ModelName("mockllm/model"), task_id, 1, "", messages, metadata=about)
-    await enter()(state, cast("Any", None))
+    await offer_task_tools()(state, cast("Any", None))
     tools = dict(zip(("act", "look", "done"), state.tools, strict=True))
     told = [
         str(await cast("Callable[..., Awaitable[str]]", tools[n])(**given)) for n, given in as_calls(play)
     ]
-    return told, episode_text(state)
+    return told, read_episode_text(state)
 
 
 async def through_mcp(client: Client, play: Session) -> Told:

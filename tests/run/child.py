@@ -19,10 +19,10 @@ from eai.results.epochs import ModelAnswers, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.run.job import Job
+from eai.run.job import QuestionJob
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
-from eai.run.tasks import obtain_answers, write_scores
+from eai.run.tasks import request_missing_answers, write_scores
 from eai.studies.variation import Endpoint
 from eai.tasks.source import ErrataChoice, Source
 from suites import official_prompts
@@ -62,9 +62,9 @@ class Ran:
     log: Path
 
 
-def obtain_in_child(job: Job, journal: Path, logs: Path) -> ModelAnswers:
+def obtain_in_child(job: QuestionJob, journal: Path, logs: Path) -> ModelAnswers:
     """Get the answers to a job."""
-    return obtain_answers(job, journal, logs)
+    return request_missing_answers(job, journal, logs)
 
 
 def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
@@ -73,8 +73,8 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     prompts = official_prompts(suite.domain, suite.ability)
     prompts = {task_id: prompts[task_id] for task_id in asked.task_ids}
     endpoint = Endpoint(model, whom.arguments)
-    job = Job(endpoint, suite, prompts, whom.epochs)
-    answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
+    job = QuestionJob(endpoint, suite, prompts, whom.epochs)
+    answers = request_missing_answers(job, folder / "answers.jsonl", folder / "logs")
     result = score_answers(answers, folder, suite, ScoringOptions())
     write_scores(answers.log, result.records_by_key(), Source(planner=PLANNER))
     return Ran(

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError, InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.epochs import ModelAnswers
-from eai.run.job import Decoding, Job, Pace
+from eai.run.job import DecodingOptions, QuestionJob, RequestOptions
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
 from processes import own_process
@@ -40,17 +40,17 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., ModelAnswers]:
         url: str,
         task_ids: Collection[str],
         cut_at: tuple[str, ...] = (),
-        decoding: Decoding | None = None,
+        decoding: DecodingOptions | None = None,
         timeout: int = 60,
         connections: int | None = None,
         model: str = "openai-api/local/scripted",
     ) -> ModelAnswers:
-        job = Job(
+        job = QuestionJob(
             Endpoint(model, {"max_retries": 1, "api_key": "none"}, url),
             open_suite("virtualhome", Ability.SUBGOAL_DECOMPOSITION),
             {task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
-            decoding=decoding or Decoding(),
-            pace=Pace(max_connections=connections, max_retries=0, timeout=timeout),
+            decoding=decoding or DecodingOptions(),
+            pace=RequestOptions(max_connections=connections, max_retries=0, timeout=timeout),
         )
         journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
         return process.submit(obtain_in_child, job, journal, logs).result(timeout=300)
@@ -63,7 +63,7 @@ def run(ask: Callable[..., ModelAnswers]) -> Run:
     """Ask the questions of a script of a server that answers by the script."""
 
     def serve_and_ask(
-        script: Script, cut_at: tuple[str, ...] = (), decoding: Decoding | None = None
+        script: Script, cut_at: tuple[str, ...] = (), decoding: DecodingOptions | None = None
     ) -> tuple[ModelAnswers, Log]:
         with serve(script) as served:
             return ask(served.url, script, cut_at, decoding), served.log
@@ -225,7 +225,7 @@ def test_answered_questions_are_not_asked_again(ask: Callable[..., ModelAnswers]
     with serve({"good": [Reply(PLAN)], "broken": [Reply(status=400), Reply("mended")]}) as served:
         first = ask(served.url, ("good", "broken"))
         second = ask(served.url, ("good", "broken"))
-        warmer = ask(served.url, ("good",), decoding=Decoding(temperature=1.0))
+        warmer = ask(served.url, ("good",), decoding=DecodingOptions(temperature=1.0))
     assert set(first.answers) == {("good", 1)}
     assert set(first.failures) == {("broken", 1)}
     assert second.answers["good", 1] == first.answers["good", 1]
@@ -238,7 +238,7 @@ def test_answered_questions_are_not_asked_again(ask: Callable[..., ModelAnswers]
 def test_sampling_options_reach_the_server_and_change_the_request_digest(
     ask: Callable[..., ModelAnswers],
 ) -> None:
-    sampling = Decoding(temperature=0.7, seed=7, top_p=0.9)
+    sampling = DecodingOptions(temperature=0.7, seed=7, top_p=0.9)
     with serve({"good": [Reply(PLAN)]}) as served:
         plain, sampled = ask(served.url, ("good",)), ask(served.url, ("good",), decoding=sampling)
     assert plain.answers["good", 1].request_sha256 != sampled.answers["good", 1].request_sha256
@@ -264,7 +264,9 @@ def test_reasoning_is_separated_and_tokens_are_counted(run: Run) -> None:
 
 
 def test_truncated_answers_are_marked(run: Run) -> None:
-    answers, log = run({"long": [Reply('{"a": ["so', finish="length")]}, ("}",), Decoding(max_tokens=5))
+    answers, log = run(
+        {"long": [Reply('{"a": ["so', finish="length")]}, ("}",), DecodingOptions(max_tokens=5)
+    )
     assert answers.answers["long", 1].truncated
     assert answers.answers["long", 1].text == '{"a": ["so'
     assert log.requests[0]["max_tokens"] == 5
@@ -278,7 +280,7 @@ def test_the_papers_stop_sequences_are_sent_and_the_brace_is_restored(run: Run) 
 
 
 def test_stop_sequences_can_be_left_out(run: Run) -> None:
-    answers, log = run({"cut": [Reply('{"output": ["ON(tv.1)"]')]}, ("}",), Decoding(stop=False))
+    answers, log = run({"cut": [Reply('{"output": ["ON(tv.1)"]')]}, ("}",), DecodingOptions(stop=False))
     assert ["stop" in request for request in log.requests] == [False]
     assert answers.answers["cut", 1].text == '{"output": ["ON(tv.1)"]'
 
@@ -293,7 +295,7 @@ def test_stop_sequences_can_be_left_out(run: Run) -> None:
     ],
 )
 def test_refused_parameters_are_left_out_of_the_second_request(run: Run, reply: Reply) -> None:
-    answers, log = run({"task": [reply]}, ("}",), Decoding(structured=True))
+    answers, log = run({"task": [reply]}, ("}",), DecodingOptions(structured=True))
     assert answers.answers["task", 1].text == PLAN
     assert [("stop" in r, "response_format" in r) for r in log.requests] == [(True, True), (False, False)]
     assert answers.answers["task", 1].usage.input_tokens == (11 if reply.unless else 22)

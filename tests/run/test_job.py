@@ -13,7 +13,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmarks.gold_answers import open_planned_book
 from eai.benchmarks.random_answers import open_random_answers
-from eai.run.job import EXPLORERS, can_answer
+from eai.run.job import EXPLORERS, can_model_answer
 from worlds.warehouse import warehouse
 
 OPENED: dict[str, Any] = {
@@ -28,16 +28,18 @@ OPENED: dict[str, Any] = {
 @pytest.mark.parametrize("ability", [each for each in find_abilities() if each != ACTING], ids=str)
 @pytest.mark.parametrize("model", OPENED)
 def test_built_in_models_answer_only_their_abilities(model: str, ability: Ability) -> None:
-    expected = nullcontext() if can_answer(f"eai/{model}", ability) else pytest.raises(InputError)
+    expected = nullcontext() if can_model_answer(f"eai/{model}", ability) else pytest.raises(InputError)
     with expected:
         OPENED[model](warehouse, ability)
 
 
 def test_explorers_only_act_and_other_models_answer_all() -> None:
     for model in EXPLORERS:
-        assert [each for each in (*PAPER_ABILITIES, ACTING) if can_answer(f"eai/{model}", each)] == [ACTING]
+        assert [each for each in (*PAPER_ABILITIES, ACTING) if can_model_answer(f"eai/{model}", each)] == [
+            ACTING
+        ]
     assert all(
-        can_answer(model, each)
+        can_model_answer(model, each)
         for model in ("eai/oracle", "openai/planner")
         for each in (*PAPER_ABILITIES, ACTING)
     )

@@ -22,8 +22,8 @@ def test_a_written_answer_is_found_in_the_journal(tmp_path: Path) -> None:
     for answer in (ANSWER, strange):
         journal.add(answer)
         again = AnswerJournal(file)  # written when `add` returns
-        assert again.find((answer.task_id, 1), "request") == answer
-    assert journal.find(("27_2", 1), "request") == ANSWER
+        assert again.find_answer((answer.task_id, 1), "request") == answer
+    assert journal.find_answer(("27_2", 1), "request") == ANSWER
 
 
 def test_a_line_of_the_journal_has_every_field(tmp_path: Path) -> None:
@@ -45,9 +45,9 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path: Path) -> None:
 def test_another_request_or_epoch_is_not_found_in_the_journal(tmp_path: Path) -> None:
     journal = AnswerJournal(tmp_path / "answers.jsonl")
     journal.add(ANSWER)
-    assert journal.find(("27_2", 2), "request") is None
-    assert journal.find(("27_2", 1), "other") is None
-    assert journal.find(("27_3", 1), "request") is None
+    assert journal.find_answer(("27_2", 2), "request") is None
+    assert journal.find_answer(("27_2", 1), "other") is None
+    assert journal.find_answer(("27_3", 1), "request") is None
 
 
 @given(cut=st.integers(min_value=1, max_value=200))
@@ -60,10 +60,10 @@ def test_an_incomplete_last_line_is_overwritten_by_the_next_answer(
     journal.add(replace(ANSWER, epoch=2))
     file.write_bytes(file.read_bytes()[:-cut])
     torn = AnswerJournal(file)
-    assert torn.find(("27_2", 1), "request") == ANSWER
-    assert torn.find(("27_2", 2), "request") is None
+    assert torn.find_answer(("27_2", 1), "request") == ANSWER
+    assert torn.find_answer(("27_2", 2), "request") is None
     torn.add(replace(ANSWER, epoch=2))
-    assert AnswerJournal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
+    assert AnswerJournal(file).find_answer(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
 def test_a_file_that_is_no_journal_is_refused_with_its_line(tmp_path: Path) -> None:

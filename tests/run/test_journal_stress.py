@@ -69,14 +69,14 @@ def test_a_full_disk_in_the_middle_of_an_answer_loses_only_that_answer(tmp_path:
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, ignored)
-    assert full.find(("27_2", 2), "request") is None
+    assert full.find_answer(("27_2", 2), "request") is None
     full.add(replace(ANSWER, epoch=3))  # an answer to a concurrent request
-    assert AnswerJournal(file).find(("27_2", 3), "request") == replace(ANSWER, epoch=3)
+    assert AnswerJournal(file).find_answer(("27_2", 3), "request") == replace(ANSWER, epoch=3)
     mended = AnswerJournal(file)
-    assert mended.find(("27_2", 1), "request") == ANSWER
-    assert mended.find(("27_2", 2), "request") is None
+    assert mended.find_answer(("27_2", 1), "request") == ANSWER
+    assert mended.find_answer(("27_2", 2), "request") is None
     mended.add(replace(ANSWER, epoch=2))
-    assert AnswerJournal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
+    assert AnswerJournal(file).find_answer(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
 def test_a_folder_removed_during_a_run_is_an_error(tmp_path: Path) -> None:
@@ -114,5 +114,5 @@ def test_a_journal_of_a_hundred_thousand_answers_is_read_quickly(tmp_path: Path)
     for epoch in range(1, number + 1):
         journal.add(replace(ANSWER, epoch=epoch))
     again = AnswerJournal(file)
-    assert all(again.find(("27_2", epoch), "request") for epoch in (1, number // 2, number))
+    assert all(again.find_answer(("27_2", epoch), "request") for epoch in (1, number // 2, number))
     assert len(file.read_bytes().splitlines()) == number

@@ -15,8 +15,8 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
-from eai.run.job import Job
-from eai.run.tasks import obtain_answers
+from eai.run.job import QuestionJob
+from eai.run.tasks import request_missing_answers
 from eai.studies.variation import Endpoint
 from processes import Command
 from run.hindrances import interrupt_at
@@ -113,6 +113,6 @@ def test_a_run_interrupted_before_its_first_question_says_how_to_resume(
 ) -> None:
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])
-    job = Job(Endpoint("eai/oracle"), open_suite(*SUITE), prompts)
+    job = QuestionJob(Endpoint("eai/oracle"), open_suite(*SUITE), prompts)
     with pytest.raises(EaiError, match="interrupted; the same command resumes from here"):
-        obtain_answers(job, tmp_path / "a.jsonl", tmp_path / "logs")
+        request_missing_answers(job, tmp_path / "a.jsonl", tmp_path / "logs")

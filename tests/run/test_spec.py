@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from eai.base.errors import InputError
 from eai.base.files import read_toml
-from eai.run.spec import RunSpec, find_study_of_option, read_spec, save
+from eai.run.spec import RunSpec, find_study_of_option, read_spec, save_spec
 from eai.studies.perception.choice import Perception
 from eai.studies.perception.noise import Noise
 from eai.studies.registry import list_run_studies
@@ -59,11 +59,11 @@ def test_a_specification_is_read_as_it_was_written(tmp_path: Path) -> None:
     perception = spec.studies["perception"]
     assert isinstance(perception, Perception)
     assert perception.noise == Noise(missing=0.1, seed=2)
-    file = save(spec, tmp_path)
+    file = save_spec(spec, tmp_path)
     assert file == tmp_path / "run.toml"
     assert read_spec(read_toml(file)) == spec
-    assert save(spec, tmp_path) == file
-    assert save(RunSpec(), tmp_path) == tmp_path / "run-2.toml"
+    assert save_spec(spec, tmp_path) == file
+    assert save_spec(RunSpec(), tmp_path) == tmp_path / "run-2.toml"
     assert read_spec(read_toml(tmp_path / "run-2.toml")) == RunSpec()
 
 
@@ -85,7 +85,7 @@ def test_any_arguments_are_read_as_they_were_written(
     tmp_path_factory: pytest.TempPathFactory, arguments: dict[str, Any]
 ) -> None:
     spec = read_spec({"model": {"args": arguments}})
-    assert read_spec(read_toml(save(spec, tmp_path_factory.mktemp("run")))) == spec
+    assert read_spec(read_toml(save_spec(spec, tmp_path_factory.mktemp("run")))) == spec
 
 
 def test_each_option_belongs_to_one_study() -> None:
@@ -97,7 +97,7 @@ def test_each_option_belongs_to_one_study() -> None:
 
 
 def test_a_name_with_lone_surrogates_can_be_saved(tmp_path: Path) -> None:
-    assert save(read_spec({"pipeline": {"goals": "a\udc80"}}), tmp_path).is_file()
+    assert save_spec(read_spec({"pipeline": {"goals": "a\udc80"}}), tmp_path).is_file()
 
 
 def test_keys_of_servers_are_never_written_to_a_file(tmp_path: Path) -> None:
@@ -109,7 +109,7 @@ def test_keys_of_servers_are_never_written_to_a_file(tmp_path: Path) -> None:
         "max_tokens": 5,
     }
     seen = {"scene": "predicted", "scene_model": "openai/gpt-4o", "scene_args": arguments}
-    text = save(read_spec({"model": {"args": arguments}, "perception": seen}), tmp_path).read_text()
+    text = save_spec(read_spec({"model": {"args": arguments}, "perception": seen}), tmp_path).read_text()
     assert "sk-" not in text
     assert text.count("max_tokens = 5") == 2
 

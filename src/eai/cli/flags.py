@@ -20,8 +20,8 @@ from eai.benchmarks.suite import Suite
 from eai.cli import options
 from eai.cli.options import SETTING, setting
 from eai.results.answer_files import find_recorded_file
-from eai.run.job import CAPTIONER, PROVIDER, can_answer, check_model
-from eai.run.spec import RunSpec, list_defaults, read_spec, sections
+from eai.run.job import CAPTIONER, PROVIDER, can_model_answer, check_model_name
+from eai.run.spec import RunSpec, list_option_defaults, list_sections, read_spec
 from eai.studies.registry import list_run_studies
 from eai.studies.variation import Endpoint
 
@@ -81,7 +81,7 @@ def specification(
         key, separator, text = given.partition("=")
         places = key.split(".", 2)
         if not separator or len(places) == 1:
-            known = list_defaults()
+            known = list_option_defaults()
             short = [name for name in known if name.endswith(f".{key}")]
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
             raise InputError(f"{SETTING} {given}: expected SECTION.OPTION=VALUE{hint}")
@@ -112,7 +112,7 @@ def listing() -> Iterator[str]:
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
     titles = {study.key: study.title for study in list_run_studies()}
-    for section, chosen in sections().items():
+    for section, chosen in list_sections().items():
         title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
         yield f"| **{section}** | | {title} |"
         yield from options.option_rows(chosen, f"{section}.")
@@ -122,7 +122,7 @@ def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
     """Raise if a model does not exist, or if two models would write to the same folder."""
     named: dict[str, str] = {}
     for model in models:
-        check_model(model)
+        check_model_name(model)
         if model == f"{PROVIDER}/{CAPTIONER}" and {*abilities} != {SCENE_GRAPH}:
             raise InputError(
                 f"--model {model}: it only lists scenes (--ability {SCENE_GRAPH}); for another model name it "
@@ -142,18 +142,18 @@ def list_skipped_abilities(models: Sequence[str], abilities: Sequence[Ability]) 
         InputError: No model answers any of the abilities.
     """
     lacking = {
-        model: dict.fromkeys(each.value for each in abilities if not can_answer(model, each))
+        model: dict.fromkeys(each.value for each in abilities if not can_model_answer(model, each))
         for model in models
     }
     lines = [f"{model} has no answer to {', '.join(names)}" for model, names in lacking.items() if names]
-    if abilities and not any(can_answer(model, each) for model in models for each in abilities):
+    if abilities and not any(can_model_answer(model, each) for model in models for each in abilities):
         raise InputError("; ".join(lines))
     return [f"{line}: skipped" for line in lines]
 
 
 def check_captioner(model: str) -> None:
     """Raise if the captioning model does not exist or takes no pictures."""
-    check_model(model)
+    check_model_name(model)
     provider, _, name = model.partition("/")
     if provider == PROVIDER and name != CAPTIONER:
         expected = f"expected {PROVIDER}/{CAPTIONER} or another provider"

@@ -35,9 +35,9 @@ from eai.results.epochs import SuiteResult, score_answers
 from eai.results.repeats import passes_table
 from eai.results.runs import write_log_samples
 from eai.results.terminal import print_table
-from eai.run.job import Job, can_answer
+from eai.run.job import QuestionJob, can_model_answer
 from eai.run.journal import JOURNAL
-from eai.run.spec import RunSpec, save
+from eai.run.spec import RunSpec, save_spec
 from eai.studies.prompts.choice import make_prompts_experiment
 from eai.studies.registry import add_summaries
 from eai.studies.variation import Endpoint, FirstStage
@@ -49,7 +49,7 @@ SHOWN_TASKS = 5
 
 
 @dataclass(frozen=True, slots=True)
-class _Order:
+class _RunRequest:
     """Specification and output folder of a run of several suites.
 
     Attributes:
@@ -151,7 +151,7 @@ def run(
             open_runs = load_offer("adaptive_runs", "--adaptive")
             suites, obtain = open_runs(suites, about.ability, about.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
-        order = _Order(spec, library, out, quiet or as_json)
+        order = _RunRequest(spec, library, out, quiet or as_json)
         chosen = []
         for suite, ids in zip(suites, tasks_of(spec.tasks.ids, suites, spec.tasks.limit), strict=True):
             if ids:
@@ -161,31 +161,31 @@ def run(
     remarks = flags.list_skipped_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
     flags.check_replay(endpoints, [suite for suite, _ in chosen])
     console.note_planner([suite for suite, _ in chosen])
-    first = _first_stage(order, chosen)
-    save(spec, out)
+    first = _open_first_stage(order, chosen)
+    save_spec(spec, out)
     outcomes = []
     for suite, asked in chosen:
         of_suite = [
-            _obtain_and_score(order, endpoint, asked, suite, first, studied=True)
+            _request_answers_and_score(order, endpoint, asked, suite, first, studied=True)
             if obtain is None
-            else _obtain_adaptively(order, endpoint, asked, suite, obtain)
+            else _request_answers_adaptively(order, endpoint, asked, suite, obtain)
             for endpoint in endpoints
-            if can_answer(endpoint.model, suite.ability)
+            if can_model_answer(endpoint.model, suite.ability)
         ]
         if of_suite and not order.quiet:
-            _print(spec, of_suite, wide=wide)
-            _tell_corrected(library, suite, asked)
+            _print_suite_results(spec, of_suite, wide=wide)
+            _print_corrected_count(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.all_results
     if spec.variation.captioner is not None and not order.quiet:
         for outcome in before:
-            _print(spec, [outcome], wide=wide)
+            _print_suite_results(spec, [outcome], wide=wide)
     for remark in remarks:
         console.note(remark)
-    _tell([*before, *outcomes], order, as_json=as_json)
+    _print_failures_and_effort([*before, *outcomes], order, as_json=as_json)
 
 
-def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
+def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
     print_results({each.model: each.totals for each in outcomes}, spec.variation.heading, wide=wide)
     repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
@@ -193,18 +193,20 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
         print_table(console.output(), passes_table(repeated), wide=wide)
 
 
-def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> FirstStage | None:
+def _open_first_stage(
+    order: _RunRequest, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+) -> FirstStage | None:
     """Return the stage in which a model first interprets goals or perceives scenes, or None."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
-    ask, variation = partial(_obtain_and_score, order), order.spec.variation
+    ask, variation = partial(_request_answers_and_score, order), order.spec.variation
     if variation.captioner is not None:
         flags.check_captioner(variation.captioner)
     return variation.make_stage(order.library, wanted, ask)
 
 
-def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
+def _print_corrected_count(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
     """Print how many questions of the data set were corrected."""
     corrected = library.corrected(suite.benchmark, suite.ability, prompts)
     if corrected:
@@ -212,8 +214,8 @@ def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt
         console.say(f"{console.format_count(corrected, 'question')} {rest}")
 
 
-def _obtain_and_score(
-    order: _Order,
+def _request_answers_and_score(
+    order: _RunRequest,
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
@@ -228,7 +230,7 @@ def _obtain_and_score(
     the first stage. A task without an answer in the first stage is not asked. The number of answers for each
     task is ``epochs``, or the number in the order. Records of an earlier stage contain no options of studies.
     """
-    from eai.run.tasks import combine_experiments, make_trials, obtain_answers, write_scores
+    from eai.run.tasks import combine_experiments, make_trials, request_missing_answers, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.make_prompts(endpoint, prompts, suite)
@@ -246,10 +248,10 @@ def _obtain_and_score(
     parts = [
         of_studies,
         None if believed is None else believed.experiment,
-        make_prompts_experiment(spec.prompts.label),
+        make_prompts_experiment(spec.prompts.prompt_label),
     ]
     parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
-    job = Job(
+    job = QuestionJob(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
         experiment=combine_experiments([*parts[:-1], Experiment(effort=effort)]),
     )
@@ -258,7 +260,7 @@ def _obtain_and_score(
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with lock_run_folder(folder):
         with run_progress(title, quiet=order.quiet) as watch:
-            answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+            answers = request_missing_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
         lacking = dict.fromkeys(unasked, "" if believed is None else believed.missing_reason)
         obtained = replace(
@@ -278,7 +280,7 @@ def _obtain_and_score(
     return result
 
 
-def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
+def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunRequest, *, as_json: bool) -> None:
     """Print errors, used tokens and the folder of results. Exit with status 1 if answers are missing."""
     if as_json:
         known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
@@ -297,13 +299,13 @@ def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> N
                 f"{outcome.model}: {console.format_count(again, 'episode')} interrupted before, begun again"
             )
     if not order.quiet:
-        for line in map(_effort, outcomes):
+        for line in map(_describe_effort, outcomes):
             console.say(line)
     if any(outcome.failures for outcome in outcomes):
         raise typer.Exit(1)
 
 
-def _effort(outcome: SuiteResult) -> str:
+def _describe_effort(outcome: SuiteResult) -> str:
     """Return one line on a run: numbers of answers and tokens, cost, and folder of the results."""
     usage = outcome.usage
     parts = [console.format_count(outcome.totals.coverage.answered, "answer")]
@@ -319,11 +321,11 @@ def _effort(outcome: SuiteResult) -> str:
     return f"{', '.join(parts)}; records in {outcome.folder}"
 
 
-def _obtain_adaptively(
-    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, obtain: Any
+def _request_answers_adaptively(
+    order: _RunRequest, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, obtain: Any
 ) -> SuiteResult:
     """Ask tasks in rounds until the estimate of the model's ability is precise. Print the standard error."""
-    ask = partial(_obtain_and_score, order, endpoint, suite=suite)
+    ask = partial(_request_answers_and_score, order, endpoint, suite=suite)
     result: SuiteResult
     result, remark = obtain(ask, prompts, suite, order.spec.tasks.adaptive)
     if not order.quiet:

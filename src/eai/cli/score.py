@@ -382,8 +382,8 @@ def _read(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Re
     if file.suffix != LOG_SUFFIX:
         return read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True), None
     with inspect_needed():
-        from eai.run.tasks import read_answers, read_experiment
-    return read_answers(file, suite), read_experiment(file, suite)
+        from eai.run.tasks import make_experiment_adder, read_answers
+    return read_answers(file, suite), make_experiment_adder(file, suite)
 
 
 def _refuse_equal_models(names: Sequence[str]) -> None:

@@ -32,14 +32,14 @@ from eai.benchmarks.suite import open_suite
 from eai.run.job import ERRATA, PROVIDER
 from eai.run.journal import RunState
 from eai.run.solver import (
-    add_epoch,
-    content_of,
+    add_epoch_to_metadata,
     find_reasoning,
     make_answer,
+    make_message_content,
+    read_usage,
     report_failure,
     restore_answer,
     split_reply,
-    usage_of,
 )
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source, errata_choice
@@ -60,7 +60,7 @@ class _StoredEpisode(StoreModel):
     episode: dict[str, Any] = Field(default_factory=dict)
 
 
-def episode_text(state: TaskState | EvalSample) -> str:
+def read_episode_text(state: TaskState | EvalSample) -> str:
     """Return the episode in a sample's store as text, or the sample's output if there is no episode."""
     episode = state.store_as(_StoredEpisode).episode
     return json.dumps(episode, ensure_ascii=False) if episode else state.output.completion
@@ -89,13 +89,13 @@ def _begin_episode(state: TaskState) -> Session | None:
 
 def _play_command(state: TaskState, play: Session, command: str) -> str | list[Content]:
     """Play a command, store the episode, and return the reply to the agent with its pictures."""
-    last_reply = _read_last_reply()
+    last_reply = _read_last_model_reply()
     reply = play.say(command, "" if last_reply == command else last_reply)
     state.store_as(_StoredEpisode).episode = play.to_json("stopped")
-    return content_of(Prompt(reply, images=play.pictures()))
+    return make_message_content(Prompt(reply, images=play.pictures()))
 
 
-def _read_last_reply() -> str:
+def _read_last_model_reply() -> str:
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     if not replies or replies[-1].empty:
         return ""
@@ -103,24 +103,24 @@ def _read_last_reply() -> str:
 
 
 def _make_tools(state: TaskState, play: Session) -> list[ToolDef]:
-    def make_call(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
+    def make_tool_function(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
         async def call(**arguments: Any) -> str | list[Content]:
             return _play_command(state, play, read_tool_call(name, arguments))
 
         return call
 
     return [
-        ToolDef(make_call(name), name, description, ToolParams.model_validate(schema), max_output=0)
+        ToolDef(make_tool_function(name), name, description, ToolParams.model_validate(schema), max_output=0)
         for name, description, schema in make_tools(play.stage.domain)
     ]
 
 
 @solver(name="eai_enter")
-def enter() -> Solver:
+def offer_task_tools() -> Solver:
     """Return a solver that offers the tools of a task to the next solver."""
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        add_epoch(state)
+        add_epoch_to_metadata(state)
         play = _begin_episode(state)
         if play is not None:
             state.store_as(_StoredEpisode).episode = play.to_json("stopped")
@@ -130,7 +130,7 @@ def enter() -> Solver:
     return solve
 
 
-def _player(harness: str | None = None) -> Solver:
+def _make_player(harness: str | None = None) -> Solver:
     """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
@@ -155,23 +155,23 @@ def _player(harness: str | None = None) -> Solver:
             )
         state.messages = agent.messages
         ended = "stopped" if scope.limit_error is None else _ENDED_BY_LIMIT[scope.limit_error.type]
-        _store_output(state, agent.output.stop_reason, ended)
+        _store_episode_output(state, agent.output.stop_reason, ended)
         return state
 
     return solve
 
 
-player = solver(name="player")(_player)
+player = solver(name="player")(_make_player)
 # Inspect's names lack the package if it is installed as editable
 if registry_info(player).name == "player":
-    player = solver(name="eai/player")(_player)
+    player = solver(name="eai/player")(_make_player)
 
 
-def _store_output(state: TaskState, stop_reason: StopReason, ended: str) -> None:
+def _store_episode_output(state: TaskState, stop_reason: StopReason, end_reason: str) -> None:
     stored = state.store_as(_StoredEpisode)
     if stored.episode["ended"] == "stopped":
-        stored.episode = {**stored.episode, "ended": ended}
-    state.output = ModelOutput.from_content(str(state.model), episode_text(state), stop_reason)
+        stored.episode = {**stored.episode, "ended": end_reason}
+    state.output = ModelOutput.from_content(str(state.model), read_episode_text(state), stop_reason)
 
 
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
@@ -199,19 +199,19 @@ async def _play_by_text(state: TaskState, agent: AgentState, play: Session) -> N
         agent.messages.append(ChatMessageUser(content=reply))
 
 
-def read_command(text: str) -> str:
+def read_command(reply: str) -> str:
     """Return the command of a message: the whole message if it is JSON, else its last line."""
-    text = text.strip()
-    return text if text.startswith(("{", "[")) else (text.splitlines() or [""])[-1].strip()
+    reply = reply.strip()
+    return reply if reply.startswith(("{", "[")) else (reply.splitlines() or [""])[-1].strip()
 
 
 @solver(name="eai_act")
-def act(run: RunState) -> Solver:
+def play_open_episodes(run: RunState) -> Solver:
     """Return a solver that plays the episodes that the run lacks, and reports them.
 
     Unfinished episodes begin anew.
     """
-    begin, perform = enter(), player()
+    begin, perform = offer_task_tools(), player()
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         key = (str(state.sample_id), state.epoch)
@@ -220,18 +220,18 @@ def act(run: RunState) -> Solver:
             return state
         if run.stopped is not None:
             return state
-        question, request = run.conversations[key].question, run.request(key)
-        state.metadata[BEGUN] = run.journal.begin(key, request)
+        question, request = run.conversations[key].question, run.hash_next_request(key)
+        state.metadata[BEGUN] = run.journal.record_episode_start(key, request)
         with report_failure(run, key):
             state = await perform(await begin(state, generate), generate)
-        run.add_answer(make_answer(state, request, question, _sum_usage(run.job.endpoint.model)))
+        run.add_answer(make_answer(state, request, question, _sum_usage_of_replies(run.job.endpoint.model)))
         return state
 
     return solve
 
 
-def _sum_usage(model: str) -> Usage:
+def _sum_usage_of_replies(model: str) -> Usage:
     """Return the usage of all replies of an episode; built-in models are not timed."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     seconds = None if model.startswith(f"{PROVIDER}/") else sum([reply.time or 0.0 for reply in replies])
-    return sum(map(usage_of, replies), Usage(seconds=seconds))
+    return sum(map(read_usage, replies), Usage(seconds=seconds))

@@ -53,7 +53,7 @@ _ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
 """Abilities without turns that a built-in model answers, by model, for models that do not answer all."""
 
 
-def can_answer(name: str, ability: Ability) -> bool:
+def can_model_answer(name: str, ability: Ability) -> bool:
     """Whether a model answers an ability; only built-in models do not answer all."""
     provider, _, model = name.partition("/")
     if provider != PROVIDER:
@@ -63,7 +63,7 @@ def can_answer(name: str, ability: Ability) -> bool:
     return ability in _ABILITIES_OF_MODEL.get(model, (ability,))
 
 
-def check_model(name: str) -> None:
+def check_model_name(name: str) -> None:
     """Raise InputError for an unknown built-in model, or a name without a provider."""
     known_models = [f"{PROVIDER}/{model}" for model in MODELS]
     provider, separator, _ = name.partition("/")
@@ -82,7 +82,7 @@ _ReasoningEffort: TypeAlias = Literal["none", "minimal", "low", "medium", "high"
 """Reasoning effort of a model, in Inspect's words."""
 
 
-class Decoding(Options):
+class DecodingOptions(Options):
     """Options of the models' answers.
 
     Attributes:
@@ -106,13 +106,13 @@ class Decoding(Options):
     structured: bool = False
 
     @property
-    def sampling(self) -> dict[str, int | float | str]:
+    def provider_options(self) -> dict[str, int | float | str]:
         """The chosen options that only some providers support, by their names in Inspect."""
         chosen = {"top_p", "seed", "reasoning_effort", "reasoning_tokens"}
         return self.model_dump(mode="json", include=chosen, exclude_none=True)
 
 
-class Pace(Options):
+class RequestOptions(Options):
     """Options of requests that change no answer.
 
     Attributes:
@@ -129,7 +129,7 @@ class Pace(Options):
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class QuestionJob:
     """The questions of one suite to one model, in the order of the data set.
 
     Attributes:
@@ -145,8 +145,8 @@ class Job:
     suite: Suite
     prompts: Mapping[str, Prompt]
     epochs: int = 1
-    decoding: Decoding = field(default_factory=Decoding)
-    pace: Pace = field(default_factory=Pace)
+    decoding: DecodingOptions = field(default_factory=DecodingOptions)
+    pace: RequestOptions = field(default_factory=RequestOptions)
     trials: Trials | None = None
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     experiment: Experiment | None = None
@@ -154,7 +154,7 @@ class Job:
     @property
     def sha256(self) -> str:
         """Digest of all requests: jobs with equal digests would get equal answers."""
-        requests = [(name, self.request_sha256(name, prompt)) for name, prompt in self.prompts.items()]
+        requests = [(name, self.hash_request(name, prompt)) for name, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
             decisive.append([self.trials.options.label, self.trials.suite.protocol.value])
@@ -166,7 +166,7 @@ class Job:
             return Conversation(partial(self.prompts.__getitem__, task_id))
         return self.trials.start_conversation(task_id, epoch)
 
-    def answer_schema(self, task_id: str) -> Schema | None:
+    def make_answer_schema(self, task_id: str) -> Schema | None:
         """Return the JSON schema to which answers are restricted, or None without a restriction.
 
         If the question shows a perceived scene, answers may name any objects.
@@ -177,19 +177,19 @@ class Job:
         task = None if perceived else self.suite.tasks.get(task_id)
         return answer_form(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
-    def request_sha256(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
+    def hash_request(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Return the digest of everything that decides the answer to a prompt.
 
         The digest of a repeated question is another one: otherwise a resumed run would take the first answer
             for all
         attempts.
         """
-        endpoint, decoding, schema = self.endpoint, self.decoding, self.answer_schema(task_id)
+        endpoint, decoding, schema = self.endpoint, self.decoding, self.make_answer_schema(task_id)
         decisive = (
             (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
             (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
             (prompt.sha256, prompt.stop),
-            *sorted(decoding.sampling.items()),
+            *sorted(decoding.provider_options.items()),
             *((attempt,) if attempt > 1 else ()),
             *((schema,) if schema is not None else ()),
             *((setting,) if (setting := self.metadata.get(task_id, {}).get(AGENT)) else ()),

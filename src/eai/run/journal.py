@@ -21,7 +21,7 @@ from eai.base.errors import EaiError, InputError
 from eai.base.files import convert_write_errors, number_lines, read_content
 from eai.results.codec import dataclass_to_json
 from eai.results.trials import Answer, AnswerKey, Conversation, describe_attempts
-from eai.run.job import Job
+from eai.run.job import QuestionJob
 
 JOURNAL = "answers.jsonl"
 """File name of the journal in the folder of a run."""
@@ -47,13 +47,13 @@ class AnswerJournal:
         self._size = content.rfind(b"\n") + 1
         for number, line in number_lines(content[: self._size]):
             try:
-                self._keep(adapter.validate_json(line))
+                self._index_answer(adapter.validate_json(line))
             except ValidationError as error:
                 raise InputError(
                     f"{path}, line {number}: expected an answer of a run; delete the line to ask again"
                 ) from error
 
-    def find(self, key: AnswerKey, request_sha256: str, attempt: int = 1) -> Answer | None:
+    def find_answer(self, key: AnswerKey, request_sha256: str, attempt: int = 1) -> Answer | None:
         """Return the recorded answer to exactly this request, or None if the request has no answer."""
         return self._answers.get((request_sha256, *key, attempt))
 
@@ -71,9 +71,9 @@ class AnswerJournal:
                 file.write(json.dumps(dataclass_to_json(answer)).encode() + b"\n")
                 file.truncate()
                 self._size = file.tell()
-        self._keep(answer)
+        self._index_answer(answer)
 
-    def begin(self, key: AnswerKey, request_sha256: str) -> int:
+    def record_episode_start(self, key: AnswerKey, request_sha256: str) -> int:
         """Record in a file beside the journal that an episode begins, and return how often it has begun.
 
         Raises:
@@ -88,7 +88,7 @@ class AnswerJournal:
                 file.write(f"{line}\n")
         return times_before + 1
 
-    def _keep(self, answer: Answer) -> None:
+    def _index_answer(self, answer: Answer) -> None:
         self._answers[answer.request_sha256, answer.task_id, answer.epoch, answer.attempt] = answer
 
 
@@ -118,7 +118,7 @@ class RunState:
         stopped: reason why the run sends no more questions; None while the run goes on.
     """
 
-    def __init__(self, job: Job, journal: AnswerJournal, watch: ProgressWatch | None) -> None:
+    def __init__(self, job: QuestionJob, journal: AnswerJournal, watch: ProgressWatch | None) -> None:
         self.job = job
         self.journal = journal
         self.all_answers: dict[AnswerKey, list[Answer]] = defaultdict(list)
@@ -130,7 +130,7 @@ class RunState:
         for task_id in job.prompts:
             for epoch in range(1, job.epochs + 1):
                 self.conversations[task_id, epoch] = job.start_conversation(task_id, epoch)
-                self._take_from_journal((task_id, epoch))
+                self._take_answers_from_journal((task_id, epoch))
 
     @property
     def is_complete(self) -> bool:
@@ -151,11 +151,9 @@ class RunState:
             if self.conversations[key].is_over and (attempts := self.conversations[key].attempts)
         }
 
-    def request(self, key: AnswerKey) -> str:
+    def hash_next_request(self, key: AnswerKey) -> str:
         """Return the digest of everything that decides the next answer to a task in an epoch."""
-        return self.job.request_sha256(
-            key[0], self.conversations[key].question, len(self.all_answers[key]) + 1
-        )
+        return self.job.hash_request(key[0], self.conversations[key].question, len(self.all_answers[key]) + 1)
 
     def add_answer(self, answer: Answer) -> None:
         """Write an answer to the journal, and add it to the answers of the run.
@@ -168,32 +166,34 @@ class RunState:
         except InputError as error:
             self.stopped = error
             raise
-        self._accept(answer)
-        self.report()
+        self._add_to_conversation(answer)
+        self.report_progress()
 
-    def give_up(self, task_id: str, epoch: int, reason: str) -> None:
+    def record_failure(self, task_id: str, epoch: int, reason: str) -> None:
         """Record that a request failed for good, so that its task gets no answer."""
         self.failures[task_id, epoch] = reason
-        self.report()
+        self.report_progress()
 
-    def stop(self, reason: str) -> None:
+    def stop_run(self, reason: str) -> None:
         """Record a reason why no request can succeed, so that the run sends no more questions."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
-    def report(self) -> None:
+    def report_progress(self) -> None:
         """Call the progress watch with the numbers of answered and failed tasks."""
         if self._watch is not None:
             self._watch(self._finished, len(self.failures), len(self.conversations))
 
-    def _take_from_journal(self, key: AnswerKey) -> None:
+    def _take_answers_from_journal(self, key: AnswerKey) -> None:
         while not self.conversations[key].is_over:
-            answer = self.journal.find(key, self.request(key), len(self.all_answers[key]) + 1)
+            answer = self.journal.find_answer(
+                key, self.hash_next_request(key), len(self.all_answers[key]) + 1
+            )
             if answer is None:
                 return
-            self._accept(answer)
+            self._add_to_conversation(answer)
 
-    def _accept(self, answer: Answer) -> None:
+    def _add_to_conversation(self, answer: Answer) -> None:
         key = (answer.task_id, answer.epoch)
         conversation = self.conversations[key]
         self.all_answers[key].append(answer)

@@ -46,8 +46,8 @@ from eai.results.answer_files import find_recorded_file
 from eai.results.batch import NO_ROW
 from eai.results.epochs import STATED
 from eai.results.responses import read_responses
-from eai.run.job import CAPTIONER, ERRATA, PROVIDER, can_answer, check_model
-from eai.run.tasks import raise_refusals
+from eai.run.job import CAPTIONER, ERRATA, PROVIDER, can_model_answer, check_model_name
+from eai.run.tasks import convert_input_errors
 from eai.studies.perception.scene_graph import SCENE, read_scene_graph
 from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice
@@ -150,15 +150,15 @@ class _BuiltInModel(ModelAPI):
         **model_args: Any,
     ) -> None:
         super().__init__(model_name, base_url, api_key, [], config)
-        with raise_refusals():
-            check_model(f"{PROVIDER}/{model_name}")
+        with convert_input_errors():
+            check_model_name(f"{PROVIDER}/{model_name}")
             self._given = _ModelArguments.read(f"{PROVIDER}/{model_name}", model_args)
             if model_name == "replay" and self._given.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(_OPEN_BOOK.get(model_name, open_answer_book))
-        self._played = cache(self._commands)
+        self._played = cache(self._list_episode_commands)
         self._random = cache(open_random_answers)
-        self._recorded = cache(self._read_recorded)
+        self._recorded = cache(self._read_recorded_answers)
 
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
@@ -187,22 +187,22 @@ class _BuiltInModel(ModelAPI):
         if takes_turns:
             commands = await _run_in_thread(partial(self._played, question._replace(text="")))
             actions_taken = sum(message.role == "assistant" for message in input[positions[-1] :])
-            return self._output(
+            return self._make_output(
                 input, commands[actions_taken] if actions_taken < len(commands) else DONE, tools
             )
-        return self._output(input, await _run_in_thread(partial(self._answer, question)))
+        return self._make_output(input, await _run_in_thread(partial(self._answer_question, question)))
 
-    def _commands(self, question: _ModelQuestion) -> list[str]:
+    def _list_episode_commands(self, question: _ModelQuestion) -> list[str]:
         """Return the commands of an episode: recorded commands, or the model's plan for the task."""
         task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
             arena = AgentTask(question.benchmark, question.setting)
             return arena.commands(self.model_name, task, self._given.seed, question.epoch)
         of_plan = question._replace(ability=Ability.ACTION_SEQUENCING)
-        answer = self._answer(question if self.model_name == "replay" else of_plan)
+        answer = self._answer_question(question if self.model_name == "replay" else of_plan)
         return commands_of(task, question.benchmark, answer)
 
-    def _output(
+    def _make_output(
         self, input: Sequence[ChatMessage], answer: str, tools: Sequence[ToolInfo] = ()
     ) -> ModelOutput:
         """Return the model's output: an answer as text or a command as a tool call, with token counts."""
@@ -225,8 +225,8 @@ class _BuiltInModel(ModelAPI):
         )
         return output
 
-    def _answer(self, question: _ModelQuestion) -> str:
-        if not can_answer(f"{PROVIDER}/{self.model_name}", question.ability):
+    def _answer_question(self, question: _ModelQuestion) -> str:
+        if not can_model_answer(f"{PROVIDER}/{self.model_name}", question.ability):
             raise no_answer_error(self.model_name, question.benchmark, question.ability)
         if self.model_name == CAPTIONER:
             return self._describe_scene(question)
@@ -237,22 +237,22 @@ class _BuiltInModel(ModelAPI):
             return recorded[question.task_id]
         if self.model_name == "planner" and (question.done or question.scene is not None):
             book = open_planned_book(
-                _benchmark_of_question(question), question.ability, question.source, PLANNER_LIMITS
+                _adapt_benchmark_to_question(question), question.ability, question.source, PLANNER_LIMITS
             )
-            return _text_of(book[question.task_id])
+            return _require_text(book[question.task_id])
         if self.model_name in ("planner", "copy") and question.stated is not None:
             book = _OPEN_BOOK[self.model_name](
-                _benchmark_of_question(question), question.ability, question.source
+                _adapt_benchmark_to_question(question), question.ability, question.source
             )
-            return _text_of(book[question.task_id])
+            return _require_text(book[question.task_id])
         if self.model_name == "random":
             seed = f"{self._given.seed} {question.epoch} {question.attempt}"
             draw = self._random(question.benchmark, question.ability, question.source)
             return draw(question.task_id, seed, question.done).text
         book = self._book(question.benchmark, question.ability, question.source)
         if self.model_name in ("oracle", *_OPEN_BOOK):
-            return _text_of(book[question.task_id])
-        _text_of(book[question.task_id])
+            return _require_text(book[question.task_id])
+        _require_text(book[question.task_id])
         return self._corrupt_answer(book, question).text
 
     def _describe_scene(self, question: _ModelQuestion) -> str:
@@ -284,7 +284,7 @@ class _BuiltInModel(ModelAPI):
         seed += f" {question.attempt}" if question.attempt > 1 else ""
         return make_noisy_answer(book, question.task_id, self._given.rate, seed)
 
-    def _read_recorded(
+    def _read_recorded_answers(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
     ) -> dict[str, str]:
         book = self._book(benchmark, ability, source)
@@ -293,7 +293,7 @@ class _BuiltInModel(ModelAPI):
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
+def _adapt_benchmark_to_question(question: _ModelQuestion) -> Benchmark:
     """Return the benchmark with the task changed as a question describes it.
 
     The task gets the state after the executed actions, the perceived scene, and the stated goals.
@@ -311,7 +311,7 @@ def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
     return drop_reached_goals(benchmark, task_id, question.done) if question.done else benchmark
 
 
-def _text_of(answer: WrittenAnswer) -> str:
+def _require_text(answer: WrittenAnswer) -> str:
     if answer.why_none:
         raise InputError(answer.why_none)
     return answer.text
@@ -322,11 +322,11 @@ async def _run_in_thread(work: Callable[[], T]) -> T:
     future: Future[T] = Future()
     future.set_running_or_notify_cancel()
 
-    def run_work() -> None:
+    def run_and_set_result() -> None:
         try:
             future.set_result(work())
         except BaseException as error:
             future.set_exception(error)
 
-    Thread(target=run_work, daemon=True).start()
+    Thread(target=run_and_set_result, daemon=True).start()
     return await asyncio.wrap_future(future)

@@ -49,7 +49,7 @@ from eai.results.responses import Response
 from eai.results.runs import explorer_address
 from eai.results.summary import outcome_of, summarise
 from eai.results.trials import make_trial_record, replay
-from eai.run.acting import episode_text
+from eai.run.acting import read_episode_text
 from eai.run.solver import ANSWERS
 from eai.studies.registry import add_summaries
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
@@ -68,7 +68,10 @@ def explain_record(record: Record) -> str:
             [f"{number}. `{step.action}`: {'; '.join(_describe_step(step))}" for number, step in steps],
         ),
         ("Goals\n", [f"- {_MARK[goal.satisfied]} {goal.kind} `{goal.goal}`" for goal in explanation.goals]),
-        ("Temporal goal\n", [f"- {_describe_part(part, i)}" for i, part in enumerate(explanation.parts)]),
+        (
+            "Temporal goal\n",
+            [f"- {_describe_goal_part(part, i)}" for i, part in enumerate(explanation.parts)],
+        ),
     )
     written = ["\n".join(filter(None, [title, *lines])) for title, lines in sections if lines]
     return "\n\n".join([f"**{_write_headline(record)}**", *written])
@@ -96,7 +99,7 @@ def _describe_step(step: StepReport) -> Iterator[str]:
         yield f"{step.hidden_changes} more change{'' if step.hidden_changes == 1 else 's'}, not shown"
 
 
-def _describe_part(part: PartReport, number: int) -> str:
+def _describe_goal_part(part: PartReport, number: int) -> str:
     if part.met_after is not None:
         return f"✓ `{part.part}`, {part.when}"
     never = "never after that" if number else "never"
@@ -105,7 +108,7 @@ def _describe_part(part: PartReport, number: int) -> str:
 
 
 @metric(name="paper", scores="unreduced")
-def paper_metrics(ability: str) -> Metric:
+def make_paper_metric(ability: str) -> Metric:
     """Return Inspect's metric with the columns of the paper's tables, as fractions.
 
     They are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left out. For
@@ -119,7 +122,9 @@ def paper_metrics(ability: str) -> Metric:
         by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
         average = declaration_of(ability_of_scores).combine_epochs
         if average is None:
-            verdicts = _read_verdicts([_select_majority(of_task, ability_of_scores) for of_task in by_task])
+            verdicts = _read_verdicts(
+                [_select_majority_score(of_task, ability_of_scores) for of_task in by_task]
+            )
         else:
             verdicts = [average([_read_verdict(score) for score in of_task]) for of_task in by_task]
         shares = {name: rate.share for name, rate in summarise(verdicts, ability_of_scores).items()}
@@ -128,9 +133,9 @@ def paper_metrics(ability: str) -> Metric:
     return pool_scores
 
 
-def _register(ability: Ability) -> Callable[..., Scorer]:
-    @scorer(metrics=[paper_metrics(ability.value), accuracy(), stderr()], name=ability.value)
-    def verdict_scorer(
+def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
+    @scorer(metrics=[make_paper_metric(ability.value), accuracy(), stderr()], name=ability.value)
+    def make_verdict_scorer(
         benchmark: str, protocol: str, planner: str, errata: str = ErrataChoice.CURRENT.value
     ) -> Scorer:
         """Return an Inspect scorer that calls this package's scoring function.
@@ -148,20 +153,22 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
 
         return score
 
-    return verdict_scorer
+    return make_verdict_scorer
 
 
 EXPERIMENT = "experiment"
 """Name of the field for the experiment, in the metadata of samples and in records."""
 
-SCORERS = {ability: _register(ability) for ability in find_abilities()}
+SCORERS = {ability: _register_scorer(ability) for ability in find_abilities()}
 """Mapping from abilities to their scorers; the score of a sample has the ability's name."""
 
 
 def _make_record(state: TaskState, suite: Suite) -> Record:
     model, task_id = to_file_name(str(state.model)), str(state.sample_id)
     if state.output.choices:
-        text = episode_text(state) if declaration_of(suite.ability).takes_turns else state.output.completion
+        text = (
+            read_episode_text(state) if declaration_of(suite.ability).takes_turns else state.output.completion
+        )
         answer = Response(task_id, text)
     else:  # Inspect also scores samples of failed requests
         answer = Response(task_id, "", unanswered="the request failed")
@@ -169,7 +176,7 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
     return apply_experiment(record, suite.adapt_to_answers([state.input_text]), state.metadata, state.epoch)
 
 
-def _merge_rules(stated: Experiment, record: Record) -> Experiment:
+def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
     """Return the experiment of a log with the harness and the game rules of an episode's verdict.
 
     The log may have further limits, such as a token limit, that an episode does not have.
@@ -199,7 +206,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
     if written is None:
         return record
     stated = experiment_from_json(written) or Experiment()
-    experiment, task_id = _merge_rules(stated, record), record.task_id
+    experiment, task_id = _merge_game_rules(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
     options = AttemptOptions.from_experiment(experiment)
@@ -254,13 +261,13 @@ def _get_metadata(score: SampleScore) -> dict[str, Any]:
     return score.score.metadata or {}
 
 
-def _select_answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
+def _select_answered_scores(scores: Iterable[SampleScore]) -> list[SampleScore]:
     return [score for score in scores if _get_metadata(score)["answered"]]
 
 
-def _select_majority(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
+def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
     """Return the score of the answer that counts for a task, from its scores in all epochs."""
-    answered_scores = _select_answered(scores) or scores
+    answered_scores = _select_answered_scores(scores) or scores
     return answered_scores[majority_index([score.score.answer or "" for score in answered_scores], ability)]
 
 
@@ -270,7 +277,7 @@ def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     If the protocol decides from all answers how to read each one, they are scored again. Verdicts of an
     experiment do not change, because each answer was read before the next question was asked.
     """
-    texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered(scores)}
+    texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered_scores(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}
     if texts and not any(_get_metadata(score).get("attempts") for score in scores):
         suite = _open_suite_of_score(scores[0])

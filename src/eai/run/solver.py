@@ -36,7 +36,7 @@ from tenacity import RetryError
 from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
 from eai.results.trials import Answer, AnswerKey, Conversation, Trials
-from eai.run.job import Job
+from eai.run.job import QuestionJob
 from eai.run.journal import RunState
 from eai.tasks.prompts.prompt import Prompt
 
@@ -61,7 +61,7 @@ def split_reply(text: str) -> _ReplyParts:
     return _ReplyParts(answer, reasoning, ("reasoning",) if answer != text else ())
 
 
-def restore_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
+def restore_closing_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
     """Add the closing brace that a stop sequence cut off; the published answers have this brace."""
     if "}" not in stop or parts.answer.count("{") <= parts.answer.count("}"):
         return parts
@@ -107,12 +107,12 @@ async def _is_readable(body: dict[str, Any]) -> bool:
     return True
 
 
-def messages_of(prompt: Prompt, metadata: Mapping[str, Any]) -> list[ChatMessage]:
+def make_messages(prompt: Prompt, metadata: Mapping[str, Any]) -> list[ChatMessage]:
     """Return the messages of a prompt.
 
     The last message has the metadata, which only built-in models read. Other providers do not send it.
     """
-    messages: list[ChatMessage] = [ChatMessageUser(content=content_of(prompt))]
+    messages: list[ChatMessage] = [ChatMessageUser(content=make_message_content(prompt))]
     if prompt.system is not None:
         messages.insert(0, ChatMessageSystem(content=prompt.system))
     for answer, reply in prompt.turns:
@@ -121,7 +121,7 @@ def messages_of(prompt: Prompt, metadata: Mapping[str, Any]) -> list[ChatMessage
     return messages
 
 
-def content_of(prompt: Prompt) -> str | list[Content]:
+def make_message_content(prompt: Prompt) -> str | list[Content]:
     """Return the content of a message: the text of a prompt, after its pictures if it has any."""
     if not prompt.images:
         return prompt.user
@@ -141,7 +141,7 @@ ANSWERS = "answers"
 """Field of a sample's metadata: its answers in order, without reasoning."""
 
 
-class _Reply(NamedTuple):
+class _ModelReply(NamedTuple):
     """A model's reply as it came, its answer and reasoning, and its usage."""
 
     output: ModelOutput
@@ -155,28 +155,28 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if http_status(error) in FINAL_STATUSES:
-            run.stop(describe_error(error))
-        run.give_up(*key, describe_error(error))
+        if find_http_status(error) in FINAL_STATUSES:
+            run.stop_run(describe_error(error))
+        run.record_failure(*key, describe_error(error))
         raise
 
 
 @solver(name="eai_ask")
-def ask(run: RunState) -> Solver:
+def ask_open_questions(run: RunState) -> Solver:
     """Return a solver that asks a run's unanswered questions. The log gets the texts of the answers."""
-    restrictions = cache(partial(_make_restrictions, run.job))
+    restrictions = cache(partial(_make_answer_restrictions, run.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         key = (str(state.sample_id), state.epoch)
-        transcript, conversation = _Transcript(state), run.conversations[key]
+        transcript, conversation = _SampleTranscript(state), run.conversations[key]
         for question, answer in zip(conversation.asked, run.all_answers[key], strict=True):
-            transcript.ask(question, conversation)
-            transcript.add_recorded(answer)
+            transcript.add_question(question, conversation)
+            transcript.add_recorded_answer(answer)
         while not conversation.is_over:
             if run.stopped is not None:  # the run raises this error once, without a traceback for each sample
                 return state
-            question, request = conversation.question, run.request(key)
-            messages = transcript.ask(question, conversation)
+            question, request = conversation.question, run.hash_next_request(key)
+            messages = transcript.add_question(question, conversation)
             with report_failure(run, key):
                 reply = await _ask_model(messages, restrictions(key[0], question.stop))
             transcript.add_reply(reply)
@@ -189,7 +189,7 @@ def ask(run: RunState) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def ask_as_published(trials: Trials | None) -> Solver:
+def ask_without_journal(trials: Trials | None) -> Solver:
     """Return a solver for runs without a journal, with the stop sequences of the sample's metadata.
 
     Args:
@@ -199,13 +199,13 @@ def ask_as_published(trials: Trials | None) -> Solver:
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         stop = state.metadata.get("stop")
         restrictions = GenerateConfig(stop_seqs=stop) if stop else None
-        transcript = _Transcript(state)
+        transcript = _SampleTranscript(state)
         if trials is None:
             transcript.add_reply(await _ask_model(state.messages, restrictions))
             return state
         conversation = trials.start_conversation(str(state.sample_id), state.epoch)
         while not conversation.is_over:
-            messages = transcript.ask(conversation.question, conversation)
+            messages = transcript.add_question(conversation.question, conversation)
             reply = await _ask_model(messages, restrictions)
             transcript.add_reply(reply)
             conversation.add_answer(reply.parts.answer)
@@ -214,14 +214,14 @@ def ask_as_published(trials: Trials | None) -> Solver:
     return solve
 
 
-def add_epoch(state: TaskState) -> dict[str, Any]:
+def add_epoch_to_metadata(state: TaskState) -> dict[str, Any]:
     """Add the epoch to the metadata of a sample's question, for the built-in models; return the metadata."""
     metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
     state.messages[-1].metadata = metadata
     return metadata
 
 
-class _Transcript:
+class _SampleTranscript:
     """The conversation in the state of a sample. The sample's metadata has the texts of the answers.
 
     Attributes:
@@ -231,9 +231,9 @@ class _Transcript:
     def __init__(self, state: TaskState) -> None:
         self.attempt = 0
         self._state = state
-        self._metadata = add_epoch(state)
+        self._metadata = add_epoch_to_metadata(state)
 
-    def ask(self, question: Prompt, conversation: Conversation) -> list[ChatMessage]:
+    def add_question(self, question: Prompt, conversation: Conversation) -> list[ChatMessage]:
         """Add a question to the state: all messages of the first question, the last message of later ones.
 
         Returns:
@@ -243,7 +243,7 @@ class _Transcript:
         self.attempt += 1
         actions = [[action.operator, *action.arguments] for action in conversation.executed_actions]
         metadata = {"attempt": self.attempt, "done": actions}
-        messages = messages_of(question, {**self._metadata, **conversation.metadata, **metadata})
+        messages = make_messages(question, {**self._metadata, **conversation.metadata, **metadata})
         if self.attempt == 1:
             self._state.messages = list(messages)
         else:
@@ -253,19 +253,19 @@ class _Transcript:
             )  # empty until the question is answered
         return messages
 
-    def add_recorded(self, answer: Answer) -> None:
+    def add_recorded_answer(self, answer: Answer) -> None:
         """Add an answer from the journal to the state."""
         restore_answer(self._state, answer)
-        self._store_text(answer.text)
+        self._store_answer_text(answer.text)
 
-    def add_reply(self, reply: _Reply) -> None:
+    def add_reply(self, reply: _ModelReply) -> None:
         """Add a reply to the state: the message as it came, and the answer without reasoning."""
         self._state.messages.append(reply.output.message)
         self._state.output = reply.output
         self._state.output.completion = reply.parts.answer
-        self._store_text(reply.parts.answer)
+        self._store_answer_text(reply.parts.answer)
 
-    def _store_text(self, text: str) -> None:
+    def _store_answer_text(self, text: str) -> None:
         self._state.metadata[ANSWERS] = [*self._state.metadata.get(ANSWERS, ()), text]
 
 
@@ -296,7 +296,7 @@ def _find_last_error(error: BaseException) -> BaseException:
     return error
 
 
-def http_status(error: BaseException) -> int | None:
+def find_http_status(error: BaseException) -> int | None:
     """Return the HTTP status with which a request failed, or None if the status is unknown."""
     status = getattr(_find_last_error(error), "status_code", None)
     return status if isinstance(status, int) else None
@@ -325,9 +325,9 @@ def make_answer(
     )
 
 
-def _make_restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
+def _make_answer_restrictions(job: QuestionJob, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
     """Return the request options that only some models support, a schema and stop sequences, or None."""
-    schema = job.answer_schema(task_id)
+    schema = job.make_answer_schema(task_id)
     stop = stop if job.decoding.stop else ()
     if not stop and schema is None:
         return None
@@ -339,7 +339,7 @@ def _make_restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> Generat
     return GenerateConfig(stop_seqs=list(stop) or None, response_schema=response_schema)
 
 
-async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
+async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _ModelReply:
     """Ask a model. Ask again without restrictions if the provider refused them or they left no answer.
 
     Restrictions are stop sequences and a schema. A stop sequence may stand in the middle of reasoning, and
@@ -354,27 +354,27 @@ async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig |
             return reply
         first_usage = reply.usage
     except Exception as error:
-        if http_status(error) not in _REFUSED_PARAMETER_STATUSES:
+        if find_http_status(error) not in _REFUSED_PARAMETER_STATUSES:
             raise
     output, parts, usage = await _send_request(messages, GenerateConfig())
     if restrictions.response_schema is not None:
         parts = parts._replace(repairs=(FORM_LEFT_OUT, *parts.repairs))
-    return _Reply(output, parts, first_usage + usage)
+    return _ModelReply(output, parts, first_usage + usage)
 
 
-async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:
+async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _ModelReply:
     output = await get_model().generate(messages, config=restrictions)
     if output.empty:
         raise RuntimeError(output.error or "the provider returned no choice")
     if output.stop_reason == "model_length" and output.usage is None:  # the provider refused the question
         raise RuntimeError(f"the question is too long: {output.completion}")
-    return _Reply(output, _split_output(output, restrictions.stop_seqs or ()), usage_of(output))
+    return _ModelReply(output, _split_output(output, restrictions.stop_seqs or ()), read_usage(output))
 
 
 def _split_output(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
     parts = split_reply(output.completion)
     if output.stop_reason == "stop":
-        parts = restore_brace(parts, stop)
+        parts = restore_closing_brace(parts, stop)
     return parts._replace(reasoning="\n\n".join(filter(None, [*find_reasoning(output), parts.reasoning])))
 
 
@@ -385,7 +385,7 @@ def find_reasoning(output: ModelOutput) -> list[str]:
     return [block.summary or "" if block.redacted else block.reasoning for block in blocks]
 
 
-def usage_of(output: ModelOutput) -> Usage:
+def read_usage(output: ModelOutput) -> Usage:
     """Return the usage of a reply, with None for unknown numbers.
 
     Inspect states zeros if a provider counts nothing. Every question has tokens, so zeros count as unknown,

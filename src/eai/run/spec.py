@@ -24,7 +24,7 @@ from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.benchmarks.registry import REFERENCES
 from eai.results.options import ScoringOptions
-from eai.run.job import Decoding, Pace
+from eai.run.job import DecodingOptions, RequestOptions
 from eai.studies.registry import list_run_studies
 from eai.studies.variation import Endpoint, Variation, combine
 from eai.tasks.options import Arguments, Options
@@ -34,7 +34,7 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 """Pattern of TOML keys that need no quotes."""
 
 
-def save(spec: RunSpec, folder: Path) -> Path:
+def save_spec(spec: RunSpec, folder: Path) -> Path:
     """Write a specification to ``run.toml``; if this file has another one, to ``run-2.toml`` and so on.
 
     Raises:
@@ -44,10 +44,10 @@ def save(spec: RunSpec, folder: Path) -> Path:
         "".join(
             [
                 f"[{name}]\n",
-                *(f"{_format_key(key)} = {_format_value(value)}\n" for key, value in table.items()),
+                *(f"{_format_toml_key(key)} = {_format_toml_value(value)}\n" for key, value in table.items()),
             ]
         )
-        for name, table in spec.tables.items()
+        for name, table in spec.toml_tables.items()
     ).encode("utf-8", "backslashreplace")
     files = (folder / f"run{'' if number == 1 else f'-{number}'}.toml" for number in count(1))
     file = next(file for file in files if not file.is_file() or file.read_bytes() == content)
@@ -55,34 +55,36 @@ def save(spec: RunSpec, folder: Path) -> Path:
     return file
 
 
-def _format_key(name: str) -> str:
-    return name if _BARE_KEY.fullmatch(name) else _format_text(name)
+def _format_toml_key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _format_toml_text(name)
 
 
-def _format_text(text: str) -> str:
+def _format_toml_text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _format_value(value: JsonValue) -> str:
+def _format_toml_value(value: JsonValue) -> str:
     """Return a value as TOML text; members without a value are left out, because TOML has no null."""
     if isinstance(value, str):
-        return _format_text(value)
+        return _format_toml_text(value)
     if isinstance(value, Mapping):
         inner = [
-            f"{_format_key(name)} = {_format_value(item)}" for name, item in value.items() if item is not None
+            f"{_format_toml_key(name)} = {_format_toml_value(item)}"
+            for name, item in value.items()
+            if item is not None
         ]
         return f"{{ {', '.join(inner)} }}" if inner else "{}"
     if isinstance(value, list):
-        return f"[{', '.join(_format_value(item) for item in value if item is not None)}]"
+        return f"[{', '.join(_format_toml_value(item) for item in value if item is not None)}]"
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
-def _to_tuple(given: object) -> object:
+def _wrap_text_in_tuple(given: object) -> object:
     return (given,) if isinstance(given, str) else given
 
 
-Texts = Annotated[tuple[str, ...], BeforeValidator(_to_tuple)]
-Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_to_tuple)]
+Texts = Annotated[tuple[str, ...], BeforeValidator(_wrap_text_in_tuple)]
+Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_wrap_text_in_tuple)]
 
 
 class _ChosenModels(Options):
@@ -146,7 +148,7 @@ class _ChosenPrompts(Options):
     name: str | None = None
 
     @property
-    def label(self) -> str | None:
+    def prompt_label(self) -> str | None:
         """Name of the prompts in records and tables: the user's name, or the name of our variant."""
         return self.name or (self.set if self.set in VARIANTS else None)
 
@@ -171,8 +173,8 @@ class RunSpec(Options):
     model: _ChosenModels = _ChosenModels()
     tasks: _ChosenTasks = _ChosenTasks()
     prompts: _ChosenPrompts = _ChosenPrompts()
-    generation: Decoding = Decoding()
-    requests: Pace = Pace()
+    generation: DecodingOptions = DecodingOptions()
+    requests: RequestOptions = RequestOptions()
     scoring: ScoringOptions = ScoringOptions()
     agent: Setting = STANDARD
     studies: Mapping[str, Variation] = {}
@@ -208,7 +210,7 @@ class RunSpec(Options):
         return Experiment({name: choice for name, choice in choices.items() if choice is not None})
 
     @property
-    def tables(self) -> dict[str, dict[str, JsonValue]]:
+    def toml_tables(self) -> dict[str, dict[str, JsonValue]]:
         """The specification as TOML tables: every option with a value, except secret keys."""
         core = {name: getattr(self, name) for name in _CORE}
         sections: dict[str, Options] = {**core, **self.studies}
@@ -220,7 +222,7 @@ class RunSpec(Options):
 _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items() if name != "studies"}
 
 
-def sections() -> Mapping[str, type[Options]]:
+def list_sections() -> Mapping[str, type[Options]]:
     """Return a mapping from names to sections of a specification, with those of studies last."""
     return {**_CORE, **{study.key: study.options for study in list_run_studies()}}
 
@@ -231,9 +233,9 @@ def read_spec(tables: Mapping[str, object]) -> RunSpec:
     Raises:
         InputError: a section, an option or a value is unknown, or options contradict each other.
     """
-    options_of_section = sections()
+    options_of_section = list_sections()
     for name in tables:
-        _refuse_unknown(name, options_of_section)
+        _refuse_unknown_name(name, options_of_section)
     read = {name: options_of_section[name].read(name, given) for name, given in tables.items()}
     studies = {name: read.pop(name) for name in [*read] if name not in _CORE}
     return RunSpec.model_validate({**read, "studies": studies})
@@ -248,24 +250,24 @@ def find_study_of_option(name: str) -> str:
     study_of_option = {
         option: study.key for study in list_run_studies() for option in study.options.model_fields
     }
-    _refuse_unknown(name, study_of_option)
+    _refuse_unknown_name(name, study_of_option)
     return study_of_option[name]
 
 
-def _refuse_unknown(name: str, known_names: Collection[str]) -> None:
+def _refuse_unknown_name(name: str, known_names: Collection[str]) -> None:
     if name not in known_names:
         raise InputError(
             f"{name}: unknown{did_you_mean(name, known_names)} (there are {', '.join(known_names)})"
         )
 
 
-def list_defaults() -> dict[str, str]:
+def list_option_defaults() -> dict[str, str]:
     """Return the default value of each option as text, by section and name.
 
     The text is empty for options without a default.
     """
     return {
         f"{section}.{name}": options.format_default(name)
-        for section, options in sections().items()
+        for section, options in list_sections().items()
         for name in options.model_fields
     }

@@ -50,11 +50,11 @@ from eai.results.epochs import BeliefSet, ModelAnswers, SuiteResult, majority_in
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import AnswerKey, Trials, open_trials
-from eai.run.acting import act, enter, episode_text, player
-from eai.run.job import ERRATA, PROVIDER, Job
+from eai.run.acting import offer_task_tools, play_open_episodes, player, read_episode_text
+from eai.run.job import ERRATA, PROVIDER, QuestionJob
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_logged_record, make_score
-from eai.run.solver import ask, ask_as_published, drop_unreadable_usage, messages_of
+from eai.run.solver import ask_open_questions, ask_without_journal, drop_unreadable_usage, make_messages
 from eai.run.spec import find_study_of_option, read_spec
 from eai.studies.prompts.choice import make_prompts_experiment
 from eai.studies.variation import Endpoint, FirstStage
@@ -62,17 +62,17 @@ from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source
 
 
-class _RefusalError(InputError, click.ClickException):
+class _TaskArgumentError(InputError, click.ClickException):
     """Error for an argument of a task or a model that cannot be used."""
 
 
 @contextmanager
-def raise_refusals() -> Iterator[None]:
-    """Turn an InputError of the block into a `_RefusalError`, which click shows as one line."""
+def convert_input_errors() -> Iterator[None]:
+    """Turn an InputError of the block into a `_TaskArgumentError`, which click shows as one line."""
     try:
         yield
     except InputError as error:
-        raise _RefusalError(str(error)) from error
+        raise _TaskArgumentError(str(error)) from error
 
 
 def build_task(
@@ -113,7 +113,7 @@ def build_task(
             "stop": list(prompt.stop),
             **experiment_metadata,
         }
-        question = messages_of(prompt, metadata_of_question)
+        question = make_messages(prompt, metadata_of_question)
         samples.append(
             Sample(input=question, target=gold.get(task_id, ""), id=task_id, metadata=metadata_of_sample)
         )
@@ -134,7 +134,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
     Without a reference the name is ``eai/<ability>``, and ``-T domain=`` names the benchmark.
     """
 
-    def suite(
+    def make_suite_task(
         domain: str = reference,
         protocol: str = DEFAULT_PROTOCOL.value,
         prompts: str = "official",
@@ -145,12 +145,12 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
         **studies: Any,
     ) -> inspect_ai.Task:
         takes_turns = declaration_of(ability).takes_turns
-        with raise_refusals():
+        with convert_input_errors():
             spec = read_spec(
                 {
                     "prompts": {"set": prompts, "folder": prompt_folder},
                     "scoring": {"protocol": protocol, "planner": planner, "errata": errata},
-                    **_sort_into_sections(ability, studies),
+                    **_sort_arguments_into_sections(ability, studies),
                 }
             )
             scoring, experiment = spec.scoring, spec.experiment
@@ -160,8 +160,8 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             questions = library.open(suite.benchmark, ability)
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
-            solver = ask_as_published(None)
-            stage = spec.variation.make_stage(library, {suite.domain: asked}, _ask_nobody)
+            solver = ask_without_journal(None)
+            stage = spec.variation.make_stage(library, {suite.domain: asked}, _refuse_to_ask_model)
             if takes_turns:
                 asked, about = make_prompts_in_setting(spec.agent, asked, suite)
                 experiment, solver = Experiment(), player()
@@ -169,26 +169,28 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 spec.variation.select_abilities([ability])
                 believed = None
                 if stage is not None:
-                    asked, believed = _run_stage(stage, asked, suite)
+                    asked, believed = _run_first_stage(stage, asked, suite)
                     about = believed.metadata
                 trials = make_trials(spec.variation.attempts, library, suite, asked, believed)
-                solver = ask_as_published(trials)
+                solver = ask_without_journal(trials)
                 experiment = combine_experiments(
                     [experiment, None if believed is None else believed.experiment]
                 )
             if not takes_turns:
-                experiment = combine_experiments([experiment, make_prompts_experiment(spec.prompts.label)])
+                experiment = combine_experiments(
+                    [experiment, make_prompts_experiment(spec.prompts.prompt_label)]
+                )
         task = build_task(suite, asked, solver, experiment=experiment, question_metadata=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
-        task.setup = enter() if takes_turns else None
+        task.setup = offer_task_tools() if takes_turns else None
         return task
 
     name = suite_name(reference, ability).lstrip("_")
-    registered = inspect_ai.task(name=name)(suite)
+    registered = inspect_ai.task(name=name)(make_suite_task)
     # Inspect's names lack the package if it is installed as editable
     if registry_info(registered).name == name:
-        registered = inspect_ai.task(name=f"eai/{name}")(suite)
+        registered = inspect_ai.task(name=f"eai/{name}")(make_suite_task)
     return registered
 
 
@@ -223,7 +225,9 @@ def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
     return combined
 
 
-def _sort_into_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def _sort_arguments_into_sections(
+    ability: Ability, arguments: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
     """Return the options of agents and studies, as a mapping by section of a specification.
 
     Raises:
@@ -240,13 +244,13 @@ def _sort_into_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[
     return tables
 
 
-def _ask_nobody(*_: object, **__: object) -> SuiteResult:
+def _refuse_to_ask_model(*_: object, **__: object) -> SuiteResult:
     raise InputError(
         "goals: in Inspect, give answers from a file; only eai run asks the model for its own goals"
     )
 
 
-def _run_stage(
+def _run_first_stage(
     stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], BeliefSet]:
     """Return questions that state results of an earlier stage (goals or scenes), and these results.
@@ -289,7 +293,7 @@ JOB = "job_sha256"
 """Field of a log's metadata: digest of its job."""
 
 
-def find_log(job: Job, folder: Path) -> Path | None:
+def find_log(job: QuestionJob, folder: Path) -> Path | None:
     """Return the newest log with all answers to a job, or None."""
     if not folder.is_dir():
         return None
@@ -352,7 +356,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     if not answered_samples:
         raise InputError(f"{path}: expected at least one answer, found none")
     answered_samples.sort(key=lambda sample: sample.epoch)
-    responses = [Response(str(sample.id), episode_text(sample)) for sample in answered_samples]
+    responses = [Response(str(sample.id), read_episode_text(sample)) for sample in answered_samples]
     model = to_file_name(log.eval.model)
     if declaration_of(suite.ability).combine_epochs is not None:
         epochs = group_pairs(zip([sample.epoch for sample in answered_samples], responses, strict=True))
@@ -361,11 +365,11 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     by_task = group_pairs((str(sample.id), sample) for sample in answered_samples)
     majority_samples = [_select_majority_sample(samples, suite.ability) for samples in by_task.values()]
     return ResponseFile(
-        model, tuple([Response(str(sample.id), episode_text(sample)) for sample in majority_samples])
+        model, tuple([Response(str(sample.id), read_episode_text(sample)) for sample in majority_samples])
     )
 
 
-def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
+def make_experiment_adder(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
     """Return a function that adds a log's experiment to records of its answers; None without an experiment.
 
     Raises:
@@ -391,7 +395,7 @@ def _read_question(sample: EvalSample) -> str:
 
 
 def _select_majority_sample(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
-    return samples[majority_index([episode_text(sample) for sample in samples], ability)]
+    return samples[majority_index([read_episode_text(sample) for sample in samples], ability)]
 
 
 def _read_log(path: Path, *, header_only: bool = False) -> EvalLog:
@@ -402,8 +406,8 @@ def _read_log(path: Path, *, header_only: bool = False) -> EvalLog:
         raise InputError(f"{path}: expected an Inspect log ({error})") from error
 
 
-def obtain_answers(
-    job: Job, journal: Path, log_dir: Path, *, watch: ProgressWatch | None = None
+def request_missing_answers(
+    job: QuestionJob, journal: Path, log_dir: Path, *, watch: ProgressWatch | None = None
 ) -> ModelAnswers:
     """Ask a model for the answers that the journal does not have, and return all answers.
 
@@ -421,15 +425,15 @@ def obtain_answers(
         EaiError: the whole run failed: unknown model, or missing or wrong key.
     """
     run = RunState(job, AnswerJournal(journal), watch)
-    run.report()
+    run.report_progress()
     log = find_log(job, log_dir) if run.is_complete else None
     if log is None:
         with convert_write_errors(log_dir):
             log_dir.mkdir(parents=True, exist_ok=True)
-        log_of_run = _evaluate(job, _build_job_task(job, run), log_dir)
+        log_of_run = _evaluate_in_inspect(job, _build_job_task(job, run), log_dir)
         if run.stopped is not None:
             raise run.stopped
-        log = _find_log_of_run(job, log_of_run)
+        log = _require_finished_log(job, log_of_run)
     return ModelAnswers(
         job.endpoint.model,
         to_file_name(job.endpoint.model),
@@ -443,7 +447,7 @@ def obtain_answers(
     )
 
 
-def _build_job_task(job: Job, run: RunState) -> inspect_ai.Task:
+def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
     """Return the Inspect task of the whole job, so that its log is complete.
 
     Questions with an answer in the journal are not sent again.
@@ -451,21 +455,21 @@ def _build_job_task(job: Job, run: RunState) -> inspect_ai.Task:
     return build_task(
         job.suite,
         job.prompts,
-        act(run) if declaration_of(job.suite.ability).takes_turns else ask(run),
+        play_open_episodes(run) if declaration_of(job.suite.ability).takes_turns else ask_open_questions(run),
         metadata={JOB: job.sha256},
         experiment=job.experiment,
         question_metadata=job.metadata,
     )
 
 
-def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
+def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     """Run Inspect without scoring, because some protocols decide from all answers how to read each one.
 
     The scores are written into the log afterwards (`eai.run.tasks.write_scores`). Return None if the run was
     interrupted before it began.
     """
     pace, model = job.pace, find_model(job.endpoint)
-    sampling: dict[str, Any] = {**job.decoding.sampling}
+    sampling: dict[str, Any] = {**job.decoding.provider_options}
     is_built_in = job.endpoint.model.startswith(f"{PROVIDER}/")
     logs = inspect_ai.eval(
         task,
@@ -504,7 +508,7 @@ def find_model(endpoint: Endpoint) -> Model:
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
-def _find_log_of_run(job: Job, log: EvalLog | None) -> Path:
+def _require_finished_log(job: QuestionJob, log: EvalLog | None) -> Path:
     if log is None or log.status == "cancelled":
         raise InterruptError("interrupted; the same command resumes from here")
     if log.status == "success":

@@ -71,9 +71,9 @@ def test_rules_of_operators_are_in_every_wording(variant: PromptSet) -> None:
 
 
 def test_a_wording_names_itself_unless_the_user_does() -> None:
-    assert read_spec({"prompts": {"set": "eai-brief"}}).prompts.label == "eai-brief"
-    assert read_spec({"prompts": {"set": "eai-brief", "name": "mine"}}).prompts.label == "mine"
-    assert read_spec({"prompts": {"set": "eai"}}).prompts.label is None
+    assert read_spec({"prompts": {"set": "eai-brief"}}).prompts.prompt_label == "eai-brief"
+    assert read_spec({"prompts": {"set": "eai-brief", "name": "mine"}}).prompts.prompt_label == "mine"
+    assert read_spec({"prompts": {"set": "eai"}}).prompts.prompt_label is None
     with pytest.raises(InputError, match=r"prompts\.set: expected 'official', 'eai', 'eai-brief' or"):
         read_spec({"prompts": {"set": "eai-short"}})
 
