@@ -100,17 +100,17 @@ def measure_frames(scenes: Sequence[BodyScene]) -> str:
 def timed(scenes: Sequence[BodyScene], *, shadows: bool) -> Iterator[float]:
     for scene in scenes:
         with Camera(scene, shadows=shadows) as camera:
-            camera.colours("head")
+            camera.render_colours("head")
             for view in (*VIEWS, "top"):
                 start = time.process_time()
-                camera.colours(view)
+                camera.render_colours(view)
                 yield time.process_time() - start
 
 
 def find_seen_facts(scene: BodyScene, suite: Suite) -> Seen:
     """Return the facts whose objects are all visible in a question's pictures. Floors count as visible."""
     with Camera(scene, shadows=False) as camera:
-        pixels = Counter(int(i) for view in VIEWS for i in camera.objects(view).ravel())
+        pixels = Counter(int(i) for view in VIEWS for i in camera.render_object_indexes(view).ravel())
     task, words = scene.task, scene_words(suite.benchmark)
     names = words.names(task)
     seen = {names[i] for i in scene.locations.bodies if pixels[i] >= LEAST}

@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
 from eai.cli import app
-from eai.extensions.scenes.rendered import photographs_of
+from eai.extensions.scenes.rendered import render_task_images
 
 ROOT = Path(__file__).parent.parent
 PICTURES = ROOT / "docs/images/gallery"
@@ -192,7 +192,7 @@ def write_photographs(folder: Path) -> None:
     ids = {suite.tasks[task_id].title: task_id for task_id in suite.task_ids}
     sheet = Image.new("RGB", (4 * PHOTOGRAPH_SIZE[0], 2 * PHOTOGRAPH_SIZE[1]))
     for number, (title, view) in enumerate(PHOTOGRAPHS.items()):
-        (photograph,) = photographs_of(suite.tasks[ids[title]], (view,))
+        (photograph,) = render_task_images(suite.tasks[ids[title]], (view,))
         picture = Image.open(io.BytesIO(photograph.data)).resize(PHOTOGRAPH_SIZE, Image.Resampling.LANCZOS)
         sheet.paste(picture, (number % 4 * PHOTOGRAPH_SIZE[0], number // 4 * PHOTOGRAPH_SIZE[1]))
     sheet.save(folder / "photographs.png")

@@ -181,11 +181,11 @@ class TextEnvironment(gymnasium.Env[str, str]):
             return None
         if self.render_mode == CAMERA:
             camera = self._open_camera()
-            camera.scene.show(self.game.state)
-            return camera.colours("near")
+            camera.scene.show_state(self.game.state)
+            return camera.render_colours("near")
         observation = self.game.memory.observation
-        pixels = load_offer("diagrams", f"render_mode {RENDER_MODE}").pixels
-        return pixels(self.game.task, self.benchmark, observation.state, observation.visible)
+        draw_pixels = load_offer("diagrams", f"render_mode {RENDER_MODE}").draw_pixels
+        return draw_pixels(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
         """Close the camera and free its memory."""
@@ -196,7 +196,9 @@ class TextEnvironment(gymnasium.Env[str, str]):
     def _open_camera(self) -> Any:
         if self._camera is None or self._camera.scene.task is not self.game.task:
             self.close()
-            self._camera = load_offer("rendered_pictures", f"render_mode {CAMERA}").camera_of(self.game.task)
+            self._camera = load_offer("rendered_pictures", f"render_mode {CAMERA}").open_camera(
+                self.game.task
+            )
         return self._camera
 
     def _draw_task_id(self) -> str:

@@ -305,7 +305,9 @@ class Session(Game):
         if self.stage.rules.feedback != "pictures" or self.over:
             return ()
         rendered = load_offer("rendered_pictures", "feedback pictures")
-        images: tuple[Image, ...] = rendered.photographs_of(self.task, rendered.VIEWS[:2], state=self.state)
+        images: tuple[Image, ...] = rendered.render_task_images(
+            self.task, rendered.VIEWS[:2], state=self.state
+        )
         return images
 
     def text(self, ended: str) -> str:

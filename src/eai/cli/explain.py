@@ -176,7 +176,7 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
     (record,) = chosen
     benchmark = find_benchmarks_of_runs([records]).get(record.domain) or record.domain
     suite = _suite(record, benchmark, store)
-    film: bytes = load_offer("rendered_pictures", "--film").film_of_answer(record, suite)
+    film: bytes = load_offer("rendered_pictures", "--film").make_film_of_answer(record, suite)
     write_whole({file / film_name(record) if file.is_dir() else file: film})
 
 

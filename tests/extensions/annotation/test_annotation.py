@@ -20,7 +20,7 @@ from eai.extensions.annotation.decisions import (
     count_patterns,
     decide,
     find_difference,
-    find_met_candidate,
+    find_first_met_candidate,
     format_decisions,
     group_by_title,
     parse_pattern,
@@ -139,7 +139,7 @@ def test_the_first_completely_met_candidate_is_assigned(
     candidates: list[tuple[str, ...]], numbers: list[int | None]
 ) -> None:
     meanings = [candidate(*entries) for entries in candidates]
-    assert [find_met_candidate(meanings, found) for found in SHARED] == numbers
+    assert [find_first_met_candidate(meanings, found) for found in SHARED] == numbers
 
 
 def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
@@ -166,7 +166,7 @@ def decided(*commands: str) -> TitleDecisions:
 
 def test_commands_make_candidates() -> None:
     listing = PatternList(SHARED, DOMAIN, ["near"])
-    assert [str(pattern) for pattern in listing.numbered[:3]] == [
+    assert [str(pattern) for pattern in listing.numbered_patterns[:3]] == [
         "lit(lamp)",
         "on({small}, shelf)",
         "on(cup, shelf)",
@@ -178,7 +178,7 @@ def test_commands_make_candidates() -> None:
         candidate("do LIGHT or do PUT", "lit({bright})"),
     )
     assert list(map(str, chosen.dropped)) == ["on(cup, shelf)", "on(jar, shelf)"]
-    assert listing.find_undecided(chosen) == [6]
+    assert listing.find_undecided_numbers(chosen) == [6]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from command_line import Command
 from eai.base.errors import InputError
-from eai.extensions.annotation.study import histogram, quality, read_ratings
+from eai.extensions.annotation.study import count_ratings_by_score, read_ratings, summarize_ratings
 from studies.told import read_table
 
 HEADER = "task,rater,attribute,score\n"
@@ -29,11 +29,11 @@ def written(folder: Path, text: str) -> Path:
 
 def test_a_task_rated_once_adds_to_the_mean_only(tmp_path: Path) -> None:
     ratings = read_ratings(written(tmp_path, GOOD))
-    accuracy, coverage = quality(ratings).rows
+    accuracy, coverage = summarize_ratings(ratings).rows
     assert accuracy[:6] == ("accuracy", 3, 2, 2, 1, 3.0)
     assert accuracy[6] == 1.0
     assert coverage[5:] == (4.0, None, None, None)
-    assert [row[2] for row in histogram(ratings).rows if row[0] == "accuracy"] == [1, 0, 1, 0, 1]
+    assert [row[2] for row in count_ratings_by_score(ratings).rows if row[0] == "accuracy"] == [1, 0, 1, 0, 1]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from statistics import fmean, pvariance
 
 import pytest
 
-from eai.extensions.annotation.study import find_weighted_mse, krippendorff_alpha
+from eai.extensions.annotation.study import compute_krippendorff_alpha, compute_weighted_mse
 
 KRIPPENDORFF = (
     "1 2 3 3 2 1 4 1 2 . . .",
@@ -22,7 +22,7 @@ def units(*raters: str) -> list[list[float]]:
 
 
 def test_alpha_of_krippendorffs_example() -> None:
-    assert krippendorff_alpha(units(*KRIPPENDORFF)) == pytest.approx(0.849, abs=5e-4)
+    assert compute_krippendorff_alpha(units(*KRIPPENDORFF)) == pytest.approx(0.849, abs=5e-4)
 
 
 def test_alpha_equals_its_definition() -> None:
@@ -31,7 +31,7 @@ def test_alpha_equals_its_definition() -> None:
     n = len(all_ratings)
     observed = sum(sum((a - b) ** 2 for a in unit for b in unit) / (len(unit) - 1) for unit in rated) / n
     expected = sum((a - b) ** 2 for a in all_ratings for b in all_ratings) / (n * (n - 1))
-    assert krippendorff_alpha(rated) == pytest.approx(1 - observed / expected)
+    assert compute_krippendorff_alpha(rated) == pytest.approx(1 - observed / expected)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_alpha_equals_its_definition() -> None:
     ],
 )
 def test_alpha_of_few_ratings(rated: list[list[float]], alpha: float | None) -> None:
-    assert krippendorff_alpha(rated) == alpha
+    assert compute_krippendorff_alpha(rated) == alpha
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_alpha_of_few_ratings(rated: list[list[float]], alpha: float | None) -> 
 def test_the_weighted_error_uses_tasks_rated_more_than_once(
     rated: list[list[float]], mse: float | None
 ) -> None:
-    assert find_weighted_mse(rated) == mse
+    assert compute_weighted_mse(rated) == mse
 
 
 @pytest.mark.parametrize(("sizes", "expected"), [((2,), 1.0), ((4, 2, 2), 1.25)])

@@ -34,38 +34,42 @@ def camera() -> Iterator[Camera]:
 
 
 def test_colours_depth_and_objects_agree(camera: Camera) -> None:
-    colours, depth, objects = camera.colours("top"), camera.depth("top"), camera.objects("top")
+    colours, depth, objects = (
+        camera.render_colours("top"),
+        camera.render_depth("top"),
+        camera.render_object_indexes("top"),
+    )
     assert colours.shape == (240, 320, 3)
     assert depth.shape == objects.shape == (240, 320)
     assert {PLATE, COUNTER} <= set(np.unique(objects).tolist())
     plate, counter = depth[objects == PLATE].mean(), depth[objects == COUNTER].mean()
     assert plate < counter < depth[objects == -1].max()
-    assert np.array_equal(colours, camera.colours("top"))
-    assert not np.array_equal(colours, camera.colours("head"))
+    assert np.array_equal(colours, camera.render_colours("top"))
+    assert not np.array_equal(colours, camera.render_colours("head"))
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_each_state_is_seen_and_goes(camera: Camera, state: str) -> None:
-    before = camera.colours("near")
-    camera.scene.show(kitchen([f"{state}(basket_4)"]))
-    changed = np.abs(camera.colours("near").astype(int) - before).max(2)
-    camera.scene.show(kitchen())
+    before = camera.render_colours("near")
+    camera.scene.show_state(kitchen([f"{state}(basket_4)"]))
+    changed = np.abs(camera.render_colours("near").astype(int) - before).max(2)
+    camera.scene.show_state(kitchen())
     assert (changed > 25).sum() > 30
-    assert np.abs(camera.colours("near").astype(int) - before).max() <= 2
+    assert np.abs(camera.render_colours("near").astype(int) - before).max() <= 2
 
 
 def test_what_is_held_is_in_view_and_what_is_shut_in_is_not(camera: Camera) -> None:
     milk = SCENE.index["milk_7"]
-    assert milk not in camera.objects("near")
-    camera.scene.show(kitchen(["in_left_hand(milk_7)"], ["lies_in(milk_7, fridge_2)"]))
-    assert (camera.objects("near") == milk).sum() > 100
-    camera.scene.show(kitchen())
+    assert milk not in camera.render_object_indexes("near")
+    camera.scene.show_state(kitchen(["in_left_hand(milk_7)"], ["lies_in(milk_7, fridge_2)"]))
+    assert (camera.render_object_indexes("near") == milk).sum() > 100
+    camera.scene.show_state(kitchen())
 
 
 def test_what_holds_things_may_be_held(camera: Camera) -> None:
-    camera.scene.show(kitchen(["in_left_hand(basket_4)"], ["lies_on(basket_4, breakfast_table_3)"]))
-    seen = set(np.unique(camera.objects("near")).tolist())
-    camera.scene.show(kitchen())
+    camera.scene.show_state(kitchen(["in_left_hand(basket_4)"], ["lies_on(basket_4, breakfast_table_3)"]))
+    seen = set(np.unique(camera.render_object_indexes("near")).tolist())
+    camera.scene.show_state(kitchen())
     assert SCENE.index["basket_4"] in seen
     assert SCENE.index["apple_5"] not in seen
 
@@ -74,8 +78,8 @@ def test_what_alone_is_there_may_be_held(camera: Camera) -> None:
     scene = Scene(VOCABULARY, {"floor_kitchen": "floor.n.01", "apple_5": "apple.n.01"})
     state = scene.state(["floor(floor_kitchen)", "stands_on(apple_5, floor_kitchen)"])
     with Camera(BodyScene(task_of(state)), (320, 240), shadows=False) as alone:
-        alone.scene.show(scene.state(["floor(floor_kitchen)", "in_left_hand(apple_5)"]))
-        assert (alone.objects("near") == 1).any()
+        alone.scene.show_state(scene.state(["floor(floor_kitchen)", "in_left_hand(apple_5)"]))
+        assert (alone.render_object_indexes("near") == 1).any()
 
 
 def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:
@@ -84,7 +88,7 @@ def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:
     assert {PLATE, COUNTER} <= set(found)
     assert SCENE.index["milk_7"] not in found
     with Camera(BodyScene(task)) as whole:
-        objects = [whole.objects(view) for view in views]
+        objects = [whole.render_object_indexes(view) for view in views]
     assert all(objects[number - 1][row, column] == i for i, (number, column, row) in found.items())
 
 

@@ -19,7 +19,7 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
 from eai.cli import app
-from eai.extensions.scenes.rendered import photographs_of
+from eai.extensions.scenes.rendered import render_task_images
 from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
 from eai.studies.perception.choice import Perception
@@ -83,7 +83,7 @@ def can_draw() -> None:
     if find_spec("mujoco") is None:
         pytest.skip("the extra physics is not installed")
     try:
-        photographs_of(task_of(kitchen()), ("near",))
+        render_task_images(task_of(kitchen()), ("near",))
     except EaiError as error:
         pytest.skip(str(error))
 

@@ -16,8 +16,8 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.scenes.course import course_of, courses, states_along
-from eai.extensions.scenes.diagrams import picture_words
+from eai.extensions.scenes.course import make_tile_finder, make_tiles_after_each_step, replay_steps
+from eai.extensions.scenes.diagrams import make_picture_words
 from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
@@ -52,21 +52,21 @@ def test_each_step_is_carried_out_again_and_no_other() -> None:
         StepReport("LIGHT(cup_1)", "affordance", call=read_statement("LIGHT(cup_1)")),
         StepReport("LIGHT(lamp_2)", "slip", call=read_statement("LIGHT(lamp_2)")),
     )
-    states = states_along(DOMAIN, kitchen_task().initial, [took, *vain, put])
+    states = replay_steps(DOMAIN, kitchen_task().initial, [took, *vain, put])
     assert states is not None
     seen = [{str(each) for each in WORDS.describe(replace(kitchen_task(), initial=s)).facts} for s in states]
     assert "in(cup_1, box_1)" in seen[0]
     assert "holds(robot, cup_1)" in seen[1]
     assert seen[1] == seen[2] == seen[3]
     assert seen[4] == {str(fact(each)) for each in ("on cup_1 table_1", "on box_1 table_1", "lit lamp_1")}
-    assert states_along(DOMAIN, kitchen_task().initial, [put]) is None
+    assert replay_steps(DOMAIN, kitchen_task().initial, [put]) is None
 
 
 def test_an_episode_has_a_scene_for_each_turn() -> None:
     suite = open_suite(SWITCHES, ACTING)
     commands = [*WON, "DONE"]
     record, *_ = Scoring().records(suite, "m", [Response("both", "\n".join(commands))], explanations=True)
-    assert len(course_of(record, suite)) == 1 + len(commands)
+    assert len(make_tiles_after_each_step(record, suite)) == 1 + len(commands)
 
 
 def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
@@ -75,20 +75,22 @@ def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
     first, last = (Explanation(steps=reports(*part)) for part in (DONE[:1], DONE[1:]))
     attempts = tuple(Attempt("", PlanVerdict(), explanation=each) for each in (first, last))
     goes_on = replace(record, experiment=experiment(1, "continue"), attempts=attempts, explanation=last)
-    start, *rest = told(course_of(goes_on, suite), "robot")
+    start, *rest = told(make_tiles_after_each_step(goes_on, suite), "robot")
     assert "holds(robot, cup_1)" in start
     assert len(rest) == 2
     begins_anew = replace(goes_on, experiment=experiment(1, "restart"))
-    assert course_of(begins_anew, suite) == ()  # the agent cannot put down an object that it has not taken
+    assert (
+        make_tiles_after_each_step(begins_anew, suite) == ()
+    )  # the agent cannot put down an object that it has not taken
 
 
 def test_nothing_is_shown_of_other_data_and_of_what_has_no_plan() -> None:
     suite = open_suite(KITCHEN, Ability.ACTION_SEQUENCING)
     done = replace(scored(suite, "1", "[]"), explanation=Explanation(steps=reports(*DONE)))
-    assert len(course_of(done, suite)) == 4
-    assert course_of(replace(done, data_sha256="0" * 64), suite) == ()
-    assert course_of(replace(done, task_id="2"), suite) == ()
-    assert courses(Source())(replace(done, domain="nowhere")) == ()
+    assert len(make_tiles_after_each_step(done, suite)) == 4
+    assert make_tiles_after_each_step(replace(done, data_sha256="0" * 64), suite) == ()
+    assert make_tiles_after_each_step(replace(done, task_id="2"), suite) == ()
+    assert make_tile_finder(Source())(replace(done, domain="nowhere")) == ()
 
 
 @pytest.mark.parametrize("name", ["behavior", "virtualhome"])
@@ -97,8 +99,8 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
     name: str, ability: Ability, data_store: Store
 ) -> None:
     source, benchmark = Source(data_store), find_benchmark(name)
-    suite, course = open_suite(name, ability, source=source), courses(source)
-    words, book = picture_words(benchmark), open_answer_book(benchmark, ability, source)
+    suite, course = open_suite(name, ability, source=source), make_tile_finder(source)
+    words, book = make_picture_words(benchmark), open_answer_book(benchmark, ability, source)
     for task_id in list(suite.task_ids)[::40]:
         record, task = scored(suite, task_id, book[task_id].text), suite.tasks[task_id]
         assert record.explanation is not None

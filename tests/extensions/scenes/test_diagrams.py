@@ -11,9 +11,9 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.scenes.diagrams import picture_of, picture_words
-from eai.extensions.scenes.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
-from eai.extensions.scenes.tiles import tiles_of
+from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
+from eai.extensions.scenes.drawing import WIDTH, Drawing, _Rectangle, _Text, text_width, to_png, to_svg
+from eai.extensions.scenes.tiles import make_tiles
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.scene_graph import SceneGraph
@@ -59,7 +59,7 @@ def check(picture: tuple[Drawing, SceneGraph]) -> None:
 
 def test_tiles_say_all_and_nothing_else() -> None:
     graph = SceneGraph(TRUTH.objects, (*TRUTH.facts, *map(fact, ("holds robot lamp_2", "on cup_1 table_1"))))
-    tiles = tiles_of(graph, WORDS, "robot")
+    tiles = make_tiles(graph, WORDS, "robot")
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
     robot = tiles[0]
     assert (robot.name, robot.kind) == ("robot", "agent")
@@ -72,7 +72,7 @@ def test_tiles_say_all_and_nothing_else() -> None:
 @pytest.mark.parametrize("circle", [("in cup_1 box_1", "in box_1 cup_1"), ("on cup_1 cup_1",)])
 def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
     graph = seen(*circle)
-    tiles = tiles_of(graph, WORDS, "robot")
+    tiles = make_tiles(graph, WORDS, "robot")
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
 
 
@@ -82,11 +82,11 @@ def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_st
     benchmark = find_benchmark(name)
     tasks, words = (
         benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store)),
-        picture_words(benchmark),
+        make_picture_words(benchmark),
     )
     for task_id in list(tasks)[::every]:
         task = tasks[task_id]
-        picture = picture_of(task, words, clutter)
+        picture = draw_scene(task, words, clutter)
         check(picture)
         perceived = perception_errors(task, words, picture[1])
         wrong = (perceived.missing, perceived.misplaced, perceived.unnecessary, perceived.invented)
@@ -96,15 +96,15 @@ def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_st
 
 def test_clutter_adds_objects() -> None:
     sizes = [
-        len(picture_of(kitchen_task(), WORDS, clutter, objects=[1])[1].objects)
+        len(draw_scene(kitchen_task(), WORDS, clutter, objects=[1])[1].objects)
         for clutter in get_args(Clutter)
     ]
     assert sizes == [1, 2, 4]
 
 
 def test_equal_states_give_equal_bytes() -> None:
-    one, other = (picture_of(kitchen_task(), WORDS)[0] for _ in range(2))
-    assert svg(one) == svg(other)
-    assert png(one) == png(other)
-    assert png(one).startswith(b"\x89PNG")
-    assert ElementTree.fromstring(svg(one)).get("width") == str(WIDTH)  # noqa: S314 - our own
+    one, other = (draw_scene(kitchen_task(), WORDS)[0] for _ in range(2))
+    assert to_svg(one) == to_svg(other)
+    assert to_png(one) == to_png(other)
+    assert to_png(one).startswith(b"\x89PNG")
+    assert ElementTree.fromstring(to_svg(one)).get("width") == str(WIDTH)  # noqa: S314 - our own

@@ -57,7 +57,7 @@ def test_a_later_state_is_shown_and_what_stays_stays() -> None:
     bodies, at = scene.bodies, scene.data.xpos
     before = at[bodies[PLATE]].copy()
     moved = kitchen(["is_open(fridge_2)", "lies_on(milk_7, countertop_1)"], ["lies_in(milk_7, fridge_2)"])
-    scene.show(moved)
+    scene.show_state(moved)
     assert np.allclose(at[bodies[PLATE]], before)
     assert at[bodies[MILK]][2] > 0.9
     assert (scene.model.geom_rgba[scene.geoms[FRIDGE], 3] == 0).any()
@@ -65,7 +65,7 @@ def test_a_later_state_is_shown_and_what_stays_stays() -> None:
         ["is_sliced(apple_5)", "lies_on(apple_5_part_0, plate_6)", "lies_on(apple_5_part_1, plate_6)"],
         ["lies_in(apple_5, basket_4)"],
     )
-    scene.show(cut)
+    scene.show_state(cut)
     assert at[bodies[APPLE]][2] < -10 < at[bodies[SCENE.index["apple_5_part_0"]]][2]
 
 
@@ -74,7 +74,7 @@ def test_what_finds_no_place_is_refused_with_a_reason_but_shown_later() -> None:
     with pytest.raises(InputError, match=r"kitchen: no free space for fridge_2 in basket_4"):
         BodyScene(task_of(full))
     scene = BodyScene(task_of(kitchen()))
-    scene.show(full)
+    scene.show_state(full)
     assert scene.locations.find_carrier(FRIDGE) == ("lies_in", BASKET)
 
 

@@ -21,7 +21,12 @@ from eai.cli.console import format_count, note, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, open_source
 from eai.cli.progress import scoring_progress
 from eai.extensions.annotation import decisions as annotation
-from eai.extensions.annotation.decisions import Annotation, Difference, PatternList, TitleDecisions
+from eai.extensions.annotation.decisions import (
+    Annotation,
+    DemonstrationDifference,
+    PatternList,
+    TitleDecisions,
+)
 from eai.extensions.annotation.problems import DrawnProblem, make_problem, make_published_domain, share_domain
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.model import PddlDomain
@@ -132,7 +137,7 @@ def show_differences(
 
 
 def _print_counts(
-    differences: Mapping[str, Sequence[Difference]],
+    differences: Mapping[str, Sequence[DemonstrationDifference]],
     without: Sequence[str],
     *,
     everything: bool,
@@ -150,8 +155,8 @@ def _print_counts(
     tell(*lines, value=counts, as_json=as_json)
 
 
-@app.command()
-def choose(
+@app.command(name="choose")
+def choose_patterns(
     domain: OfDomain,
     title: Annotated[str, flag(metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
@@ -177,12 +182,14 @@ def choose(
     listing = PatternList(differences, benchmark.domain, not_counted)
     say(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     say(annotation.HELP)
-    _print_state(listing, saved.get(title, TitleDecisions()))
-    left = _apply_commands(decisions, saved, title, listing)
+    _print_decisions(listing, saved.get(title, TitleDecisions()))
+    left = _apply_user_commands(decisions, saved, title, listing)
     say(f"{left}; written to {decisions}")
 
 
-def _apply_commands(path: Path, saved: Mapping[str, TitleDecisions], title: str, listing: PatternList) -> str:
+def _apply_user_commands(
+    path: Path, saved: Mapping[str, TitleDecisions], title: str, listing: PatternList
+) -> str:
     """Apply a user's commands until the input ends. Save the decisions after each command.
 
     Raises:
@@ -200,7 +207,7 @@ def _apply_commands(path: Path, saved: Mapping[str, TitleDecisions], title: str,
             except InputError as error:
                 note(str(error))
             else:
-                _print_state(listing, chosen)
+                _print_decisions(listing, chosen)
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
@@ -225,23 +232,23 @@ def _apply_command(
     return after
 
 
-def _print_state(listing: PatternList, chosen: TitleDecisions) -> None:
+def _print_decisions(listing: PatternList, chosen: TitleDecisions) -> None:
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
-        met = sum(annotation.is_met(candidate, difference) for difference in listing.differences)
+        met = sum(annotation.is_candidate_met(candidate, difference) for difference in listing.differences)
         say(f"candidate {number}, met by {met}:")
         for text in texts:
             say(f"    {text}")
-    rows = listing.find_undecided(chosen)
+    rows = listing.find_undecided_numbers(chosen)
     for number in rows[:_MAX_SHOWN_PATTERNS]:
-        pattern = listing.numbered[number - 1]
+        pattern = listing.numbered_patterns[number - 1]
         say(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
     if len(rows) > _MAX_SHOWN_PATTERNS:
         say(f"      and {len(rows) - _MAX_SHOWN_PATTERNS} rarer patterns")
 
 
-@app.command()
-def goals(
+@app.command(name="goals")
+def print_goals(
     domain: OfDomain,
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
@@ -298,8 +305,8 @@ def _format_assignments(annotations: Sequence[Annotation]) -> Iterator[str]:
         yield f"{name}: {which}: {format_count(times, 'demonstration')}"
 
 
-@app.command(no_args_is_help=True)
-def problems(
+@app.command(name="problems", no_args_is_help=True)
+def write_planning_problems(
     domain: OfDomain,
     out: Annotated[Path, flag()],
     conditions: Annotated[int, flag(min=1)] = 4,
@@ -325,7 +332,7 @@ def problems(
     benchmark = find_benchmark(domain)
     with open_source(data) as source:
         tasks = benchmark.tasks(source)
-        operators = _published_operators(benchmark, source)
+        operators = _read_published_operators(benchmark, source)
     judge = make_planner(planner, benchmark.data.planner_seconds)
     if judge is None:
         raise InputError("--planner none: choose a planner, as only solvable problems are kept")
@@ -340,7 +347,7 @@ def problems(
                 made.append(problem)
             report(number)
     made = share_domain(made, benchmark)
-    _write_problems(out, made)
+    _write_problem_files(out, made)
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
     line = f"{format_count(len(made) - len(failed), 'problem')} written to {out}"
     value: Json = {each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made}
@@ -351,7 +358,7 @@ def problems(
         raise typer.Exit(1)
 
 
-def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
+def _read_published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
     """Return the data set's planning domain, or None if its problems do not use one."""
     if benchmark.data.problem_of is None:
         return None
@@ -359,7 +366,7 @@ def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | N
     return make_published_domain([text.pddl for text in library.operators.values()], library.header)
 
 
-def _write_problems(folder: Path, made: list[DrawnProblem]) -> None:
+def _write_problem_files(folder: Path, made: list[DrawnProblem]) -> None:
     solved = [problem for problem in made if problem.outcome is PlannerOutcome.SOLVED]
     texts = {folder / f"{to_file_name(problem.task_id)}.pddl": f"{problem.text}\n" for problem in solved}
     if made:

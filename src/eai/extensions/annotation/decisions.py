@@ -126,7 +126,7 @@ def _parse_kind(text: str) -> _ObjectKind:
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class DemonstrationDifference:
     """The changes that a demonstration (a person's plan for a task) makes, and its actions.
 
     Attributes:
@@ -145,11 +145,11 @@ class Difference:
         """The scene, which holds the objects of the task."""
         return self.task.scene
 
-    def find_facts(self, entry: Entry) -> Iterator[Fact]:
+    def find_matching_facts(self, entry: Entry) -> Iterator[Fact]:
         """Yield the facts that meet one of an entry's patterns, in order."""
-        return (fact for fact in self.facts if any(self._has_pattern(fact, pattern) for pattern in entry))
+        return (fact for fact in self.facts if any(self._matches_pattern(fact, pattern) for pattern in entry))
 
-    def _has_pattern(self, fact: Fact, pattern: GoalPattern) -> bool:
+    def _matches_pattern(self, fact: Fact, pattern: GoalPattern) -> bool:
         if fact.predicate != pattern.name or len(fact.arguments) != len(pattern.kinds):
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
@@ -159,17 +159,17 @@ class Difference:
         )
 
     def class_of(self, thing: int) -> _ObjectKind:
-        """Return the class of an object, as an `ObjectKind`."""
+        """Return the class of an object, as a kind of object."""
         return _ObjectKind(self.scene.objects[thing].category)
 
     def properties_of(self, thing: int) -> _ObjectKind:
-        """Return the properties of an object (its visible static predicates) as an `ObjectKind`."""
+        """Return the properties of an object (its visible static predicates) as a kind of object."""
         initial = self.task.initial
-        names = property_predicates(self.scene.vocabulary)
+        names = list_property_predicates(self.scene.vocabulary)
         return _ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
 
 
-def find_difference(task: Task, domain: Domain) -> Difference:
+def find_difference(task: Task, domain: Domain) -> DemonstrationDifference:
     """Return the changes that a task's demonstration makes: the differences of its initial and final state.
 
     The final state is in the data set, or results from executing the plan.
@@ -180,20 +180,20 @@ def find_difference(task: Task, domain: Domain) -> Difference:
     if not task.script:
         raise InputError(f"{task.id}: no demonstration; expected a plan")
     final = _find_final_state(task, domain)
-    changed = _find_changed_objects(task.initial, final)
+    changed = _find_changed_object_bits(task.initial, final)
     predicates = task.scene.vocabulary.predicates
     facts = (
         fact
         for fact in final.facts()
         if fact.arguments
-        and fact.predicate in _predicate_names(predicates, len(fact.arguments), static=False)
+        and fact.predicate in _list_predicate_names(predicates, len(fact.arguments), static=False)
         if (
             changed >> fact.arguments[0] & 1
             if len(fact.arguments) == 1
             else not task.initial.has(fact.predicate, *fact.arguments)
         )
     )
-    return Difference(task, tuple(facts), tuple(action.operator for action in task.script))
+    return DemonstrationDifference(task, tuple(facts), tuple(action.operator for action in task.script))
 
 
 def _find_final_state(task: Task, domain: Domain) -> State:
@@ -206,25 +206,27 @@ def _find_final_state(task: Task, domain: Domain) -> State:
     return done.final
 
 
-def _find_changed_objects(before: State, after: State) -> int:
+def _find_changed_object_bits(before: State, after: State) -> int:
     """Return the objects with a changed state, as a bit mask. Changes of relations do not count."""
     mask = 0
-    for name in _predicate_names(before.scene.vocabulary.predicates, 1, static=False):
+    for name in _list_predicate_names(before.scene.vocabulary.predicates, 1, static=False):
         mask |= before.mask(name) ^ after.mask(name)
     return mask
 
 
-def property_predicates(vocabulary: Vocabulary) -> tuple[str, ...]:
+def list_property_predicates(vocabulary: Vocabulary) -> tuple[str, ...]:
     """Return the names of the predicates that describe properties of objects, in order of declaration."""
-    return _predicate_names(vocabulary.predicates, 1, static=True)
+    return _list_predicate_names(vocabulary.predicates, 1, static=True)
 
 
 @cache
-def _predicate_names(predicates: tuple[Predicate, ...], arity: int, *, static: bool) -> tuple[str, ...]:
+def _list_predicate_names(predicates: tuple[Predicate, ...], arity: int, *, static: bool) -> tuple[str, ...]:
     return tuple(p.name for p in predicates if p.arity == arity and p.static is static and p.visible)
 
 
-def count_patterns(differences: Iterable[Difference], without: Iterable[str]) -> Counter[GoalPattern]:
+def count_patterns(
+    differences: Iterable[DemonstrationDifference], without: Iterable[str]
+) -> Counter[GoalPattern]:
     """Count how often each pattern occurs in all differences together.
 
     First come states and relations that name objects by class, then relations that describe one object by its
@@ -242,11 +244,13 @@ def count_patterns(differences: Iterable[Difference], without: Iterable[str]) ->
             if fact.predicate not in left_out:
                 classes = tuple(map(difference.class_of, fact.arguments))
                 exact[GoalPattern(fact.predicate, classes)] += 1
-                wild.update(_generalize(difference, fact.predicate, fact.arguments))
+                wild.update(_generalize_fact(difference, fact.predicate, fact.arguments))
     return exact + wild
 
 
-def _generalize(difference: Difference, name: str, things: tuple[int, ...]) -> Iterator[GoalPattern]:
+def _generalize_fact(
+    difference: DemonstrationDifference, name: str, things: tuple[int, ...]
+) -> Iterator[GoalPattern]:
     if len(things) < 2:
         return
     for end, thing in enumerate(things):
@@ -260,30 +264,33 @@ Candidate: TypeAlias = tuple[Entry, ...]
 """One possible meaning of a title: entries that must all be met, with actions in the order of the plan."""
 
 
-def find_met_candidate(candidates: Sequence[Candidate], difference: Difference) -> int | None:
+def find_first_met_candidate(
+    candidates: Sequence[Candidate], difference: DemonstrationDifference
+) -> int | None:
     """Return the index of the first candidate that a demonstration meets, or None if it meets none."""
     return next(
-        (number for number, candidate in enumerate(candidates) if is_met(candidate, difference)), None
+        (number for number, candidate in enumerate(candidates) if is_candidate_met(candidate, difference)),
+        None,
     )
 
 
-def is_met(candidate: Candidate, difference: Difference) -> bool:
+def is_candidate_met(candidate: Candidate, difference: DemonstrationDifference) -> bool:
     """Whether a demonstration meets every entry of a candidate, and takes actions in the entries' order."""
     rest = iter(difference.actions)
     return all(
         any(action in {pattern.name for pattern in entry} for action in rest)
         for entry in candidate
         if entry[0].is_action
-    ) and all(any(difference.find_facts(entry)) for entry in candidate if not entry[0].is_action)
+    ) and all(any(difference.find_matching_facts(entry)) for entry in candidate if not entry[0].is_action)
 
 
-def make_concrete_goals(difference: Difference, candidate: Candidate) -> tuple[Goal, ...]:
+def make_concrete_goals(difference: DemonstrationDifference, candidate: Candidate) -> tuple[Goal, ...]:
     """Return the goals that a demonstration reached by a candidate, with the objects of the task.
 
     States come first, then relations, then actions.
     """
     conditions = [entry for entry in candidate if not entry[0].is_action]
-    facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_facts(entry))
+    facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_matching_facts(entry))
     states = [_make_goal(fact, difference.scene) for fact in facts if len(fact.arguments) == 1]
     relations = [_make_goal(fact, difference.scene) for fact in facts if len(fact.arguments) == 2]
     actions = [
@@ -312,7 +319,7 @@ class TitleDecisions:
     dropped: tuple[GoalPattern, ...] = ()
 
     @property
-    def decided(self) -> frozenset[GoalPattern]:
+    def decided_patterns(self) -> frozenset[GoalPattern]:
         """All patterns that were kept or dropped for the title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
@@ -411,7 +418,7 @@ class PatternList:
         without: names of predicates whose patterns are not counted.
     """
 
-    differences: Sequence[Difference]
+    differences: Sequence[DemonstrationDifference]
     domain: Domain
     without: Sequence[str] = ()
 
@@ -427,14 +434,14 @@ class PatternList:
         }
 
     @cached_property
-    def numbered(self) -> Sequence[GoalPattern]:
+    def numbered_patterns(self) -> Sequence[GoalPattern]:
         """The patterns in the order of their numbers. Numbers start at 1 and do not depend on decisions."""
         return tuple(self.counts)
 
-    def find_undecided(self, chosen: TitleDecisions) -> list[int]:
+    def find_undecided_numbers(self, chosen: TitleDecisions) -> list[int]:
         """Return the numbers of the patterns that were neither kept nor dropped."""
-        decided = chosen.decided
-        return [number for number, pattern in enumerate(self.numbered, 1) if pattern not in decided]
+        decided = chosen.decided_patterns
+        return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
 
 
 def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleDecisions:
@@ -446,11 +453,11 @@ def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleD
     word, _, rest = command.strip().partition(" ")
     match word:
         case "keep":
-            return _append_entries(chosen, [(pattern,) for pattern in _get_patterns(rest, listing)])
+            return _append_entries(chosen, [(pattern,) for pattern in _parse_pattern_numbers(rest, listing)])
         case "or":
-            return _append_entries(chosen, [tuple(_get_patterns(rest, listing))])
+            return _append_entries(chosen, [tuple(_parse_pattern_numbers(rest, listing))])
         case "drop":
-            kept = dict.fromkeys((*chosen.dropped, *_get_patterns(rest, listing)))
+            kept = dict.fromkeys((*chosen.dropped, *_parse_pattern_numbers(rest, listing)))
             return replace(chosen, dropped=tuple(kept))
         case "add":
             patterns = _parse_entry([part.strip() for part in rest.split(" or ")])
@@ -463,12 +470,12 @@ def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleD
             raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
 
 
-def _get_patterns(text: str, listing: PatternList) -> list[GoalPattern]:
+def _parse_pattern_numbers(text: str, listing: PatternList) -> list[GoalPattern]:
     patterns = []
     for word in text.replace(",", " ").split():
-        if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered):
-            raise InputError(f"{word!r}: expected a number from 1 to {len(listing.numbered)}")
-        patterns.append(listing.numbered[int(word) - 1])
+        if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered_patterns):
+            raise InputError(f"{word!r}: expected a number from 1 to {len(listing.numbered_patterns)}")
+        patterns.append(listing.numbered_patterns[int(word) - 1])
     if not patterns:
         raise InputError("expected numbers of listed patterns, such as 1 3")
     return patterns
@@ -495,7 +502,7 @@ def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
 def _refuse_unknown_names(pattern: GoalPattern, listing: PatternList) -> None:
     refuse_unknown_name(pattern, listing.domain)
     classes = {thing.category for difference in listing.differences for thing in difference.scene.objects}
-    good_for = property_predicates(listing.domain.vocabulary)
+    good_for = list_property_predicates(listing.domain.vocabulary)
     for kind in pattern.kinds:
         if kind.name:
             _refuse_unknown(kind.name, sorted(classes), "class")
@@ -514,7 +521,7 @@ def _append_entries(chosen: TitleDecisions, entries: Sequence[Entry]) -> TitleDe
     return replace(chosen, candidates=(*before, (*last, *entries)))
 
 
-Annotation: TypeAlias = tuple[Difference, int | None, tuple[Goal, ...]]
+Annotation: TypeAlias = tuple[DemonstrationDifference, int | None, tuple[Goal, ...]]
 """The result of decisions for a demonstration: its changes, the index of a candidate, and the task's goals.
 
 The candidate is the first that the demonstration meets. If it meets none, the index is None and there are no
@@ -551,7 +558,7 @@ def annotate(
                 with prefix_errors(f"title {name!r}: {pattern}"):
                     refuse_unknown_name(pattern, domain)
         for difference in (find_difference(task, domain) for task in tasks):
-            number = find_met_candidate(candidates, difference)
+            number = find_first_met_candidate(candidates, difference)
             yield (
                 difference,
                 number,

@@ -85,7 +85,7 @@ def make_problem(
             domain, problem = operators, read_problem(benchmark.data.problem_of(task, goals))
         else:
             source = ProblemSource(
-                task.id, task.initial, goals, _find_relevant_objects(task, goals, benchmark.domain)
+                task.id, task.initial, goals, _find_relevant_object_bits(task, goals, benchmark.domain)
             )
             exported = export_problems(benchmark.domain, (source,))[0]
             domain, problem = exported.domain, exported.problem
@@ -129,7 +129,7 @@ def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list
     ]
 
 
-def _find_relevant_objects(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
+def _find_relevant_object_bits(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
     """Return a bit mask of the relevant objects, the objects of goals, and all objects that carry them."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in spatial_predicates(domain)[1]]

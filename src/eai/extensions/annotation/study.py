@@ -49,7 +49,7 @@ PAPER_NOTE = (
 """Note with the paper's figures on ratings, and how to read them."""
 
 
-def find_weighted_mse(units: Units) -> float | None:
+def compute_weighted_mse(units: Units) -> float | None:
     """Return the mean squared distance of ratings from the mean rating of their task.
 
     Each rating has the same weight. Tasks with one rating are left out. None if no task has two ratings.
@@ -59,7 +59,7 @@ def find_weighted_mse(units: Units) -> float | None:
     return sum(len(unit) * pvariance(unit) for unit in repeated) / number if number else None
 
 
-def krippendorff_alpha(units: Units) -> float | None:
+def compute_krippendorff_alpha(units: Units) -> float | None:
     """Return Krippendorff's alpha, the agreement of raters, for ratings on an interval scale.
 
     1 is perfect agreement. 0 is the agreement of raters who draw from all ratings at random; below 0 is less.
@@ -109,7 +109,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
         *("mean", "weighted_mse", "spread", "alpha"),
     ),
 )
-def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
+def summarize_ratings(ratings: Iterable[_Rating]) -> Iterator[Row]:
     """Ratings of annotations by attribute.
 
     Ratings are 1 to 5. `weighted_mse`: for tasks rated more than once, the mean squared distance of ratings
@@ -120,14 +120,14 @@ def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
     for attribute, given in group_pairs((rating.attribute, rating) for rating in ratings).items():
         units = tuple(group_pairs((rating.task, rating.score) for rating in given).values())
         raters, repeated = {rating.rater for rating in given}, sum(len(unit) > 1 for unit in units)
-        mean, distance = fmean(rating.score for rating in given), find_weighted_mse(units)
+        mean, distance = fmean(rating.score for rating in given), compute_weighted_mse(units)
         spread = None if distance is None else math.sqrt(distance)
         counts = (len(given), len(units), len(raters), repeated)
-        yield (attribute, *counts, mean, distance, spread, krippendorff_alpha(units))
+        yield (attribute, *counts, mean, distance, spread, compute_krippendorff_alpha(units))
 
 
 @make_table("annotation_scores", ("attribute", "score", "ratings"))
-def histogram(ratings: Sequence[_Rating]) -> Iterator[Row]:
+def count_ratings_by_score(ratings: Sequence[_Rating]) -> Iterator[Row]:
     """Number of times that each score was given.
 
     Ratings by attribute and score.
@@ -177,23 +177,27 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     if len(records.paths) > 1:
         raise InputError("expected one CSV file of ratings")
     ratings = read_ratings(records.paths[0])
-    tables = [quality(ratings), histogram(ratings)]
+    tables = [summarize_ratings(ratings), count_ratings_by_score(ratings)]
     rows = tables[0].row_dicts()
     attributes: list[Json] = [{name: cast("Json", row[name]) for name in _FACT_COLUMNS} for row in rows]
     yield Analysis(
-        tables, _figures(tables), [PAPER_NOTE], screen_tables=tables[:1], facts={"attributes": attributes}
+        tables,
+        _draw_figures(tables),
+        [PAPER_NOTE],
+        screen_tables=tables[:1],
+        facts={"attributes": attributes},
     )
 
 
-def _figures(tables: Sequence[Table]) -> Figures:
-    yield "annotations", draw(tables)
+def _draw_figures(tables: Sequence[Table]) -> Figures:
+    yield "annotations", draw_rating_histograms(tables)
 
 
 _PANEL_INCHES = (2.3, 2.0)
 _MAX_PANEL_COLUMNS = 3
 
 
-def draw(tables: Sequence[Table]) -> Figure:
+def draw_rating_histograms(tables: Sequence[Table]) -> Figure:
     """Draw the score histogram of each attribute."""
     attributes, scores = (table.row_dicts() for table in tables)
     columns = min(_MAX_PANEL_COLUMNS, len(attributes))

@@ -40,7 +40,7 @@ def arrange_objects(
     """
     if not locations.floors:
         raise InputError("cannot build a room: the state has no floor")
-    joined = _find_shared_object(locations)
+    joined = _find_object_in_two_rooms(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _furnish_rooms(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
@@ -49,11 +49,11 @@ def arrange_objects(
     for thing, pose in furniture.items():
         placer.put(thing, pose)
     placer.furniture = frozenset(furniture)
-    place_rest(placer, locations, boxes)
+    place_remaining_objects(placer, locations, boxes)
     return placer, boxes
 
 
-def place_rest(
+def place_remaining_objects(
     placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], *, crowded: bool = False
 ) -> None:
     """Place the objects that have no pose yet: supports before their contents, large objects before small.
@@ -80,7 +80,7 @@ def place_rest(
         placer.put(thing, pose)
 
 
-def _find_shared_object(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _find_object_in_two_rooms(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return an object that stands over an object of another room, with the floors of both rooms.
 
     The mapping is empty if no object does. Its own floor comes first.
@@ -101,11 +101,11 @@ def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
         and locations.find_carrier(i) is None
         and i not in held
         and locations.find_room(i) == floor
-        and not (body.stand == "middle" and _is_beside(locations, i))
+        and not (body.stand == "middle" and _is_next_to_furniture(locations, i))
     ]
 
 
-def _is_beside(locations: ObjectLocations, thing: int) -> bool:
+def _is_next_to_furniture(locations: ObjectLocations, thing: int) -> bool:
     """Whether an object stands next to furniture that gets its place earlier."""
     others = [
         second
@@ -125,13 +125,17 @@ def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, B
         relation, other = carrier
         near = next((neighbour for neighbour in beside if locations.find_carrier(neighbour) == carrier), None)
         return (
-            placer.place_inside(thing, other) if relation == INSIDE else placer.place_on(thing, other, near)
+            placer.find_pose_inside(thing, other)
+            if relation == INSIDE
+            else placer.find_pose_on(thing, other, near)
         )
     room = boxes[locations.find_room(thing)]
     roofs = [b for a, b in locations.relations[UNDER] if a == thing and b in placer.poses]
     if roofs:
-        return placer.place_below(thing, roofs[0], room)
-    return placer.place_beside(thing, beside[0], room) if beside else placer.place_on_floor(thing, room)
+        return placer.find_pose_below(thing, roofs[0], room)
+    return (
+        placer.find_pose_beside(thing, beside[0], room) if beside else placer.find_pose_on_floor(thing, room)
+    )
 
 
 def _find_crowded_pose(
@@ -145,7 +149,7 @@ def _find_crowded_pose(
     relation, other = carrier
     body = placer.bodies[other]
     areas = (body.spaces if relation == INSIDE else body.tops) or (np.zeros((2, 3)),)
-    area = placer.poses[other].box(areas[0])
+    area = placer.poses[other].to_scene_box(areas[0])
     x, y, _ = area.mean(0)
     return Pose((x, y, area[0, 2] + height / 2))
 
@@ -164,7 +168,7 @@ class _RoomPlan:
     depth: float
     poses: dict[int, tuple[float, float, float, int]] = field(default_factory=dict)
 
-    def put(self, thing: int, x: float, y: float, quarters: int, above: float = 0.0) -> None:
+    def put_object(self, thing: int, x: float, y: float, quarters: int, above: float = 0.0) -> None:
         """Put an object over a point of the floor; ``above`` is the height of its underside in metres."""
         self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarters)
 
@@ -200,7 +204,9 @@ def _furnish_room(bodies: Mapping[int, Body]) -> _RoomPlan:
     tall = sum([bodies[i].size[0] + _FURNITURE_GAP for i in wall if bodies[i].size[2] > _WALL_CABINET_HEIGHT])
     hung = sum([bodies[i].size[0] + _FURNITURE_GAP for i in standing["high"]])
     along = sum([bodies[i].size[0] + _FURNITURE_GAP for i in wall])
-    rows = _split_rows(bodies, standing["middle"], max(4.0, min(along + 0.4, 6.5), tall + hung + 0.4) - 0.8)
+    rows = _split_into_rows(
+        bodies, standing["middle"], max(4.0, min(along + 0.4, 6.5), tall + hung + 0.4) - 0.8
+    )
     widest = max([sum([bodies[i].size[0] + 0.7 for i in row]) for row in rows], default=0.0)
     width = max(4.0, min(along + 0.4, 6.5), tall + hung + 0.4, widest + 0.4)
     back = max([bodies[i].size[1] for i in wall], default=0.4)
@@ -211,10 +217,10 @@ def _furnish_room(bodies: Mapping[int, Body]) -> _RoomPlan:
     deep = [max([bodies[i].size[1] for i in row]) + 0.6 for row in rows]
     depth = max(3.6, back + sum(deep) + 2.0, back + sides + 1.6)
     plan = _RoomPlan(bodies, width, depth)
-    _line_walls(plan, wall, standing)
+    _put_furniture_along_walls(plan, wall, standing)
     y = depth - back - 0.6
     for row in rows:
-        _put_row(plan, row, y)
+        _put_objects_in_row(plan, row, y)
         y -= max([bodies[i].size[1] for i in row]) + 0.6
     return plan
 
@@ -222,7 +228,7 @@ def _furnish_room(bodies: Mapping[int, Body]) -> _RoomPlan:
 _STANDS = ("wall", "high", "door", "window", "middle", "free")
 
 
-def _split_rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> list[list[int]]:
+def _split_into_rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> list[list[int]]:
     """Split objects into rows of at most the given width. An object that is wider gets its own row."""
     rows: list[list[int]] = []
     left = 0.0
@@ -236,16 +242,18 @@ def _split_rows(bodies: Mapping[int, Body], things: Sequence[int], width: float)
     return rows
 
 
-def _put_row(plan: _RoomPlan, row: Sequence[int], y: float) -> None:
+def _put_objects_in_row(plan: _RoomPlan, row: Sequence[int], y: float) -> None:
     """Put objects side by side in a row that is centred in the room."""
     sizes = [plan.bodies[thing].size for thing in row]
     x = plan.width / 2 - (sum([size[0] for size in sizes]) + 0.7 * (len(row) - 1)) / 2
     for thing, (width, depth, _) in zip(row, sizes, strict=True):
-        plan.put(thing, x + width / 2, y - depth / 2, 0)
+        plan.put_object(thing, x + width / 2, y - depth / 2, 0)
         x += width + 0.7
 
 
-def _line_walls(plan: _RoomPlan, wall: Sequence[int], standing: Mapping[str, Sequence[int]]) -> None:
+def _put_furniture_along_walls(
+    plan: _RoomPlan, wall: Sequence[int], standing: Mapping[str, Sequence[int]]
+) -> None:
     """Put furniture along the back wall, then along the side walls. Doors are left, windows right."""
     bodies, x = plan.bodies, 0.2
     back = max([bodies[i].size[1] for i in wall], default=0.4)
@@ -253,27 +261,27 @@ def _line_walls(plan: _RoomPlan, wall: Sequence[int], standing: Mapping[str, Seq
     for thing in wall:
         width, depth, _ = bodies[thing].size
         if x + width <= plan.width - 0.15:
-            plan.put(thing, x + width / 2, plan.depth - depth / 2 - 0.01, 0)
+            plan.put_object(thing, x + width / 2, plan.depth - depth / 2 - 0.01, 0)
             x += width + _FURNITURE_GAP
             continue
         quarters = 1 if side[1] >= side[3] else 3
-        _put_aside(plan, thing, quarters, side)
+        _put_at_side_wall(plan, thing, quarters, side)
     x = plan.width - 0.2
     for thing in standing["high"]:
         width, depth, _ = bodies[thing].size
-        plan.put(thing, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _WALL_CABINET_HEIGHT)
+        plan.put_object(thing, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _WALL_CABINET_HEIGHT)
         x -= width + _FURNITURE_GAP
     for thing in standing["door"]:
-        _put_aside(plan, thing, 1, side)
+        _put_at_side_wall(plan, thing, 1, side)
     for thing in standing["window"]:
-        _put_aside(plan, thing, 3, side, _WINDOW_HEIGHT)
+        _put_at_side_wall(plan, thing, 3, side, _WINDOW_HEIGHT)
 
 
-def _put_aside(
+def _put_at_side_wall(
     plan: _RoomPlan, thing: int, quarters: int, side: dict[int, float], above: float = 0.0
 ) -> None:
     """Put an object with its back to the left wall (1 quarter turn) or the right wall (3)."""
     width, depth, _ = plan.bodies[thing].size
     x = depth / 2 + 0.01 if quarters == 1 else plan.width - depth / 2 - 0.01
-    plan.put(thing, x, side[quarters] - width / 2, quarters, above)
+    plan.put_object(thing, x, side[quarters] - width / 2, quarters, above)
     side[quarters] -= width + _FURNITURE_GAP

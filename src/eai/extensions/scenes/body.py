@@ -76,7 +76,7 @@ class Body:
     slack: float = 0.0
 
 
-def find_kind(name: str, category: str) -> str:
+def find_object_kind(name: str, category: str) -> str:
     """Return the kind of an object, from its name without a number. If no kind is found, use its category.
 
     If the whole name is not a kind, its first word may be one, then its last: ``bottle`` of
@@ -94,8 +94,8 @@ def find_body(kind: str) -> Body | None:
     if kind.startswith(HALF_PREFIX):
         whole = find_body(kind.removeprefix(HALF_PREFIX))
         return None if whole is None else _halve_body(whole)
-    known = read_kinds().get(kind)
-    return None if known is None else _make_body(_read_families()[known.family], known)
+    known = read_body_kinds().get(kind)
+    return None if known is None else _make_body(_read_shape_families()[known.family], known)
 
 
 class _BodyKind(NamedTuple):
@@ -107,7 +107,7 @@ class _BodyKind(NamedTuple):
 
 
 @cache
-def read_kinds() -> Mapping[str, _BodyKind]:
+def read_body_kinds() -> Mapping[str, _BodyKind]:
     """Return the size, colour and family of shapes of each kind of object."""
     table: dict[str, _BodyKind] = {}
     for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
@@ -120,7 +120,7 @@ def read_kinds() -> Mapping[str, _BodyKind]:
 
 
 @cache
-def _read_families() -> Mapping[str, Any]:
+def _read_shape_families() -> Mapping[str, Any]:
     """Return the shapes of each family as the file lists them, with the file's table `[colours]`."""
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
@@ -170,17 +170,17 @@ def _read_parts(line: str, kind: _BodyKind) -> Iterator[BodyPart]:
             copies = word
         else:
             part = replace(part, colour=_read_colour(word, kind.colour))
-    yield from _copy_part(part, copies)
+    yield from _mirror_or_repeat_part(part, copies)
 
 
-def _copy_part(part: BodyPart, word: str) -> Iterator[BodyPart]:
-    if word.startswith("ring-"):
-        number = int(word.removeprefix("ring-"))
+def _mirror_or_repeat_part(part: BodyPart, instruction: str) -> Iterator[BodyPart]:
+    if instruction.startswith("ring-"):
+        number = int(instruction.removeprefix("ring-"))
         yield from [_rotate_part(part, 2 * math.pi * i / number) for i in range(number)]
         return
     parts = [part]
     for axis, letter in enumerate("xy"):
-        if word.startswith("mirror-") and letter in word.removeprefix("mirror-"):
+        if instruction.startswith("mirror-") and letter in instruction.removeprefix("mirror-"):
             parts += [_mirror_part(original, axis) for original in parts]
     yield from parts
 
@@ -217,7 +217,7 @@ def _read_colour(word: str, own: Vector) -> Vector:
     if word in _SHADES:
         red, green, blue = (min(1.0, share * _SHADES[word]) for share in own)
         return (red, green, blue)
-    return _read_hex_colour(_read_families()["colours"].get(word, word.removeprefix("#")))
+    return _read_hex_colour(_read_shape_families()["colours"].get(word, word.removeprefix("#")))
 
 
 def _read_hex_colour(digits: str) -> Vector:

@@ -78,23 +78,23 @@ class Camera:
         except Exception as error:  # raised by MuJoCo, by OpenGL, or because EGL is missing
             raise EaiError(f"{_EGL_ERROR}: {error}") from error
 
-    def colours(self, view: CameraView) -> Any:
+    def render_colours(self, view: CameraView) -> Any:
         """Return the picture as an array of height x width x 3: red, green and blue of 8 bits."""
-        return self._draw_pose(view)
+        return self._render_view(view)
 
-    def depth(self, view: CameraView) -> Any:
+    def render_depth(self, view: CameraView) -> Any:
         """Return the distance at each pixel, in metres along the view, as an array of height x width."""
         self._renderer.enable_depth_rendering()
         try:
-            return self._draw_pose(view)
+            return self._render_view(view)
         finally:
             self._renderer.disable_depth_rendering()
 
-    def objects(self, view: CameraView) -> Any:
+    def render_object_indexes(self, view: CameraView) -> Any:
         """Return the index of the object at each pixel, or -1 for none, as an array of height x width."""
         self._renderer.enable_segmentation_rendering()
         try:
-            geoms = self._draw_pose(view)[..., 0]
+            geoms = self._render_view(view)[..., 0]
         finally:
             self._renderer.disable_segmentation_rendering()
         owner = np.full(self.scene.model.ngeom + 1, -1)
@@ -112,7 +112,7 @@ class Camera:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _draw_pose(self, view: CameraView) -> Any:
+    def _render_view(self, view: CameraView) -> Any:
         scene, sight = self.scene, _VIEWPOINTS[view](self.scene)
         way = np.array(sight.at) - np.array(sight.eye)
         far = float(np.linalg.norm(way))
@@ -123,8 +123,8 @@ class Camera:
         camera.elevation = math.degrees(math.asin(way[2] / far))
         scene.model.vis.global_.fovy = sight.angle
         for hand, thing in scene.locations.hands.items():
-            scene.move(
-                thing, _place_in_hand(sight, _HAND_OFFSETS[hand], max(scene.locations.bodies[thing].size))
+            scene.move_object(
+                thing, _find_pose_in_hand(sight, _HAND_OFFSETS[hand], max(scene.locations.bodies[thing].size))
             )
         self._renderer.update_scene(scene.data, camera)
         self._renderer.scene.flags[self._mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
@@ -139,10 +139,12 @@ def _view_from_head(scene: BodyScene) -> _Viewpoint:
     at = np.array([x0 + 0.52 * (x1 - x0), y0 + 0.62 * (y1 - y0), 0.6])
     middles = _list_corners(scene, seen).reshape(-1, 8, 3).mean(1)
     sight = _Viewpoint(_to_vector(at + np.array([0.0, 0.0, 1.15])), _to_vector(at), 64)
-    return _move_back(sight, middles, np.array([-0.12, -1.0, 0.0]), 0.6 * (y1 - y0), scene.rooms[room])
+    return _move_back_until_visible(
+        sight, middles, np.array([-0.12, -1.0, 0.0]), 0.6 * (y1 - y0), scene.rooms[room]
+    )
 
 
-def _view_nearby(scene: BodyScene) -> _Viewpoint:
+def _view_near_main_support(scene: BodyScene) -> _Viewpoint:
     """Return the view of the object that carries most other objects.
 
     If no object carries another, return the view of the objects of the room with most objects.
@@ -150,18 +152,20 @@ def _view_nearby(scene: BodyScene) -> _Viewpoint:
     locations = scene.locations
     place = _find_main_support(locations)
     if place is None:
-        here = [i for i in locations.visible if locations.find_room(i) == locations.fullest_room]
+        here = [i for i in locations.visible_objects if locations.find_room(i) == locations.fullest_room]
         seen = [i for i in here if locations.bodies[i].stand == "free"] or here
         if not seen:
             return _view_from_head(scene)
         ahead = np.array([0.0, -1.0, 0.0])
     else:
         on_it = [
-            thing for thing in locations.bodies if locations.find_bottom(thing) == place and thing != place
+            thing
+            for thing in locations.bodies
+            if locations.find_bottom_of_pile(thing) == place and thing != place
         ]
         seen = [thing for thing in on_it if not locations.is_shut_in(thing)]
         is_furniture = locations.bodies[place].stand not in ("free", "middle")
-        ahead = scene.find_front(place) if is_furniture else np.array([0.0, -1.0, 0.0])
+        ahead = scene.find_front_direction(place) if is_furniture else np.array([0.0, -1.0, 0.0])
     points = _list_corners(scene, seen)
     if not points.size:  # the robot's hands hold all objects that would be shown
         points = _list_corners(scene, locations.bodies if place is None else [place])
@@ -170,7 +174,7 @@ def _view_nearby(scene: BodyScene) -> _Viewpoint:
     reach = 0.9 if place is None else 0.9 + float(abs(ahead) @ (np.ptp(bounding_box(scene, place), 0))) / 2
     eye = (float(at[0]), float(at[1]), max(_EYE_HEIGHT, float(high[2]) + 0.35))
     room = scene.rooms[locations.fullest_room if place is None else locations.find_room(place)]
-    return _move_back(_Viewpoint(eye, _to_vector(at), 52), points, ahead, reach, room)
+    return _move_back_until_visible(_Viewpoint(eye, _to_vector(at), 52), points, ahead, reach, room)
 
 
 def _list_corners(scene: BodyScene, things: Collection[int]) -> Array:
@@ -180,7 +184,9 @@ def _list_corners(scene: BodyScene, things: Collection[int]) -> Array:
     )
 
 
-def _move_back(start: _Viewpoint, points: Array, ahead: Array, reach: float, room: Box) -> _Viewpoint:
+def _move_back_until_visible(
+    start: _Viewpoint, points: Array, ahead: Array, reach: float, room: Box
+) -> _Viewpoint:
     """Move a viewpoint back inside the room until it shows all points or is `_MAX_DISTANCE` away."""
     ahead = ahead / np.linalg.norm(ahead)
     while True:
@@ -212,8 +218,8 @@ def _to_vector(array: Array) -> Vector:
 
 def _find_main_support(locations: ObjectLocations) -> int | None:
     """Return the object that carries most visible objects, directly or not; None if no object carries any."""
-    carried = [thing for thing in locations.visible if locations.find_carrier(thing) is not None]
-    many = Counter(map(locations.find_bottom, carried))
+    carried = [thing for thing in locations.visible_objects if locations.find_carrier(thing) is not None]
+    many = Counter(map(locations.find_bottom_of_pile, carried))
     return max(many, key=lambda thing: (many[thing], -thing), default=None)
 
 
@@ -228,12 +234,12 @@ def _view_from_above(scene: BodyScene) -> _Viewpoint:
 
 _VIEWPOINTS: Mapping[CameraView, Callable[[BodyScene], _Viewpoint]] = {
     "head": _view_from_head,
-    "near": _view_nearby,
+    "near": _view_near_main_support,
     "top": _view_from_above,
 }
 
 
-def _place_in_hand(sight: _Viewpoint, aside: float, size: float) -> Pose:
+def _find_pose_in_hand(sight: _Viewpoint, aside: float, size: float) -> Pose:
     """Return the pose of an object that a hand holds, so that the object is in the picture."""
     way, right, above = sight.axes
     near = 0.45 + size

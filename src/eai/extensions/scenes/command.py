@@ -13,9 +13,9 @@ from eai.cli import options
 from eai.cli.console import format_count, tell
 from eai.cli.options import AsJson, DataFolder, flag, open_source
 from eai.cli.prompts import tasks_of
-from eai.extensions.scenes.diagrams import picture_of, picture_words
-from eai.extensions.scenes.drawing import Drawing, png, svg
-from eai.extensions.scenes.rendered import VIEWS, film_of, photographs_of
+from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
+from eai.extensions.scenes.drawing import Drawing, to_png, to_svg
+from eai.extensions.scenes.rendered import VIEWS, make_film, render_task_images
 from eai.studies.perception.choice import Clutter
 from eai.tasks.task import Task
 from eai.world.domain import Domain
@@ -24,7 +24,7 @@ from eai.world.execution import execute
 _ImageFormat: TypeAlias = Literal["png", "svg", "rendered", "gif"]
 
 
-def pictures(
+def export_pictures(
     domain: options.OfDomain,
     tasks: str = "",
     limit: Annotated[int | None, flag(min=1)] = None,
@@ -54,12 +54,12 @@ def pictures(
     with open_source(data) as source:
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
     (chosen,) = tasks_of(tasks, [suite], limit)
-    words = picture_words(suite.benchmark)
+    words = make_picture_words(suite.benchmark)
     refused: list[InputError] = []
     for task_id in chosen:
-        drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
+        drawing, truth = draw_scene(suite.tasks[task_id], words, clutter)
         try:
-            drawn = _make_files(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
+            drawn = _make_picture_files(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
         except InputError as error:
             refused.append(error)
             continue
@@ -75,14 +75,16 @@ def pictures(
     tell(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
 
 
-def _make_files(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
+def _make_picture_files(
+    task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain
+) -> dict[str, str | bytes]:
     match form:
         case "png":
-            return {".png": png(drawing)}
+            return {".png": to_png(drawing)}
         case "svg":
-            return {".svg": svg(drawing)}
+            return {".svg": to_svg(drawing)}
         case "rendered":
-            taken = zip(VIEWS, photographs_of(task), strict=True)
+            taken = zip(VIEWS, render_task_images(task), strict=True)
             return {f"_{view}.png": image.data for view, image in taken}
         case "gif":
-            return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}
+            return {".gif": make_film(task, execute(domain, task.initial, task.script).states)}

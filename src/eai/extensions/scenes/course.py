@@ -16,8 +16,8 @@ from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.scenes.diagrams import picture_words
-from eai.extensions.scenes.tiles import tiles_of
+from eai.extensions.scenes.diagrams import make_picture_words
+from eai.extensions.scenes.tiles import make_tiles
 from eai.results.record import Record
 from eai.studies.perception.scene_graph import SceneWords
 from eai.studies.report.explorer import Tile, TileScenes
@@ -31,43 +31,45 @@ from eai.world.state import Scene, State
 
 
 @runtime_checkable
-class _Executes(Structure):
+class _ExecutingScorer(Structure):
     """A scorer that executes answers, with the domain and the task."""
 
     domain: Domain
     task: Task
 
 
-def courses(source: Source) -> Callable[[Record], TileScenes]:
+def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
     """Return a function that returns the tiles of a record after each step. It opens each suite only once."""
 
     @cache
-    def suite_of(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
+    def open_cached_suite(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
         choice = ErrataChoice.CURRENT if errata else ErrataChoice.NONE
         return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
 
-    def course(record: Record) -> TileScenes:
-        if record.domain not in list_benchmarks() or _steps(record.explanation) == ():
+    def find_tiles(record: Record) -> TileScenes:
+        if record.domain not in list_benchmarks() or _get_steps(record.explanation) == ():
             return ()
         errata = record.errata is not None
-        return course_of(record, suite_of(record.domain, record.ability, record.protocol, errata=errata))
+        return make_tiles_after_each_step(
+            record, open_cached_suite(record.domain, record.ability, record.protocol, errata=errata)
+        )
 
-    return course
+    return find_tiles
 
 
-def course_of(record: Record, suite: Suite) -> TileScenes:
-    """Return the tiles of a record at the start and after each step; empty if `states_of` returns None."""
-    found = states_of(record, suite)
+def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
+    """Return the tiles of a record at the start and after each step; empty if it cannot be replayed."""
+    found = replay_record(record, suite)
     if found is None:
         return ()
     task, states = found
-    named = [i for step in _steps(record.explanation) for i in _action(step, task.scene).arguments]
+    named = [i for step in _get_steps(record.explanation) for i in _to_action(step, task.scene).arguments]
     shown = list(dict.fromkeys([*prompt_objects(task), *named]))
-    words = picture_words(suite.benchmark)
-    return [_tiles(task, words, state, shown) for state in states]
+    words = make_picture_words(suite.benchmark)
+    return [_make_scene_tiles(task, words, state, shown) for state in states]
 
 
-def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
+def replay_record(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
     """Return the task of a record, and the states at the start and after each step of its answer.
 
     Returns:
@@ -76,44 +78,44 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
     if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
         return None
     scorer = suite.scorer(record.task_id)
-    if not isinstance(scorer, _Executes):
+    if not isinstance(scorer, _ExecutingScorer):
         return None
-    before = _list_earlier_steps(record)
-    states = states_along(scorer.domain, scorer.task.initial, [*before, *_steps(record.explanation)])
+    before = _list_steps_of_earlier_attempts(record)
+    states = replay_steps(scorer.domain, scorer.task.initial, [*before, *_get_steps(record.explanation)])
     return None if states is None else (scorer.task, states[len(before) :])
 
 
-def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
+def replay_steps(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
     """Return the states at the start and after each step, or None if a step cannot be executed again."""
     episode = Episode(domain, initial)
     states = [episode.state]
     for step in steps:
         if step.outcome == EXECUTED and step.call.name in domain.arities:
-            after = episode.act(_action(step, initial.scene))
+            after = episode.act(_to_action(step, initial.scene))
             if not isinstance(after, State):
                 return None
         states.append(episode.state)
     return states
 
 
-def _tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) -> list[Tile]:
+def _make_scene_tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) -> list[Tile]:
     agent = task.scene.agent
     graph = words.describe(replace(task, initial=state), shown)
-    return tiles_of(graph, words, None if agent is None else words.names(task)[agent])
+    return make_tiles(graph, words, None if agent is None else words.names(task)[agent])
 
 
-def _action(step: StepReport, scene: Scene) -> Action:
+def _to_action(step: StepReport, scene: Scene) -> Action:
     named = step.call.arguments or ()
     return Action(step.call.name, tuple([scene.index[name] for name in named if name in scene.index]))
 
 
-def _list_earlier_steps(record: Record) -> list[StepReport]:
+def _list_steps_of_earlier_attempts(record: Record) -> list[StepReport]:
     """Return the steps of a record's earlier attempts if attempts continue in one world; else none."""
     options = AttemptOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":
         return []
-    return [step for attempt in record.attempts[:-1] for step in _steps(attempt.explanation)]
+    return [step for attempt in record.attempts[:-1] for step in _get_steps(attempt.explanation)]
 
 
-def _steps(explanation: Explanation | None) -> tuple[StepReport, ...]:
+def _get_steps(explanation: Explanation | None) -> tuple[StepReport, ...]:
     return () if explanation is None else explanation.steps

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.extensions.scenes.drawing import Drawing, draw, image_of, png
-from eai.extensions.scenes.tiles import tiles_of
+from eai.extensions.scenes.drawing import Drawing, draw_tiles, to_pillow_image, to_png
+from eai.extensions.scenes.tiles import make_tiles
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.scene_graph import SceneGraph, SceneWords
 from eai.studies.perception.scenes import choose_other_objects
@@ -23,12 +23,12 @@ MOST_HEIGHT = 1536
 """Maximum height of a picture with unrelated objects, in pixels. Models shrink higher pictures."""
 
 
-def picture_words(benchmark: Benchmark) -> SceneWords:
+def make_picture_words(benchmark: Benchmark) -> SceneWords:
     """Return the words for objects and relations in pictures: those of observations, which show hands."""
     return SceneWords(benchmark.observed_wording())
 
 
-def picture_of(
+def draw_scene(
     task: Task,
     words: SceneWords,
     clutter: Clutter = "none",
@@ -51,13 +51,13 @@ def picture_of(
     doer = None if agent is None else names[agent]
     while True:
         truth = words.describe(now, [*shown, *others])
-        drawing = draw(tiles_of(truth, words, doer, [names[index] for index in others]))
+        drawing = draw_tiles(make_tiles(truth, words, doer, [names[index] for index in others]))
         if drawing.height <= MOST_HEIGHT or not others:
             return drawing, truth
         others = others[: len(others) * 3 // 4]
 
 
-def drawn_images(
+def draw_task_images(
     benchmark: Benchmark, tasks: Mapping[str, Task], clutter: Clutter
 ) -> dict[str, tuple[Image, ...]]:
     """Return a diagram of the initial state of each task, as PNG.
@@ -65,26 +65,26 @@ def drawn_images(
     Raises:
         EaiError: matplotlib, which draws the diagrams, is not installed.
     """
-    words = picture_words(benchmark)
-    return {i: (Image(*drawn_image(task, words, clutter)),) for i, task in tasks.items()}
+    words = make_picture_words(benchmark)
+    return {i: (Image(*draw_task_image(task, words, clutter)),) for i, task in tasks.items()}
 
 
-def drawn_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tuple[str, bytes]:
+def draw_task_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tuple[str, bytes]:
     """Return the media type and the bytes of a diagram of the initial state of a task.
 
     Raises:
         EaiError: matplotlib, which draws the diagram, is not installed.
     """
-    return PNG, png(picture_of(task, words, clutter)[0])
+    return PNG, to_png(draw_scene(task, words, clutter)[0])
 
 
-def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
+def draw_pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
     """Return the diagram of some objects in a state as an array of numpy: height, width, 3 colours.
 
     Raises:
         EaiError: matplotlib, which draws the diagram, is not installed.
     """
-    drawn = image_of(picture_of(task, picture_words(benchmark), state=state, objects=objects)[0])
+    drawn = to_pillow_image(draw_scene(task, make_picture_words(benchmark), state=state, objects=objects)[0])
     import numpy as np  # installed with matplotlib
 
     return np.asarray(drawn)

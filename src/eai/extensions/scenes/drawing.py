@@ -83,17 +83,17 @@ def text_width(text: str, size: int) -> int:
     return len(text) * round(0.602 * size)
 
 
-def svg(drawing: Drawing) -> str:
+def to_svg(drawing: Drawing) -> str:
     """Return the drawing as SVG."""
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{drawing.width}" height="{drawing.height}" '
         f'viewBox="0 0 {drawing.width} {drawing.height}" font-family={quoteattr(_FAMILY)}>'
     )
     white = f'<rect width="{drawing.width}" height="{drawing.height}" fill="#ffffff"/>'
-    return "\n".join([head, white, *map(_element, drawing.shapes), "</svg>", ""])
+    return "\n".join([head, white, *map(_to_svg_element, drawing.shapes), "</svg>", ""])
 
 
-def _element(shape: _Shape) -> str:
+def _to_svg_element(shape: _Shape) -> str:
     if isinstance(shape, _Rectangle):
         return (
             f'<rect x="{shape.x}" y="{shape.y}" width="{shape.width}" height="{shape.height}" '
@@ -107,22 +107,22 @@ def _element(shape: _Shape) -> str:
     )
 
 
-def png(drawing: Drawing) -> bytes:
+def to_png(drawing: Drawing) -> bytes:
     """Return the drawing as PNG.
 
     Raises:
         EaiError: matplotlib, which contains the font and installs Pillow, is not installed.
     """
     file = io.BytesIO()
-    image_of(drawing).save(file, "PNG", optimize=False)
+    to_pillow_image(drawing).save(file, "PNG", optimize=False)
     return file.getvalue()
 
 
-def image_of(drawing: Drawing) -> Image:
+def to_pillow_image(drawing: Drawing) -> Image:
     """Return the drawing as an RGB image of the library Pillow.
 
     Raises:
-        EaiError: see `png`.
+        EaiError: see `to_png`.
     """
     with require_extra("plots", "pictures as PNG need"):
         import matplotlib as mpl
@@ -130,7 +130,7 @@ def image_of(drawing: Drawing) -> Image:
     folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
 
     @cache
-    def font(size: int, *, bold: bool) -> Any:
+    def load_font(size: int, *, bold: bool) -> Any:
         name = f"{FONT}{'-Bold' if bold else ''}.ttf"
         return ImageFont.truetype(str(folder / name), size, layout_engine=ImageFont.Layout.BASIC)
 
@@ -141,16 +141,16 @@ def image_of(drawing: Drawing) -> Image:
             corners = (shape.x, shape.y, shape.x + shape.width - 1, shape.y + shape.height - 1)
             canvas.rounded_rectangle(corners, shape.radius, shape.fill, shape.stroke, shape.line)
         else:
-            named = font(shape.size, bold=shape.bold)
+            named = load_font(shape.size, bold=shape.bold)
             canvas.text((shape.x, shape.y), shape.text, shape.colour, named)
     return image
 
 
-def draw(tiles: Sequence[Tile]) -> Drawing:
+def draw_tiles(tiles: Sequence[Tile]) -> Drawing:
     """Draw tiles with a legend below them. The drawing is `WIDTH` pixels wide and as high as necessary."""
     inner = WIDTH - 2 * _GAP
-    boxes = [_box(tile, inner) for tile in tiles]
-    scene, legend = _pack_boxes(boxes, inner), _legend(inner)
+    boxes = [_draw_tile(tile, inner) for tile in tiles]
+    scene, legend = _pack_boxes(boxes, inner), _draw_legend(inner)
     shapes = [
         *_move_shapes(scene.shapes, _GAP, _GAP),
         *_move_shapes(legend.shapes, _GAP, scene.height + 2 * _GAP),
@@ -158,14 +158,16 @@ def draw(tiles: Sequence[Tile]) -> Drawing:
     return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
 
 
-def _box(tile: Tile, most: int) -> Drawing:
+def _draw_tile(tile: Tile, max_width: int) -> Drawing:
     """Draw a tile (an object's box), at most as wide as the given number of pixels."""
-    inner = most - 2 * _PAD
-    zones = _flow([_zone(label, within, inner) for label, within in tile.zones.items()], inner)
+    inner = max_width - 2 * _PAD
+    zones = _arrange_in_rows(
+        [_draw_zone(label, within, inner) for label, within in tile.zones.items()], inner
+    )
     named, letter = text_width(tile.name, NAME_SIZE), text_width(" ", TEXT_SIZE)
     columns = max(_TEXT_COLUMNS, max(named, zones.width) // letter)
     lines = [part for line in tile.lines for part in wrap(line, columns, subsequent_indent="  ")]
-    marks = _flow([_mark(text) for text in tile.marks], columns * letter, gap=4)
+    marks = _arrange_in_rows([_draw_mark(text) for text in tile.marks], columns * letter, gap=4)
     width = max([named, marks.width, zones.width, *[text_width(line, TEXT_SIZE) for line in lines]])
     shapes: list[_Shape] = [_Text(_PAD, _PAD, tile.name, NAME_SIZE, _INK, bold=True)]
     y = _PAD + NAME_SIZE + 6
@@ -183,10 +185,10 @@ def _box(tile: Tile, most: int) -> Drawing:
     return Drawing(width, height, [frame, *shapes])
 
 
-def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
+def _draw_zone(label: str, within: Sequence[Tile], max_width: int) -> Drawing:
     """Draw one zone of a tile: the tiles of all objects that are in one relation to the tile's object."""
     top = _PAD + TEXT_SIZE + 5
-    content = _pack_boxes([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
+    content = _pack_boxes([_draw_tile(tile, max_width - 2 * _PAD) for tile in within], max_width - 2 * _PAD)
     shapes: list[_Shape] = [
         _Text(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES["object"])
     ]
@@ -196,23 +198,23 @@ def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
     return Drawing(width, height, [frame, *shapes, *_move_shapes(content.shapes, _PAD, top)])
 
 
-def _mark(text: str) -> Drawing:
+def _draw_mark(text: str) -> Drawing:
     width, height = text_width(text, TEXT_SIZE) + 10, TEXT_SIZE + 6
     frame = _Rectangle(0, 0, width, height, _MARK_FILL, _MARK_STROKE, 8)
     return Drawing(width, height, [frame, _Text(5, 3, text, TEXT_SIZE, _INK)])
 
 
-def _pack_boxes(boxes: Sequence[Drawing], most: int) -> Drawing:
+def _pack_boxes(boxes: Sequence[Drawing], max_width: int) -> Drawing:
     """Arrange boxes in rows. The highest boxes come first, which leaves little space empty."""
-    return _flow(sorted(boxes, key=lambda box: -box.height), most)
+    return _arrange_in_rows(sorted(boxes, key=lambda box: -box.height), max_width)
 
 
-def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
+def _arrange_in_rows(boxes: Sequence[Drawing], max_width: int, gap: int = _GAP) -> Drawing:
     """Arrange boxes side by side. A box that does not fit into its row begins the next row."""
     shapes: list[_Shape] = []
     x = y = width = row = 0
     for box in boxes:
-        if x and x + box.width > most:
+        if x and x + box.width > max_width:
             x, y, row = 0, y + row + gap, 0
         shapes += _move_shapes(box.shapes, x, y)
         x += box.width + gap
@@ -220,29 +222,33 @@ def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
     return Drawing(width, y + row, shapes)
 
 
-def _legend(most: int) -> Drawing:
+def _draw_legend(max_width: int) -> Drawing:
     samples = [
-        (_swatch("object"), "object"),
-        (_swatch("agent"), "the one who acts"),
-        (_swatch("other"), "another object"),
-        (_mark("state"), "holds of it"),
-        (_frame(_ZONE_FILL, _ZONE_STROKE), "what lies here is in this relation to the object around it"),
-        (_words(f"relation {ONE_WAY} x:"), "it is in this relation to x"),
-        (_words(f"relation {BOTH_WAYS} x:"), "so it is, and x to it"),
-        (_words("Nothing else"), "holds of these objects."),
+        (_draw_colour_sample("object"), "object"),
+        (_draw_colour_sample("agent"), "the one who acts"),
+        (_draw_colour_sample("other"), "another object"),
+        (_draw_mark("state"), "holds of it"),
+        (_draw_frame(_ZONE_FILL, _ZONE_STROKE), "what lies here is in this relation to the object around it"),
+        (_draw_text(f"relation {ONE_WAY} x:"), "it is in this relation to x"),
+        (_draw_text(f"relation {BOTH_WAYS} x:"), "so it is, and x to it"),
+        (_draw_text("Nothing else"), "holds of these objects."),
     ]
-    return _flow([_flow([sample, _words(text)], most, 7) for sample, text in samples], most, 18)
+    return _arrange_in_rows(
+        [_arrange_in_rows([sample, _draw_text(text)], max_width, 7) for sample, text in samples],
+        max_width,
+        18,
+    )
 
 
-def _swatch(kind: Owner) -> Drawing:
-    return _frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
+def _draw_colour_sample(kind: Owner) -> Drawing:
+    return _draw_frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
 
 
-def _frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Drawing:
+def _draw_frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Drawing:
     return Drawing(22, 18, [_Rectangle(0, 0, 22, 18, fill, stroke, radius, line)])
 
 
-def _words(text: str) -> Drawing:
+def _draw_text(text: str) -> Drawing:
     return Drawing(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)])
 
 

@@ -54,10 +54,10 @@ class _PlacedBodies(Protocol):
 
 def is_on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first object lies on the second."""
-    if not _touches(scene, first, second):
+    if not _are_touching(scene, first, second):
         return False
     middle = _find_middle(scene, first)
-    return _meets(scene, middle, _DOWN, second, _VERTICAL_REACH) and not _meets(
+    return _does_ray_meet(scene, middle, _DOWN, second, _VERTICAL_REACH) and not _does_ray_meet(
         scene, middle, _UP, second, _VERTICAL_REACH
     )
 
@@ -65,7 +65,7 @@ def is_on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
 def is_under(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first object is under the second."""
     middle = _find_middle(scene, first)
-    return _meets(scene, middle, _UP, second, _VERTICAL_REACH) and not _meets(
+    return _does_ray_meet(scene, middle, _UP, second, _VERTICAL_REACH) and not _does_ray_meet(
         scene, middle, _DOWN, second, _VERTICAL_REACH
     )
 
@@ -76,12 +76,12 @@ def is_inside(scene: _PlacedBodies, first: int, second: int) -> bool:
     if not ((middle >= low) & (middle <= high)).all():
         return False
     levels = [
-        [_meets_both_ways(scene, middle, axis, second, _HORIZONTAL_REACH) for axis in plane]
-        for plane in _list_planes()
+        [_do_rays_meet_both_ways(scene, middle, axis, second, _HORIZONTAL_REACH) for axis in plane]
+        for plane in _list_horizontal_axis_pairs()
     ]
     if any(all(plane) for plane in levels):
         return True
-    return _meets_both_ways(scene, middle, _UP, second, _VERTICAL_REACH) and any(
+    return _do_rays_meet_both_ways(scene, middle, _UP, second, _VERTICAL_REACH) and any(
         any(plane) for plane in levels
     )
 
@@ -94,9 +94,9 @@ def is_next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
     if math.hypot(*apart) > (high - low).sum() / 3 * _MAX_DISTANCE_SHARE:
         return False
     return any(
-        _meets(scene, _find_middle(scene, a), sign * axis, b, _HORIZONTAL_REACH)
+        _does_ray_meet(scene, _find_middle(scene, a), sign * axis, b, _HORIZONTAL_REACH)
         for a, b in ((first, second), (second, first))
-        for plane in _list_planes()
+        for plane in _list_horizontal_axis_pairs()
         for axis in plane
         for sign in (1, -1)
     )
@@ -129,17 +129,21 @@ def _list_solid_geoms(scene: _PlacedBodies, thing: int) -> list[int]:
     return [geom for geom in scene.geoms[thing] if scene.model.geom_contype[geom]]
 
 
-def _touches(scene: _PlacedBodies, first: int, second: int) -> bool:
+def _are_touching(scene: _PlacedBodies, first: int, second: int) -> bool:
     bodies = {scene.bodies[first], scene.bodies[second]}
     owners = scene.model.geom_bodyid[scene.data.contact.geom[: scene.data.ncon]]
     return any({*pair} == bodies for pair in owners.tolist())
 
 
-def _meets_both_ways(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float) -> bool:
-    return _meets(scene, middle, axis, other, reach) and _meets(scene, middle, -axis, other, reach)
+def _do_rays_meet_both_ways(
+    scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float
+) -> bool:
+    return _does_ray_meet(scene, middle, axis, other, reach) and _does_ray_meet(
+        scene, middle, -axis, other, reach
+    )
 
 
-def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
+def _does_ray_meet(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
     """Whether a ray meets a solid part of an object within the given length."""
     model, data, ray = scene.model, scene.data, scene.mujoco.mju_rayGeom
     for geom in _list_solid_geoms(scene, other):
@@ -150,7 +154,7 @@ def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: fl
     return False
 
 
-def _list_planes() -> list[list[Array]]:
+def _list_horizontal_axis_pairs() -> list[list[Array]]:
     angles = [i * math.pi / 2 / (_PLANE_COUNT - 1) for i in range(_PLANE_COUNT)]
     return [
         [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from eai.base.errors import InputError
-from eai.extensions.scenes.body import Body, find_body, find_kind
+from eai.extensions.scenes.body import Body, find_body, find_object_kind
 from eai.world.relation import bits
 from eai.world.state import State, WorldObject
 
@@ -89,13 +89,13 @@ class ObjectLocations:
         return any(how == INSIDE and "closed" in self.states[i] for how, i in self.list_carriers(thing))
 
     @property
-    def visible(self) -> list[int]:
+    def visible_objects(self) -> list[int]:
         """The objects that no hand holds and no closed container contains."""
         return [i for i in self.bodies if not self.is_held(i) and not self.is_shut_in(i)]
 
     def find_room(self, thing: int) -> int:
         """Return the floor of an object's room."""
-        root = self.find_bottom(thing)
+        root = self.find_bottom_of_pile(thing)
         near = [root, *(other for _, other in self._list_neighbours(root))]
         return next((self.floor_of[index] for index in near if index in self.floor_of), self.floors[0])
 
@@ -107,9 +107,9 @@ class ObjectLocations:
 
     def is_held(self, thing: int) -> bool:
         """Whether a hand holds an object or its carrier. Pictures omit the contents of held objects."""
-        return self.find_bottom(thing) in self.hands.values()
+        return self.find_bottom_of_pile(thing) in self.hands.values()
 
-    def find_bottom(self, thing: int) -> int:
+    def find_bottom_of_pile(self, thing: int) -> int:
         """Return the object at the bottom of the pile on (or in) which an object lies."""
         return [thing, *(carrier for _, carrier in self.list_carriers(thing))][-1]
 
@@ -127,63 +127,68 @@ def read_object_locations(state: State) -> ObjectLocations:
     shapeless = {
         *floors,
         scene.agent,
-        *_list_objects_with(state, "substance"),
-        *_list_objects_with(state, "recipe"),
+        *_list_objects_with_property(state, "substance"),
+        *_list_objects_with_property(state, "recipe"),
     }
     things = {i: thing for i, thing in enumerate(scene.objects) if i not in shapeless}
-    kinds = {i: find_body(find_kind(thing.name, thing.category)) for i, thing in things.items()}
+    kinds = {i: find_body(find_object_kind(thing.name, thing.category)) for i, thing in things.items()}
     absent = {i: body for i, body in kinds.items() if body is not None and _is_absent(state, i)}
-    bodies = {i: _find_body_of(thing) for i, thing in things.items() if not _is_absent(state, i)}
-    stated = {name: _list_pairs(state, name, bodies) for name in (*_OBJECT_RELATIONS, *ON_FLOOR)}
+    bodies = {i: _require_body(thing) for i, thing in things.items() if not _is_absent(state, i)}
+    stated = {name: _list_related_pairs(state, name, bodies) for name in (*_OBJECT_RELATIONS, *ON_FLOOR)}
     floor_of = dict(pair for name in (*ON_FLOOR, ON) for pair in stated[name] if pair[1] in floors)
     relations = {
         name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _OBJECT_RELATIONS
     }
     states = {index: _list_visible_states(state, index, body) for index, body in bodies.items()}
     hands = {
-        hand: i for hand, name in enumerate(_HANDS) for i in _list_objects_with(state, name) if i in bodies
+        hand: i
+        for hand, name in enumerate(_HANDS)
+        for i in _list_objects_with_property(state, name)
+        if i in bodies
     }
     return ObjectLocations(bodies, absent, floors, relations, floor_of, states, hands)
 
 
-def _find_body_of(thing: WorldObject) -> Body:
+def _require_body(thing: WorldObject) -> Body:
     """Return the body of an object.
 
     Raises:
         InputError: the table of kinds has no body for the object.
     """
-    kind = find_kind(thing.name, thing.category)
+    kind = find_object_kind(thing.name, thing.category)
     body = find_body(kind)
     if body is None:
         raise InputError(f"{thing.name}: kinds.txt has no body for the kind {kind}")
     return body
 
 
-def _list_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
+def _list_related_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
     """Return the pairs of a relation whose first object is present; none if the world does not declare it."""
     known = name in state.scene.vocabulary.binary_slots
     return tuple([pair for pair in state.relation(name).pairs() if pair[0] in bodies]) if known else ()
 
 
-def _list_objects_with(state: State, name: str) -> tuple[int, ...]:
+def _list_objects_with_property(state: State, name: str) -> tuple[int, ...]:
     """Return the objects that have a property; none if the world does not declare the property."""
     return tuple(bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
 
 
 def _is_absent(state: State, index: int) -> bool:
     """Whether an object is absent: half of an uncut object, an object that was cut, or not yet made."""
-    if "present" in state.scene.vocabulary.unary_slots and index not in _list_objects_with(state, "present"):
-        held = index in _list_objects_with(state, "held")
+    if "present" in state.scene.vocabulary.unary_slots and index not in _list_objects_with_property(
+        state, "present"
+    ):
+        held = index in _list_objects_with_property(state, "held")
         return not held and not any(state.relation(name).row(index) for name in (INSIDE, ON))
     if "part_of" not in state.scene.vocabulary.binary_slots:
         return False
-    parts, sliced = state.relation("part_of"), _list_objects_with(state, "is_sliced")
+    parts, sliced = state.relation("part_of"), _list_objects_with_property(state, "is_sliced")
     wholes = bits(parts.row(index))
     return any(whole not in sliced for whole in wholes) or (index in sliced and bool(parts.column(index)))
 
 
 def _list_visible_states(state: State, index: int, body: Body) -> frozenset[str]:
-    states = {word for name, word in _STATES.items() if index in _list_objects_with(state, name)}
-    if "open" not in states and (index in _list_objects_with(state, "openable") or not body.slack):
+    states = {word for name, word in _STATES.items() if index in _list_objects_with_property(state, name)}
+    if "open" not in states and (index in _list_objects_with_property(state, "openable") or not body.slack):
         states.add("closed")
     return frozenset(states)

@@ -41,7 +41,7 @@ def change_colour(colour: Vector, states: Collection[str]) -> Vector:
     return colour
 
 
-def make_specks(body: Body) -> Iterator[BodyPart]:
+def make_state_specks(body: Body) -> Iterator[BodyPart]:
     """Yield the specks that states add to a body: dust, stains, drops, frost; and a light for `on`."""
     if not any(part.when == "on" for part in body.parts):
         yield _make_light(body)

@@ -37,12 +37,12 @@ def render_pictures(
     """
     with Camera(BodyScene(task)) as camera:
         if state is not None and state != task.initial:
-            camera.scene.show(state)
-        drawn = [Image.fromarray(camera.colours(view)) for view in views]
+            camera.scene.show_state(state)
+        drawn = [Image.fromarray(camera.render_colours(view)) for view in views]
         if numbered:
             for image, view in zip(drawn, views, strict=True):
-                _draw_numbers(image, camera.objects(view))
-    return [_encode(image, "PNG") for image in drawn]
+                _draw_numbers(image, camera.render_object_indexes(view))
+    return [_encode_image(image, "PNG") for image in drawn]
 
 
 def render_film(task: Task, states: Iterable[State]) -> bytes:
@@ -56,9 +56,9 @@ def render_film(task: Task, states: Iterable[State]) -> bytes:
     scene = BodyScene(task)
     with Camera(scene, (PICTURE_SIZE[0] // 2, PICTURE_SIZE[1] // 2), shadows=False) as camera:
         for state in states:
-            scene.show(state)
-            drawn.append(Image.fromarray(camera.colours("head")).quantize(128))
-    return _encode(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
+            scene.show_state(state)
+            drawn.append(Image.fromarray(camera.render_colours("head")).quantize(128))
+    return _encode_image(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
 
 
 def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[int, int, int]]:
@@ -76,13 +76,13 @@ def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[i
     pixels: dict[int, tuple[int, int, int]] = {}
     with Camera(BodyScene(task)) as camera:
         for number, view in enumerate(views, 1):
-            for thing, rows, columns in _list_visible(camera.objects(view)):
+            for thing, rows, columns in _list_visible_objects(camera.render_object_indexes(view)):
                 nearest = int(np.hypot(rows - rows.mean(), columns - columns.mean()).argmin())
                 pixels.setdefault(thing, (number, int(columns[nearest]), int(rows[nearest])))
     return pixels
 
 
-def _list_visible(objects: Any) -> Iterator[tuple[int, Any, Any]]:
+def _list_visible_objects(objects: Any) -> Iterator[tuple[int, Any, Any]]:
     """Yield objects with enough visible pixels (`_MIN_PIXELS`), and the rows and columns of their pixels."""
     for thing in np.unique(objects[objects >= 0]).tolist():
         rows, columns = np.nonzero(objects == thing)
@@ -92,7 +92,7 @@ def _list_visible(objects: Any) -> Iterator[tuple[int, Any, Any]]:
 
 def _draw_numbers(image: Image.Image, objects: Any) -> None:
     draw = ImageDraw.Draw(image)
-    for thing, rows, columns in _list_visible(objects):
+    for thing, rows, columns in _list_visible_objects(objects):
         left, top = int(columns.min()), int(rows.min())
         draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
         around = draw.textbbox((left, max(0, top - 11)), str(thing))
@@ -100,7 +100,7 @@ def _draw_numbers(image: Image.Image, objects: Any) -> None:
         draw.text((left, max(0, top - 11)), str(thing), fill=_INK)
 
 
-def _encode(image: Image.Image, form: str, **options: Any) -> bytes:
+def _encode_image(image: Image.Image, form: str, **options: Any) -> bytes:
     file = io.BytesIO()
     image.save(file, form, **options)
     return file.getvalue()

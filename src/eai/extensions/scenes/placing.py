@@ -50,7 +50,7 @@ class Pose(NamedTuple):
             ]
         )
 
-    def box(self, local: Box, turn: float = 0.0) -> Box:
+    def to_scene_box(self, local: Box, turn: float = 0.0) -> Box:
         """Return the box in the scene around a box of the body that is rotated about its own upright axis."""
         axes = self.axes
         cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
@@ -99,16 +99,16 @@ class Placer:
         solid = [
             part for part in self.bodies[thing].parts if part.is_solid and self.has_part(thing, part.when)
         ]
-        boxes = np.array([pose.box(part.box, part.turn) for part in solid]).reshape(-1, 2, 3)
+        boxes = np.array([pose.to_scene_box(part.box, part.turn) for part in solid]).reshape(-1, 2, 3)
         self._low = np.concatenate([self._low, boxes[:, 0]])
         self._high = np.concatenate([self._high, boxes[:, 1]])
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
-    def has_part(self, thing: int, when: str) -> bool:
+    def has_part(self, thing: int, required_state: str) -> bool:
         """Whether a part of an object exists now; ``when`` is the state it needs, or empty."""
-        return not when or when in self.states[thing]
+        return not required_state or required_state in self.states[thing]
 
-    def place_on(self, thing: int, support: int, near: int | None = None) -> Pose:
+    def find_pose_on(self, thing: int, support: int, near: int | None = None) -> Pose:
         """Return a free pose for an object on a support and, if given, next to the object ``near``.
 
         Raises:
@@ -117,10 +117,14 @@ class Placer:
         body = self.bodies[support]
         x, y, z = (size / 2 for size in body.size)
         tops = body.tops or (np.array([[-x, -y, z], [x, y, z]]),)
-        areas = [self._widen_area(thing, _set_height(self.poses[support].box(top), 3.0)) for top in tops]
+        areas = [
+            self._widen_area(thing, _set_height(self.poses[support].to_scene_box(top), 3.0)) for top in tops
+        ]
         if near is not None:
-            areas = [_intersect(strip, area) for area in areas for strip in self._list_strips(thing, near)]
-        return self._place(thing, areas, FLAT, f"on {self.names[support]}")
+            areas = [
+                _intersect(strip, area) for area in areas for strip in self._list_strips_beside(thing, near)
+            ]
+        return self._find_free_pose(thing, areas, FLAT, f"on {self.names[support]}")
 
     def _widen_area(self, thing: int, area: Box) -> Box:
         """Widen an area by at most 40 % if an object is larger than the area. The object then juts out."""
@@ -130,42 +134,42 @@ class Placer:
         wider: Box = area + juts * np.array([[-1.0], [1.0]])
         return wider
 
-    def place_inside(self, thing: int, container: int) -> Pose:
+    def find_pose_inside(self, thing: int, container: int) -> Pose:
         """Return a free pose inside a container, on top of its contents if necessary.
 
         Raises:
             InputError: the container has no free space.
         """
         body, pose = self.bodies[container], self.poses[container]
-        areas = [pose.box(space) for space in body.spaces]
+        areas = [pose.to_scene_box(space) for space in body.spaces]
         closed = "closed" in self.states[container] or not body.slack
         slack = 1 if closed else 1 + body.slack
         raised = [_set_height(area, (area[1, 2] - area[0, 2]) * slack) for area in areas]
         where = f"in {self.names[container]}"
         try:
-            return self._place(thing, raised, (*FLAT, *UPRIGHT), where)
+            return self._find_free_pose(thing, raised, (*FLAT, *UPRIGHT), where)
         except InputError:
-            return self._place(thing, raised, (*FLAT, *UPRIGHT), where, container)
+            return self._find_free_pose(thing, raised, (*FLAT, *UPRIGHT), where, container)
 
-    def place_below(self, thing: int, roof: int, room: Box) -> Pose:
+    def find_pose_below(self, thing: int, roof: int, room: Box) -> Pose:
         """Return a free pose under an object, inside a room.
 
         Raises:
             InputError: the space under the object is not free.
         """
-        areas = [_intersect(self.poses[roof].box(space), room) for space in self.bodies[roof].below]
-        return self._place(thing, areas, FLAT, f"under {self.names[roof]}")
+        areas = [_intersect(self.poses[roof].to_scene_box(space), room) for space in self.bodies[roof].below]
+        return self._find_free_pose(thing, areas, FLAT, f"under {self.names[roof]}")
 
-    def place_beside(self, thing: int, other: int, room: Box) -> Pose:
+    def find_pose_beside(self, thing: int, other: int, room: Box) -> Pose:
         """Return a free pose on the floor of a room, next to an object.
 
         Raises:
             InputError: the floor around the object has no free space.
         """
-        within = [_intersect(strip, room) for strip in self._list_strips(thing, other)]
-        return self._place(thing, within, FLAT, f"next to {self.names[other]}")
+        within = [_intersect(strip, room) for strip in self._list_strips_beside(thing, other)]
+        return self._find_free_pose(thing, within, FLAT, f"next to {self.names[other]}")
 
-    def _list_strips(self, thing: int, other: int) -> list[Box]:
+    def _list_strips_beside(self, thing: int, other: int) -> list[Box]:
         """Return four strips, one along each side of another object; an object in them is next to it."""
         (x0, y0, _), (x1, y1, _) = self.find_bounds(other)
         narrow, wide = sorted(self.bodies[thing].size[:2])
@@ -174,21 +178,21 @@ class Placer:
         sides += [(x0 - more, y0 - reach, x1 + more, y0), (x0 - more, y1, x1 + more, y1 + reach)]
         return [np.array([[left, front, 0], [right, back, 3]]) for left, front, right, back in sides]
 
-    def place_on_floor(self, thing: int, room: Box) -> Pose:
+    def find_pose_on_floor(self, thing: int, room: Box) -> Pose:
         """Return a free pose on the floor of a room.
 
         Raises:
             InputError: the floor has no free space.
         """
         middle = room + np.array([[0.2, 0.7, 0.0], [-0.2, -0.3, 0.0]])
-        return self._place(thing, [middle, room], FLAT, "on the floor")
+        return self._find_free_pose(thing, [middle, room], FLAT, "on the floor")
 
     def find_bounds(self, thing: int) -> Box:
         """Return the box around the solid parts of a placed object."""
         own = self._owner == thing
         return np.array([self._low[own].min(0), self._high[own].max(0)])
 
-    def _place(
+    def _find_free_pose(
         self,
         thing: int,
         areas: Sequence[Box],
@@ -202,13 +206,13 @@ class Placer:
         """
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
-        spots = [_select_boxes(area, self._low[others], self._high[others]) for area in areas]
-        pose = self._draw_pose(size, spots, turns, within) or _pack(size, spots, turns)
+        spots = [_select_boxes_near(area, self._low[others], self._high[others]) for area in areas]
+        pose = self._draw_free_pose(size, spots, turns, within) or _find_packed_pose(size, spots, turns)
         if pose is None:
             raise InputError(f"no free space for {self.names[thing]} {where}")
         return pose
 
-    def _draw_pose(
+    def _draw_free_pose(
         self, size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation], within: int | None
     ) -> Pose | None:
         draw = self._random
@@ -224,7 +228,7 @@ class Placer:
             x, y = area.mean(0)[:2] + spare * [draw.uniform(-1, 1), draw.uniform(-1, 1)]
             base = area[0, 2]
             if within is not None:
-                below = _find_overlapping(low, high, (x, y), half)
+                below = _find_overlapping_boxes(low, high, (x, y), half)
                 inner = below & (high[:, 2] < area[1, 2])
                 base = max([base, *high[inner, 2]])
             pose = Pose((x, y, base + half[2] + _SETTLING_GAP), turn)
@@ -233,7 +237,9 @@ class Placer:
         return None
 
 
-def _pack(size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]) -> Pose | None:
+def _find_packed_pose(
+    size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]
+) -> Pose | None:
     """Return a free pose in which a body touches sides of an area or boxes in it; None if no pose is free."""
     for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).axes) @ size
@@ -241,14 +247,15 @@ def _pack(size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotatio
         if z + half[2] > area[1, 2]:
             continue
         for x, y in product(
-            _list_contacts(area, low, high, half, 0), _list_contacts(area, low, high, half, 1)
+            _list_contact_coordinates(area, low, high, half, 0),
+            _list_contact_coordinates(area, low, high, half, 1),
         ):
             if _is_free((x, y, z), half, low, high):
                 return Pose((x, y, z), turn)
     return None
 
 
-def _list_contacts(area: Box, low: Array, high: Array, half: Array, axis: int) -> Iterator[float]:
+def _list_contact_coordinates(area: Box, low: Array, high: Array, half: Array, axis: int) -> Iterator[float]:
     """Return coordinates of a box's middle at which the box touches a side of the area or of another box."""
     first, last = area[0, axis] + half[axis] + _SETTLING_GAP, area[1, axis] - half[axis] - _SETTLING_GAP
     edges = [
@@ -266,13 +273,13 @@ def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
     return not overlaps.all(1).any()
 
 
-def _find_overlapping(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
+def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
     """Return an array that tells for each box whether it is above or below a rectangle."""
     middle = np.array(at)
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 
 
-def _select_boxes(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
+def _select_boxes_near(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
     """Return an area with the boxes that overlap it or are within 1 cm of it."""
     near = ((low < area[1] + 0.01) & (high > area[0] - 0.01)).all(1)
     return area, low[near], high[near]

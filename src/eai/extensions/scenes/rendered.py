@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from eai.base.errors import InputError, require_extra
 from eai.benchmarks.suite import Suite
-from eai.extensions.scenes.course import states_of
+from eai.extensions.scenes.course import replay_record
 from eai.extensions.scenes.diagrams import PNG
 from eai.results.record import Record
 from eai.tasks.prompts.prompt import Image
@@ -25,7 +25,7 @@ VIEWS: tuple[CameraView, ...] = ("head", "near", "top")
 _installed = partial(require_extra, "physics", "scenes with bodies need")
 
 
-def photographs_of(
+def render_task_images(
     task: Task, views: Sequence[CameraView] = VIEWS, *, numbered: bool = False, state: State | None = None
 ) -> tuple[Image, ...]:
     """Return one picture for each view of a state of a task.
@@ -48,8 +48,10 @@ def photographs_of(
         )
 
 
-def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[str, tuple[Image, ...]]:
-    """Return pictures of the initial state of each task whose scene can be built (`photographs_of`).
+def render_images_of_tasks(
+    tasks: Mapping[str, Task], *, numbered: bool = False
+) -> dict[str, tuple[Image, ...]]:
+    """Return pictures of the initial state of each task whose scene can be built (`render_task_images`).
 
     Raises:
         InputError: no task's scene can be built. The message is about the first task.
@@ -59,7 +61,7 @@ def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[s
     refused: list[InputError] = []
     for task_id, task in tasks.items():
         try:
-            pictures_by_task[task_id] = photographs_of(task, VIEWS[:2], numbered=numbered)
+            pictures_by_task[task_id] = render_task_images(task, VIEWS[:2], numbered=numbered)
         except InputError as error:
             refused.append(error)
     if refused and not pictures_by_task:
@@ -67,11 +69,11 @@ def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[s
     return pictures_by_task
 
 
-def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
+def locate_objects_in_images(task: Task) -> dict[int, tuple[int, int, int]]:
     """Return where pictures of a task show each object: number of the picture, column and row.
 
     Raises:
-        InputError, EaiError: see `photographs_of`.
+        InputError, EaiError: see `render_task_images`.
     """
     with _installed():
         from eai.extensions.scenes.pictures import locate_objects
@@ -79,11 +81,11 @@ def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
         return locate_objects(task, VIEWS[:2])
 
 
-def film_of(task: Task, states: Sequence[State]) -> bytes:
+def make_film(task: Task, states: Sequence[State]) -> bytes:
     """Return the states of an episode as an animated GIF.
 
     Raises:
-        InputError, EaiError: see `photographs_of`.
+        InputError, EaiError: see `render_task_images`.
     """
     with _installed():
         from eai.extensions.scenes.pictures import render_film
@@ -91,24 +93,24 @@ def film_of(task: Task, states: Sequence[State]) -> bytes:
         return render_film(task, states)
 
 
-def film_of_answer(record: Record, suite: Suite) -> bytes:
+def make_film_of_answer(record: Record, suite: Suite) -> bytes:
     """Return a film (an animated GIF) of the states that an answer passed through.
 
     Raises:
         InputError: the states are not known, or the scene cannot be built.
-        EaiError: see `photographs_of`.
+        EaiError: see `render_task_images`.
     """
-    episode = states_of(record, suite)
+    episode = replay_record(record, suite)
     if episode is None:
         raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
-    return film_of(*episode)
+    return make_film(*episode)
 
 
-def camera_of(task: Task) -> Camera:
+def open_camera(task: Task) -> Camera:
     """Return a camera in the scene of a task; close it after use. `BodyScene.show` shows later states.
 
     Raises:
-        InputError, EaiError: see `photographs_of`.
+        InputError, EaiError: see `render_task_images`.
     """
     with _installed():
         from eai.extensions.scenes.camera import Camera

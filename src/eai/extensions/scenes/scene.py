@@ -18,10 +18,10 @@ import numpy as np
 
 from eai.base.errors import InputError
 from eai.extensions.scenes import geometry
-from eai.extensions.scenes.arranging import WALL_HEIGHT, arrange_objects, place_rest
+from eai.extensions.scenes.arranging import WALL_HEIGHT, arrange_objects, place_remaining_objects
 from eai.extensions.scenes.body import Array, Body, BodyPart, Box, Vector
 from eai.extensions.scenes.locations import BESIDE, INSIDE, ON, UNDER, ObjectLocations, read_object_locations
-from eai.extensions.scenes.looks import change_colour, make_specks
+from eai.extensions.scenes.looks import change_colour, make_state_specks
 from eai.extensions.scenes.placing import Placer, Pose
 from eai.tasks.task import Task
 from eai.world.state import State
@@ -49,7 +49,9 @@ _WALLS = {
 }
 
 
-def write_model(placer: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], away: Vector) -> str:
+def write_mujoco_model(
+    placer: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], away: Vector
+) -> str:
     """Return the MuJoCo model of arranged bodies as XML.
 
     Args:
@@ -88,7 +90,7 @@ def _make_body_element(
     )
     if not is_fixed and is_there:
         Xml.SubElement(element, "freejoint")
-    for part in (*body.parts, *make_specks(body)):
+    for part in (*body.parts, *make_state_specks(body)):
         seen = not part.when or part.when in states
         meets = (_FIXED if is_fixed else _LOOSE) if part.is_solid and seen and is_there else ("0", "0")
         element.append(_make_geom(part, meets, (*change_colour(part.colour, states), float(seen))))
@@ -214,14 +216,14 @@ class BodyScene:
         problem: InputError | None = None
         for self.attempts in range(1, MAX_ATTEMPTS + 1):
             try:
-                self._settle(f"{task.id} 0 {self.attempts}")
+                self._arrange_and_settle(f"{task.id} 0 {self.attempts}")
             except InputError as error:
                 problem = error
                 continue
             return
         raise InputError(f"{task.id}: {problem}") from problem
 
-    def _settle(self, seed: str) -> None:
+    def _arrange_and_settle(self, seed: str) -> None:
         """Arrange all objects, let them settle, and check their relations.
 
         Raises:
@@ -229,14 +231,14 @@ class BodyScene:
         """
         placer, self.rooms = arrange_objects(self.locations, self._names, seed)
         self._build_model(placer)
-        self._let_settle()
+        self._simulate_until_rest()
         lost = self.list_broken_relations()
         if lost:
             first, relation, second = lost[0]
             raise InputError(f"{self._names[first]} fell: it is no longer {relation} {self._names[second]}")
 
     def _build_model(self, placer: Placer) -> None:
-        text = write_model(placer, self.locations, self.rooms, _ABSENT_LOCATION)
+        text = write_mujoco_model(placer, self.locations, self.rooms, _ABSENT_LOCATION)
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
         find, kind = self.mujoco.mj_name2id, self.mujoco.mjtObj.mjOBJ_BODY
@@ -245,7 +247,7 @@ class BodyScene:
         self.geoms = {i: range(first[b], first[b] + many[b]) for i, b in self.bodies.items()}
         self.mujoco.mj_forward(self.model, self.data)
 
-    def _let_settle(self) -> None:
+    def _simulate_until_rest(self) -> None:
         """Simulate until all objects rest. Their motion is damped so that nothing rolls away."""
         mj, model, data = self.mujoco, self.model, self.data
         for step in range(0, _MAX_STEPS, _DAMPING_STEPS):
@@ -256,7 +258,7 @@ class BodyScene:
         data.qvel[:] = 0
         mj.mj_forward(model, data)
 
-    def show(self, state: State) -> None:
+    def show_state(self, state: State) -> None:
         """Show another state of the task. Objects whose location did not change keep their pose.
 
         This simulates nothing, so nothing falls. An object that does not fit overlaps others in the middle of
@@ -270,10 +272,10 @@ class BodyScene:
         kept = self._list_unmoved(before, locations)
         for thing in kept:
             placer.put(thing, self._read_pose(thing))
-        place_rest(placer, locations, self.rooms, crowded=True)
+        place_remaining_objects(placer, locations, self.rooms, crowded=True)
         for thing in self._bodies:
             if thing not in kept:
-                self.move(thing, placer.poses.get(thing, Pose(_ABSENT_LOCATION)))
+                self.move_object(thing, placer.poses.get(thing, Pose(_ABSENT_LOCATION)))
             self._paint(thing, placer)
         self.locations = locations
         self.mujoco.mj_forward(self.model, self.data)
@@ -302,18 +304,18 @@ class BodyScene:
     def _paint(self, thing: int, placer: Placer) -> None:
         body = self._bodies[thing]
         states = placer.states.get(thing, frozenset())
-        for geom, part in zip(self.geoms[thing], (*body.parts, *make_specks(body)), strict=True):
+        for geom, part in zip(self.geoms[thing], (*body.parts, *make_state_specks(body)), strict=True):
             seen = thing in placer.bodies and (not part.when or part.when in states)
             self.model.geom_rgba[geom] = (*change_colour(part.colour, states), float(seen))
             self.model.geom_contype[geom] = int(seen and part.is_solid)
 
-    def find_front(self, thing: int) -> Array:
+    def find_front_direction(self, thing: int) -> Array:
         """Return the horizontal direction in which the front of an object points, as a vector."""
         axes = self.data.xmat[self.bodies[thing]].reshape(3, 3)
         way: Array = -axes[:, 1] if abs(axes[2, 1]) < 0.5 else np.array([0.0, -1.0, 0.0])
         return way
 
-    def move(self, thing: int, pose: Pose) -> None:
+    def move_object(self, thing: int, pose: Pose) -> None:
         """Put an object into a pose. It may overlap other objects."""
         body = self.bodies[thing]
         if self.model.body_dofnum[body]:

@@ -19,7 +19,7 @@ HANDS = "(hands)"
 """Name of the tile with the objects in the hands, for scenes in which no object is the agent."""
 
 
-def tiles_of(
+def make_tiles(
     graph: SceneGraph, words: SceneWords, agent: str | None, others: Sequence[str] = ()
 ) -> list[Tile]:
     """Return the outermost tiles of a scene graph. The tile of the agent comes first.
@@ -44,7 +44,7 @@ def tiles_of(
     for fact in graph.facts:
         if fact not in shown and len(fact.arguments) == 1:
             tiles[fact.arguments[0]].marks.append(fact.predicate)
-    for name, line in _lines([fact for fact in graph.facts if fact not in shown]):
+    for name, line in _write_relation_lines([fact for fact in graph.facts if fact not in shown]):
         tiles[name].lines.append(line)
     return [tile for name, tile in tiles.items() if name not in placed]
 
@@ -58,7 +58,7 @@ def _find_placements(
     """
     names = {words.spelling(name) for name in words.support_predicates}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
-    depths = {name: _depth(name, below, frozenset()) for name in graph.names}
+    depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.names}
     circles = Supports(frozenset(names))
     placed: dict[str, NamedFact] = {}
     for fact in graph.facts:
@@ -72,14 +72,17 @@ def _find_placements(
     return placed
 
 
-def _depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) -> int:
+def _compute_nesting_depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) -> int:
     """Return the number of objects that carry an object, from its support down to the floor."""
     if name in above:
         return 0
-    return max([1 + _depth(f.arguments[1], below, above | {name}) for f in below.get(name, ())], default=0)
+    return max(
+        [1 + _compute_nesting_depth(f.arguments[1], below, above | {name}) for f in below.get(name, ())],
+        default=0,
+    )
 
 
-def _lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
+def _write_relation_lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
     """Yield relations as text: the tile of the first object, and the line to write in this tile."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}

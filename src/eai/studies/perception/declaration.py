@@ -77,7 +77,7 @@ def _pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
     from eai.studies.perception.scene_graph import SceneWords
 
     diagrams = load_offer("diagrams", "questions of scene_graph")
-    return (diagrams.drawn_image(task, SceneWords(world.observation_wording())),)
+    return (diagrams.draw_task_image(task, SceneWords(world.observation_wording())),)
 
 
 def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:

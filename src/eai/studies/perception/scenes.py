@@ -179,7 +179,9 @@ def _describe_pictures(scene: SceneFormat, task: Task, benchmark: Benchmark, tem
         return f"{text}\n{', '.join([f'{number} {names[number]}' for number in prompt_objects(task)])}"
     if scene != "pointed":
         return text
-    where: Mapping[int, tuple[int, int, int]] = _load_scene_offer("rendered_pictures", scene).places_of(task)
+    where: Mapping[int, tuple[int, int, int]] = _load_scene_offer(
+        "rendered_pictures", scene
+    ).locate_objects_in_images(task)
     lines = [
         f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in prompt_objects(task) if i in where
     ]
@@ -198,10 +200,10 @@ def _pictures(
     images: Mapping[str, tuple[Image, ...]]
     if choice.scene in ("rendered", "numbered", "pointed"):
         rendered = _load_scene_offer("rendered_pictures", choice.scene)
-        images = rendered.photographed(tasks, numbered=choice.scene == "numbered")
+        images = rendered.render_images_of_tasks(tasks, numbered=choice.scene == "numbered")
     else:
         diagrams = _load_scene_offer("diagrams", choice.scene)
-        images = diagrams.drawn_images(benchmark, tasks, choice.clutter or "none")
+        images = diagrams.draw_task_images(benchmark, tasks, choice.clutter or "none")
     return images
 
 
