@@ -40,7 +40,8 @@ def verdict(text: str) -> PlanVerdict:
     [
         (["FLY shed"], (FaultKind.HALLUCINATION, 0, "FLY is not an action")),
         (["GO shed", "GO moon"], (FaultKind.HALLUCINATION, 1, "GO: there is no moon")),
-        (["go shed"], (FaultKind.HALLUCINATION, 0, "go is not an action")),
+        (["gO shed"], (FaultKind.HALLUCINATION, 0, "gO is not an action")),
+        (["go shed"], None),
         (["GO shed, moon, mars"], (FaultKind.HALLUCINATION, 0, "GO: there is no moon")),
         (["GO hall, shed"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 object, not 2")),
         (["GO"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 object, not 0")),

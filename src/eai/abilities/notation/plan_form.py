@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -38,9 +38,12 @@ _REMARK_KEYS = frozenset(
 STEP_FORM = "step_form"
 """Name of the repair of a step in a form that the benchmark does not ask for."""
 
+LETTER_CASE = "letter_case"
+"""Name of the repair of an action in small letters, or with only its first letter in capitals."""
+
 _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.):]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
-_ORDINARY = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
+ORDINARY_WORD = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
 _MAX_WORDS = 3
 """Maximum number of words after the name of an action in a line that counts as a step."""
 
@@ -133,6 +136,26 @@ def read_plan(text: str, form: AnswerForm[StepList]) -> WrittenPlan | Unreadable
     return WrittenPlan(reading.value.steps, reading.repairs, reading.spans)
 
 
+def spell_as_declared(
+    plan: WrittenPlan, actions: Collection[str], operator: Callable[[str], str] = str
+) -> WrittenPlan:
+    """Return a plan with the declared names of actions that are written as ``open`` or ``Open``.
+
+    Args:
+        plan: the plan.
+        actions: names of actions.
+        operator: returns the name of the operator that a word means.
+    """
+    if not actions or all(operator(step.action) in actions for step in plan.steps):
+        return plan
+    if len({name.casefold() for name in actions}) < len(actions):
+        return plan
+    declared = {spelling: name for name in actions for spelling in (name.lower(), name.capitalize())}
+    steps = tuple([step._replace(action=declared.get(step.action, step.action)) for step in plan.steps])
+    repairs = plan.repairs if steps == plan.steps else (*plan.repairs, LETTER_CASE)
+    return replace(plan, steps=steps, repairs=repairs)
+
+
 @lru_cache(64)
 def _compile_signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
     if not actions:
@@ -153,7 +176,7 @@ def _is_step_line(line: re.Pattern[str], text: str) -> bool:
     rest = match["rest"].strip()
     if rest[:1] in tuple("""([{:"'<`"""):
         return True
-    return 0 < len(rest.split()) <= _MAX_WORDS and _ORDINARY.search(rest) is None
+    return 0 < len(rest.split()) <= _MAX_WORDS and ORDINARY_WORD.search(rest) is None
 
 
 def read_labelled_step(value: JsonObject) -> StepList | None:

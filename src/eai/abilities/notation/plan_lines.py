@@ -1,27 +1,46 @@
-"""Plans with one step a line, as planners and text games write them.
+"""Plans with one step a line, as planners, text games and small models write them.
 
 Each line is a step, a comment, a number, or prose before or after the plan. A line is never prose if it
 begins with the name of an action, stands between steps, or has an unclosed bracket. Such a line makes the
-answer unreadable.
+answer unreadable. In every notation, lines such as ``WALK(soap)`` or ``1. walk soap`` are read with the
+repair ``action_lines`` if the answer has no JSON.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.answer_text import MAX_LENGTH, AnswerForm
+from eai.abilities.notation.plan_form import (
+    ORDINARY_WORD,
+    StepList,
+    WrittenPlan,
+    WrittenStep,
+    read_plan,
+    spell_as_declared,
+)
 from eai.abilities.reasoning import blank_out, thoughts_in
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 _COMMENT = re.compile(r";[^\n]*")
 _FENCE = "```"
-_LABEL = re.compile(r"(?:[*>-]\s+|(?i:step)\s*\d+\s*(?:[.:)]|$)|\d+\s*[.)](?!\d)\s*)\s*")
+_LABEL = re.compile(r"(?:[*>•-]\s+|(?i:step)\s*\d+\s*(?:[.:)]|$)|\d+\s*[.:)](?!\d)\s*)\s*")
 """Number or list sign at the beginning of a line. A time as in ``0.000:`` belongs to the step."""
 _FIRST_WORD = re.compile(r"""[\s"'`(\[{]*([^\s()\[\]{}"'`,:;]+)""")
 _MAX_QUOTED = 60
 """Maximum number of characters of a line that a message quotes."""
+
+ACTION_LINES = "action_lines"
+"""Name of the repair of a plan whose steps are lines of actions instead of JSON."""
+
+_CALL = re.compile(r"([\w-]+)\s*\(([^()]*)\)")
+_COMMAND = re.compile(r"[(\[]?([\w-]+)[)\]]?:?((?:[\s,]+[<(]?[\w.-]+[>)]?){0,4})")
+_EMPHASIS = re.compile(r"\*\*|(?<!`)`(?!`)")
+_JSON_LIKE = re.compile(r"\{|\[(?!\w+\])")
+_NO_COMMENT = re.compile(r"(?!)")
 
 
 class _PlanLine(NamedTuple):
@@ -44,11 +63,61 @@ class _PlanLine(NamedTuple):
     step: WrittenStep | None
 
 
+def read_plan_or_lines(
+    text: str, form: AnswerForm[StepList], actions: Collection[str]
+) -> WrittenPlan | Unreadable:
+    """Read the plan in an answer. Lines of actions are read only if the answer has no JSON.
+
+    Args:
+        text: the answer.
+        form: the form of the plan in JSON.
+        actions: names of actions; if it is empty, lines are not read.
+    """
+    plan = read_plan(text, form)
+    if isinstance(plan, WrittenPlan) or not actions or len(text) > MAX_LENGTH:
+        return plan
+    lines = _read_action_lines(text, actions)
+    return plan if lines is None else lines
+
+
+def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unreadable | None:
+    """Read a plan in lines of actions. Return None if no line is an action, or if the answer has JSON."""
+    if _JSON_LIKE.search(blank_out(thoughts_in(text), text)):
+        return None
+    names = {name.casefold() for name in actions}
+    plain = _EMPHASIS.sub(lambda mark: " " * len(mark[0]), text)
+    plan = read_lines(plain, lambda line: _read_action_line(line, names), names, _never, _NO_COMMENT)
+    if not isinstance(plan, WrittenPlan):
+        return plan
+    steps = [text[span.start : span.end] for span in plan.spans if span.kind is SpanKind.READ]
+    are_steps = any("(" in step for step in steps) or any(step.action in actions for step in plan.steps)
+    if "prose" in plan.repairs and not are_steps and "numbered" not in plan.repairs:
+        return None  # short sentences between others, such as "wash hands"
+    kinds = {SpanKind.READ: SpanKind.REPAIRED}
+    spans = tuple([replace(span, kind=kinds.get(span.kind, span.kind)) for span in plan.spans])
+    return spell_as_declared(replace(plan, repairs=(*plan.repairs, ACTION_LINES), spans=spans), actions)
+
+
+def _read_action_line(line: str, names: Collection[str]) -> WrittenStep | None:
+    words = line.strip(" \t,.;")
+    match = _CALL.fullmatch(words.strip("\"'")) or _COMMAND.fullmatch(words)
+    if match is None or match[1].casefold() not in names:
+        return None
+    objects = re.findall(r"""[^\s,<>()"']+""", match[2])
+    is_sentence = match.re is _COMMAND and ORDINARY_WORD.search(match[2]) is not None
+    return None if is_sentence else WrittenStep(match[1], tuple(objects))
+
+
+def _never(line: str) -> bool:
+    return False
+
+
 def read_lines(
     text: str,
     step_of: Callable[[str], WrittenStep | None],
     actions: Collection[str],
     looks_like_step: Callable[[str], bool],
+    comment: re.Pattern[str] = _COMMENT,
 ) -> WrittenPlan | Unreadable | None:
     """Read a plan with one step a line. Return None if no line is a step and some line is not a comment.
 
@@ -59,15 +128,16 @@ def read_lines(
         step_of: returns the step of a line, or None.
         actions: names of actions.
         looks_like_step: takes a line without a readable step and returns whether a step was probably meant.
+        comment: pattern of comments, which are ignored.
     """
     thoughts = thoughts_in(text)
     spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
     body = blank_out(thoughts, text)
-    lines = list(_split_lines(body, step_of))
+    lines = list(_split_lines(body, step_of, comment))
     steps = [line for line in lines if line.step is not None]
     if not steps:
-        return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and _COMMENT.search(body) else None
+        return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and comment.search(body) else None
     block = max((line.block for line in steps if line.block % 2), default=0)
     plan = [line for line in steps if line.block == block or not block]
     names = {name.casefold() for name in actions}
@@ -84,10 +154,12 @@ def read_lines(
     return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
 
 
-def _split_lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Iterator[_PlanLine]:
+def _split_lines(
+    text: str, step_of: Callable[[str], WrittenStep | None], comment: re.Pattern[str]
+) -> Iterator[_PlanLine]:
     position = block = 0
     for whole in text.splitlines(keepends=True):
-        line = _COMMENT.sub("", whole).rstrip()
+        line = comment.sub("", whole).rstrip()
         words = line.lstrip()
         if words.startswith(_FENCE):
             block += 1

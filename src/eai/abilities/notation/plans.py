@@ -23,9 +23,9 @@ from eai.abilities.notation.plan_form import (
     plan_form,
     read_keyed_steps,
     read_labelled_step,
-    read_plan,
+    spell_as_declared,
 )
-from eai.abilities.notation.plan_lines import read_lines
+from eai.abilities.notation.plan_lines import read_lines, read_plan_or_lines
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.base.grouping import group_pairs
 from eai.logic.signature import describe_arity
@@ -166,13 +166,14 @@ class JsonPlans(PlanNotation):
     """The default notation: a list of steps, each an action with its objects, by the names of the task.
 
     ``[{"action": "OPEN", "object": "jar_0"}]``: two objects are separated by a comma or stand in a list. An
-    empty text is no object. Repairs are those of `eai.abilities.answer_text`, and ``step_form`` for a step
-    ``{"OPEN": ["jar_0"]}``.
+    empty text is no object. Repairs are those of `eai.abilities.answer_text`, ``step_form`` for a step
+    ``{"OPEN": ["jar_0"]}``, ``action_lines`` for lines of actions, and ``letter_case`` for ``open``.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Read the plan in an answer. A plan without steps is an empty list."""
-        return read_plan(text, _plan_form(frozenset(actions)))
+        plan = read_plan_or_lines(text, _plan_form(frozenset(actions)), actions)
+        return plan if isinstance(plan, Unreadable) else spell_as_declared(plan, actions, self.operator)
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds objects by their names in the scene.
@@ -249,12 +250,15 @@ class PddlPlans(JsonPlans):
 
 @lru_cache(64)
 def _plan_form(actions: frozenset[str]) -> AnswerForm[StepList]:
+    known = {action.casefold() for action in actions}
+
     def step_of(value: object) -> StepList | None:
         if not isinstance(value, JsonObject):
             return None
         step = read_labelled_step(value)
-        if step is None and value.members and all(name in actions for name, _ in value.members):
-            step = read_keyed_steps(value, actions)
+        names = [name for name, _ in value.members]
+        if step is None and names and all(name.casefold() in known for name in names):
+            step = read_keyed_steps(value, names)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return step
 

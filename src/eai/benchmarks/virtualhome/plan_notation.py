@@ -26,8 +26,8 @@ from eai.abilities.notation.plan_form import (
     plan_form,
     read_keyed_steps,
     read_labelled_step,
-    read_plan,
 )
+from eai.abilities.notation.plan_lines import read_plan_or_lines
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
 from eai.tasks.task import Task
@@ -59,10 +59,10 @@ class VirtualHomePlans(PlanNotation):
     """The notation of plans of VirtualHome.
 
     A list of such JSON objects and operators in small letters are also accepted. The repairs of
-    `eai.abilities.answer_text` apply, and the repair ``step_form`` for other forms of a step. An answer is
-    read with ids if any of its steps has a number after a class. A class without an id means the last
-    relevant object of that class. With an id, or as in ``soap.1002``, a step may name any object of the
-    scene.
+    `eai.abilities.answer_text` apply, ``step_form`` for other forms of a step, and ``action_lines`` for lines
+    of actions. An answer is read with ids if any of its steps has a number after a class. A class without an
+    id means the last relevant object of that class. With an id, or as in ``soap.1002``, a step may name any
+    object of the scene.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
@@ -165,7 +165,7 @@ def _is_id(word: object) -> bool:
 
 def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
     """Return the steps of an answer as written, or the reason why they cannot be read."""
-    return read_plan(text, _build_form(frozenset(actions)))
+    return read_plan_or_lines(text, _build_form(frozenset(actions)), actions)
 
 
 @lru_cache(64)

@@ -1,0 +1,101 @@
+"""Plans with one action a line, as small models write them, in each notation that has names of actions."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.notation.plan_form import WrittenPlan
+from eai.abilities.notation.plans import JsonPlans, PddlPlans, PlanNotation
+from eai.abilities.verdict import SpanKind, Unreadable
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+
+ACTIONS = ("WALK", "GRAB", "PUT", "SLEEP")
+WALK, GRAB, PUT, SLEEP = ("WALK", ("soap",)), ("GRAB", ("soap",)), ("PUT", ("soap", "bin")), ("SLEEP", ())
+
+LINES = [
+    ("WALK(soap)\nGRAB(soap)", [WALK, GRAB], ("action_lines",)),
+    ("WALK (soap),\nPUT(soap, bin).", [WALK, PUT], ("action_lines",)),
+    ("1. WALK soap\n2) PUT soap, bin\n", [WALK, PUT], ("action_lines", "numbered")),
+    ("1: WALK soap\n2: GRAB soap", [WALK, GRAB], ("action_lines", "numbered")),
+    ("- **WALK(soap)**\n- `GRAB(soap)`", [WALK, GRAB], ("action_lines", "numbered")),
+    ("**Step 1:** WALK(soap)\n**Step 2:** GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
+    ("walk soap\ngrab soap", [WALK, GRAB], ("action_lines", "letter_case")),
+    ("So:\n1. Walk(soap)\n2. sleep", [WALK, SLEEP], ("prose", "action_lines", "numbered", "letter_case")),
+    ("```\nWALK: soap\n```", [WALK], ("code_fence", "action_lines")),
+    ("[WALK] <soap>\n[SLEEP]", [WALK, SLEEP], ("action_lines",)),
+    ('WALK("soap")\n"GRAB(soap)",', [WALK, GRAB], ("action_lines",)),
+    ("<think>WALK(bin)</think>WALK(soap)", [WALK], ("reasoning", "action_lines")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("notation", [JsonPlans(), VirtualHomePlans()], ids=["default", "virtualhome"])
+@pytest.mark.parametrize(("text", "steps", "repairs"), LINES)
+def test_lines_of_actions_are_read_by_named_repairs(
+    notation: PlanNotation, text: str, steps: list[tuple[str, tuple[str, ...]]], repairs: tuple[str, ...]
+) -> None:
+    plan = notation.read(text, ACTIONS)
+    assert isinstance(plan, WrittenPlan)
+    assert [tuple(step) for step in plan.steps] == steps
+    assert set(plan.repairs) == set(repairs)
+    assert {span.kind for span in plan.spans} <= {SpanKind.REPAIRED, SpanKind.PROSE, SpanKind.REASONING}
+
+
+@pytest.mark.parametrize("notation", [JsonPlans(), VirtualHomePlans(), PddlPlans()])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "WALK(soap)\nthen\nGRAB(soap)",
+        "WALK(soap)\nGRAB the soap",
+        "WALK(soap); GRAB(soap)",
+        "WALK(soap) and GRAB(soap)",
+        "WALK(soap)\nGRAB(soap",
+        "1. Walk to the soap.\n2. Grab it.",
+        "I would walk there first.\ngrab soap\nThat is all.",
+        'WALK(soap)\n{"GRAB": ["soap"',
+        '1. WALK(soap)\n2. {"action": "GRAB"}',
+        "WALK(soap, GRAB(bin))",
+        "FLY(soap)",
+    ],
+)
+def test_lines_are_read_whole_or_not_at_all(notation: PlanNotation, text: str) -> None:
+    assert isinstance(notation.read(text, ACTIONS), Unreadable)
+
+
+@pytest.mark.parametrize("text", ["WALK(soap)\nthen\nGRAB(soap)", "WALK(soap)\nGRAB the soap"])
+def test_the_line_that_cannot_be_read_is_named(text: str) -> None:
+    read = JsonPlans().read(text, ACTIONS)
+    assert isinstance(read, Unreadable)
+    assert read.reason.startswith("line 2 is no step of a plan, and looks like one: ")
+
+
+def test_lines_are_not_read_if_the_names_of_actions_are_unknown() -> None:
+    assert isinstance(JsonPlans().read("WALK(soap)"), Unreadable)
+
+
+def test_a_pddl_plan_may_have_lines_of_actions() -> None:
+    plan = PddlPlans().read("1. pick(ball1, rooma)\n2. DROP ball1 rooma", ("pick", "drop"))
+    assert isinstance(plan, WrittenPlan)
+    assert [step.objects for step in plan.steps] == [("ball1", "rooma")] * 2
+    assert "action_lines" in plan.repairs
+
+
+@pytest.mark.parametrize("step", ['{"action": "%s", "objects": ["soap"]}', '{"%s": ["soap"]}'])
+@pytest.mark.parametrize("word", ["walk", "Walk"])
+def test_steps_in_json_may_name_actions_in_other_letter_case(step: str, word: str) -> None:
+    plan = JsonPlans().read(f"[{step % word}]", ACTIONS)
+    assert isinstance(plan, WrittenPlan)
+    assert [tuple(each) for each in plan.steps] == [WALK]
+    assert "letter_case" in plan.repairs
+
+
+def test_a_name_that_differs_from_two_actions_in_letter_case_is_not_changed() -> None:
+    plan = JsonPlans().read('[{"action": "Walk", "object": "soap"}]', ("WALK", "walk"))
+    assert isinstance(plan, WrittenPlan)
+    assert plan.steps[0].action == "Walk"
+    assert plan.repairs == ()
+
+
+def test_a_name_of_mixed_letters_is_not_changed() -> None:
+    plan = JsonPlans().read('[{"action": "WAlk", "object": "soap"}]', ACTIONS)
+    assert isinstance(plan, WrittenPlan)
+    assert plan.steps[0].action == "WAlk"
