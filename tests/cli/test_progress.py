@@ -1,12 +1,16 @@
 from __future__ import annotations
 
 import io
+import re
+import time
+from typing import Any
 
 import pytest
 from rich.console import Console
 
 from eai.cli import progress
-from eai.cli.progress import PATIENCE, data_progress, run_progress, scoring_progress
+from eai.cli.progress import LONGEST_SILENCE, PATIENCE, data_progress, run_progress, scoring_progress
+from processes import wait_until
 
 
 @pytest.mark.parametrize("width", [60, 80, 150])
@@ -40,19 +44,88 @@ def test_without_a_terminal_fetching_and_converting_begin_with_a_line(
     ]
 
 
-def test_without_a_terminal_lines_are_some_seconds_apart(
-    monkeypatch: pytest.MonkeyPatch,
+class Clock:
+    """A clock that a test sets."""
+
+    seconds = 100.0
+
+    def __call__(self) -> float:
+        return self.seconds
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """The clock of progress."""
+    clock = Clock()
+    monkeypatch.setattr(progress.time, "monotonic", clock)
+    return clock
+
+
+def make_screen(monkeypatch: pytest.MonkeyPatch, **options: Any) -> io.StringIO:
+    """Return the text to which progress is printed."""
+    file = io.StringIO()
+    monkeypatch.setattr(progress, "errors", lambda: Console(file=file, width=80, **options))
+    return file
+
+
+def test_without_a_terminal_lines_of_a_run_are_some_seconds_apart(
+    monkeypatch: pytest.MonkeyPatch, clock: Clock
 ) -> None:
-    times = iter([0.0, 0, 1, PATIENCE, PATIENCE + 1, PATIENCE + 2])  # its beginning, then each answer
-    monkeypatch.setattr(progress.time, "monotonic", lambda: next(times))
-    screen = Console(file=io.StringIO(), width=80)
-    monkeypatch.setattr(progress, "errors", lambda: screen)
+    screen = make_screen(monkeypatch)
     with run_progress("run", quiet=False) as watch:
         assert watch is not None
-        for answered in (0, 10, 20, 30, 40):
-            watch(answered, 0, 40)
-    shown = screen.file.getvalue().splitlines()  # type: ignore[attr-defined]
-    assert shown == ["run: 0/40", "run: 20/40", "run: 40/40"]
+        for answered, clock.seconds in ((0, 100), (10, 101), (20, 101 + PATIENCE), (30, 108), (40, 109)):
+            watch(answered, 0, 40, answered * 30)
+    assert screen.getvalue().splitlines() == [
+        "run: 0/40",
+        "run: 20/40, 100 tokens/s, about 6 s left",
+        "run: 40/40, 133 tokens/s",
+    ]
+
+
+def test_without_a_terminal_a_line_tells_how_long_a_run_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "LONGEST_SILENCE", 0.01)
+    screen = make_screen(monkeypatch)
+    with run_progress("run", quiet=False) as watch:
+        assert watch is not None
+        watch(0, 0, 40, 0)
+        assert wait_until(lambda: "run: 0/40, waiting 1 s\n" in screen.getvalue())
+    length = len(screen.getvalue())
+    time.sleep(0.1)
+    assert len(screen.getvalue()) == length, "the run is over"
+
+
+def test_the_time_left_counts_only_answers_of_this_run(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
+    screen = make_screen(monkeypatch)
+    with run_progress("run", quiet=False) as watch:
+        assert watch is not None
+        watch(30, 0, 342, 0)
+        clock.seconds += 120
+        watch(31, 1, 342, 12_000)
+        clock.seconds += LONGEST_SILENCE
+        watch(31, 1, 342, 12_000)
+    assert screen.getvalue().splitlines() == [
+        "run: 30/342",
+        "run: 32/342, 100 tokens/s, 1 failed, about 5 h 10 min left",
+        "run: 32/342, waiting 1 min, 100 tokens/s, 1 failed, about 5 h 9 min left",
+    ]
+
+
+def test_on_a_terminal_one_line_of_a_run_changes(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
+    screen = make_screen(monkeypatch, force_terminal=True, color_system=None)
+    with run_progress("virtualhome action_sequencing openai-api/local/small", quiet=False) as watch:
+        assert watch is not None
+        watch(0, 0, 342, 0)
+        clock.seconds += 10
+        watch(2, 1, 342, 400)
+        clock.seconds += 41
+        assert wait_until(lambda: "waiting 41 s" in screen.getvalue())
+    lines = [
+        line for line in re.split(r"[\r\n]|\x1b\[\S*?[A-Za-z]", screen.getvalue()) if "waiting 41 s" in line
+    ]
+    assert lines[-1].rstrip() == (
+        "…-api/local/small  3/342, waiting 41 s, 40 tokens/s, 1 failed, about 18 min left"
+    )
 
 
 def test_each_step_of_fetching_has_a_bar_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,6 +12,7 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
+from eai.cli.run import _merge_similar_failures
 from processes import Outcome, eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
@@ -120,6 +121,18 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
     assert told in (scores[broken].explanation or "")
     assert records[cut_off]["truncated"]
     assert records[cut_off]["error"]["kind"] == "parsing"
+
+
+def test_reasons_that_differ_only_in_numbers_are_reported_once() -> None:
+    failures = {
+        "request (4,031 tokens) is refused": ["a", "b"],
+        "out of order": ["c"],
+        "request (5,120 tokens) is refused": ["d", "a"],
+    }
+    assert list(_merge_similar_failures(failures)) == [
+        ("request (4,031 tokens) is refused", ["a", "b", "d"]),
+        ("out of order", ["c"]),
+    ]
 
 
 @sweep

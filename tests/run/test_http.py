@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
@@ -103,6 +104,7 @@ def test_a_failed_request_affects_only_its_own_sample(run: Run) -> None:
 CALL = {"id": "1", "type": "function", "function": {"name": "walk", "arguments": "{}"}}
 EMPTY_LIST = '{"object": "list", "data": []}'
 UNREAD = "the provider's reply cannot be read"
+TOO_LONG = "the question is too long for the model's context"
 FAULTS = {
     "busy": ([Reply(status=429, retry_after="0.01"), Reply(PLAN)], PLAN),
     "busy, and says not for how long": ([Reply(status=429), Reply(PLAN)], PLAN),
@@ -125,9 +127,9 @@ FAULTS = {
                 body=json.dumps({"error": {"code": "context_length_exceeded", "message": "9 < 10"}}),
             )
         ],
-        "RuntimeError: the question is too long: 9 < 10",
+        TOO_LONG,
     ),
-    "too long, told otherwise": (
+    "refused for another reason": (
         [Reply(status=400, body='{"object": "error", "message": "9 < 10", "code": 400}')],
         "BadRequestError: Error code: 400 - ",
     ),
@@ -146,7 +148,7 @@ def test_a_providers_fault_affects_one_sample_and_is_reported_in_one_line(run: R
     texts = {name: answer.text for (name, _), answer in answers.answers.items()}
     reasons = {name: why for (name, _), why in answers.failures.items()}
     failing = {
-        name for name, (_, expected) in FAULTS.items() if expected.endswith((": ", UNREAD, "- ", "10"))
+        name for name, (_, expected) in FAULTS.items() if expected.endswith((": ", UNREAD, "- ", TOO_LONG))
     }
     assert texts == {name: expected for name, (_, expected) in FAULTS.items() if name not in failing}
     assert reasons.keys() == failing
@@ -202,6 +204,15 @@ def test_an_error_that_no_repetition_mends_stops_the_run_at_once(
             ask(served.url, script, connections=2)
     assert sum(served.log.asked.values()) < 10
     assert len((tmp_path / "answers.jsonl").read_text().splitlines()) == 1
+
+
+def test_a_port_at_which_no_server_listens_stops_the_run(
+    ask: Callable[..., ModelAnswers],
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        url = f"http://127.0.0.1:{server.getsockname()[1]}/v1"
+    with pytest.raises(EaiError, match=r"local/scripted: the server refuses the connection; nothing more"):
+        ask(url, [f"{number}" for number in range(60)])
 
 
 def test_a_journal_that_cannot_be_written_stops_the_run_at_once(

@@ -9,7 +9,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import wraps
-from typing import TYPE_CHECKING
+from threading import Event, Lock, Thread
+from typing import TYPE_CHECKING, TypeAlias
 
 from rich.console import Console
 from typing_extensions import ParamSpec
@@ -29,12 +30,15 @@ LONGEST_SILENCE = 60
 """Maximum seconds without a line of progress, once some work is done."""
 
 LINES = 10
-"""Maximum number of progress lines of a run without a terminal, apart from slow runs."""
+"""Maximum number of progress lines without a terminal, apart from slow work."""
 
 BESIDE_THE_TITLE = 42
-"""Columns of a progress line next to its title: bar, count, rate, time left, failures."""
+"""Columns of a progress line next to its title: bar, count, rate, time left."""
 
 P = ParamSpec("P")
+
+_WorkWatch: TypeAlias = Callable[[int, int], None]
+"""Function that is called with the numbers of finished parts and of all parts of some local work."""
 
 
 def resumable(command: Callable[P, None]) -> Callable[P, None]:
@@ -53,7 +57,7 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 @contextmanager
 def data_progress() -> Iterator[ReportProgress]:
     """Show the progress of each step of obtaining the data set, with downloads in megabytes."""
-    watches: dict[str, ProgressWatch] = {}
+    watches: dict[str, _WorkWatch] = {}
     with ExitStack() as shown:
 
         def report(stage: FetchStage, subject: str, done: int, total: int) -> None:
@@ -62,14 +66,20 @@ def data_progress() -> Iterator[ReportProgress]:
             if title not in watches:
                 shown.close()
                 watches[title] = shown.enter_context(_watching(title, unit=unit))
-            watches[title](done // size, 0, total // size)
+            watches[title](done // size, total // size)
 
         yield report
 
 
 def run_progress(title: str, *, quiet: bool) -> AbstractContextManager[ProgressWatch | None]:
-    """Show the progress of a run on standard error, and remove the bar at the end."""
-    return nullcontext() if quiet else _watching(title)
+    """Show the progress of a run on standard error: a line that changes on a terminal, else lines.
+
+    The line tells the answers, the seconds since the last answer, the speed and the time left.
+    """
+    if quiet:
+        return nullcontext()
+    console = errors()
+    return _live_line(title, console) if console.is_terminal else _run_lines(title, console)
 
 
 @contextmanager
@@ -79,17 +89,17 @@ def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Progres
         yield lambda scored: None
         return
     with _watching(title, PATIENCE) as watch:
-        yield lambda scored: watch(scored, 0, total)
+        yield lambda scored: watch(scored, total)
 
 
-def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[ProgressWatch]:
-    """Show progress by a bar on a terminal, or by lines in other output."""
+def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[_WorkWatch]:
+    """Show the progress of local work by a bar on a terminal, or by lines in other output."""
     console = errors()
     return _bar(title, console) if console.is_terminal else nullcontext(_lines(title, console, first, unit))
 
 
 @contextmanager
-def _bar(title: str, console: Console) -> Iterator[ProgressWatch]:
+def _bar(title: str, console: Console) -> Iterator[_WorkWatch]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
@@ -98,47 +108,142 @@ def _bar(title: str, console: Console) -> Iterator[ProgressWatch]:
         MofNCompleteColumn(),
         TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[failed]}", style="red"),
     )
-    room = console.width - BESIDE_THE_TITLE
-    title = (
-        title if len(title) <= room else f"…{title[1 - room :]}"
-    )  # a narrower column would cut counts and times off
+    # a narrower column would cut counts and times off
+    title = _cut_start(title, console.width - BESIDE_THE_TITLE)
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=None, rate="", failed="")
+        task = bar.add_task(title, total=None, rate="")
 
-        def watch(answered: int, failed: int, total: int) -> None:
+        def watch(done: int, total: int) -> None:
             speed = bar.tasks[0].speed
             bar.update(
                 task,
                 total=total or None,
-                completed=answered + failed,
+                completed=done,
                 rate="" if speed is None else f"{speed:.1f}/s",
-                failed=f"{failed} failed" if failed else "",
             )
 
         yield watch
 
 
-def _lines(title: str, console: Console, first: float, unit: str) -> ProgressWatch:
-    """Return a function that prints a line for each tenth of the work, with a minimum time between lines.
+def _cut_start(text: str, width: int) -> str:
+    return text if len(text) <= width else f"…{text[1 - width :]}"
 
-    If work is slow, it prints lines more often, with the estimated time left.
+
+class _RunPace:
+    """Progress of a run in words: answers, seconds since the last answer, tokens a second, and time left."""
+
+    def __init__(self) -> None:
+        self._began = self._changed = time.monotonic()
+        self._done_before: int | None = None
+        self.done = self.failed = self.total = self._tokens = 0
+
+    def update(self, answered: int, failed: int, total: int, tokens: int) -> None:
+        """Set the numbers of tasks, and of output tokens in this run."""
+        done = answered + failed
+        if done != self.done:
+            self._changed = time.monotonic()
+        self.done, self.failed, self.total, self._tokens = done, failed, total, tokens
+        if self._done_before is None:  # answers from the journal took no time
+            self._done_before, self._began = done, self._changed
+
+    def describe(self) -> str:
+        """Return the progress: ``3/342, waiting 41 s, 23 tokens/s, about 12 min left``."""
+        waiting, seconds = time.monotonic() - self._changed, self._changed - self._began
+        parts = [f"{self.done}/{self.total}"]
+        if self.done < self.total and waiting >= 1:
+            parts.append(f"waiting {_format_seconds(waiting)}")
+        if self._tokens and seconds:
+            parts.append(f"{self._tokens / seconds:.0f} tokens/s")
+        if self.failed:
+            parts.append(f"{self.failed} failed")
+        new = self.done - (self._done_before or 0)
+        if new and self.done < self.total:
+            left = max(0.0, seconds / new * (self.total - self.done) - waiting)
+            parts.append(f"about {_format_seconds(left)} left")
+        return ", ".join(parts)
+
+
+def _format_seconds(seconds: float) -> str:
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+@contextmanager
+def _live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
+    """Show the progress of a run in one line, which is rewritten until the run ends."""
+    from rich.live import Live
+    from rich.text import Text
+
+    pace = _RunPace()
+
+    def draw() -> Text:
+        progress = pace.describe()
+        return Text(f"{_cut_start(title, console.width - len(progress) - 2)}  {progress}", no_wrap=True)
+
+    with Live(console=console, transient=True, get_renderable=draw):
+        yield pace.update
+
+
+@contextmanager
+def _run_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
+    """Print a line for each tenth of a run, and a line after each minute without a line."""
+    pace, lines, over = _RunPace(), _SpacedLines(console), Event()
+
+    def show_if_due() -> None:
+        lines.offer(f"{title}: {pace.describe()}", pace.done, pace.total)
+
+    def watch(answered: int, failed: int, total: int, tokens: int) -> None:
+        pace.update(answered, failed, total, tokens)
+        show_if_due()
+
+    def break_silence() -> None:
+        while not over.wait(min(1, LONGEST_SILENCE)):
+            show_if_due()
+
+    timer = Thread(target=break_silence, daemon=True)
+    timer.start()
+    try:
+        yield watch
+    finally:
+        over.set()
+        timer.join()
+
+
+class _SpacedLines:
+    """Lines for each tenth of some work, with a minimum time between lines, and a line after a long silence.
+
+    Args:
+        console: where the lines are printed.
+        first: minimum seconds before the first line.
     """
-    began = time.monotonic()
-    shown, due, overdue = -1, began + first, began + LONGEST_SILENCE
 
-    def watch(answered: int, failed: int, total: int) -> None:
-        nonlocal shown, due, overdue
-        done, now = answered + failed, time.monotonic()
-        tenth = done * LINES // total if total else LINES
-        last = done == total and shown >= 0
-        if (tenth != shown and (last or now >= due)) or now >= overdue:
-            shown, due, overdue = tenth, now + PATIENCE, now + LONGEST_SILENCE
-            failures = f", {failed} failed" if failed else ""
-            left = (now - began) / done * (total - done) if done else 0
-            about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
-            count = f": {done}/{total}{unit}" if total else ""
-            console.print(f"{title}{count}{failures}{about}", markup=False, highlight=False, soft_wrap=True)
+    def __init__(self, console: Console, first: float = 0) -> None:
+        now = time.monotonic()
+        self._console = console
+        self._tenth, self._due, self._overdue = -1, now + first, now + LONGEST_SILENCE
+        self._lock = Lock()
+
+    def offer(self, line: str, done: int, total: int) -> None:
+        """Print a line about the work done so far, if a line is due."""
+        with self._lock:
+            now = time.monotonic()
+            tenth = done * LINES // total if total else LINES
+            is_last = done == total and self._tenth >= 0
+            if (tenth != self._tenth and (is_last or now >= self._due)) or now >= self._overdue:
+                self._tenth, self._due, self._overdue = tenth, now + PATIENCE, now + LONGEST_SILENCE
+                self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _lines(title: str, console: Console, first: float, unit: str) -> _WorkWatch:
+    """Return a function that prints lines about local work, with the estimated time left if it is slow."""
+    began, lines = time.monotonic(), _SpacedLines(console, first)
+
+    def watch(done: int, total: int) -> None:
+        left = (time.monotonic() - began) / done * (total - done) if done else 0
+        about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
+        lines.offer(f"{title}{f': {done}/{total}{unit}' if total else ''}{about}", done, total)
 
     return watch

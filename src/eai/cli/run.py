@@ -5,7 +5,8 @@ With ``--adaptive``, each task is chosen by the answers so far, until the abilit
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +22,7 @@ from eai.agents.verdict import ActingVerdict
 from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.base.files import lock_run_folder, to_file_name
+from eai.base.grouping import group_pairs
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
@@ -46,6 +48,8 @@ from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
 LOGS = "logs"
 SHOWN_TASKS = 5
+
+_NUMBER = re.compile(r"\d[\d,.]*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +290,7 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
         known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
         console.print_json([{**found, "model": each.model, **each.effort()} for each, found in known])
     for outcome in outcomes:
-        for why, task_ids in outcome.failures.items():
+        for why, task_ids in _merge_similar_failures(outcome.failures):
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
             console.note(
                 f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
@@ -303,6 +307,13 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
             console.say(line)
     if any(outcome.failures for outcome in outcomes):
         raise typer.Exit(1)
+
+
+def _merge_similar_failures(failures: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, list[str]]]:
+    """Yield the reasons for missing answers with their tasks; reasons that differ only in numbers are one."""
+    by_kind = group_pairs([(_NUMBER.sub("#", reason), reason) for reason in failures])
+    for reasons in by_kind.values():
+        yield reasons[0], list(dict.fromkeys([task_id for why in reasons for task_id in failures[why]]))
 
 
 def _describe_effort(outcome: SuiteResult) -> str:

@@ -92,11 +92,11 @@ class AnswerJournal:
         self._answers[answer.request_sha256, answer.task_id, answer.epoch, answer.attempt] = answer
 
 
-ProgressWatch: TypeAlias = Callable[[int, int, int], None]
-"""Function that is called with the numbers of answered tasks, of failed tasks, and of all tasks.
+ProgressWatch: TypeAlias = Callable[[int, int, int, int], None]
+"""Function that is called with the numbers of answered tasks, failed tasks, all tasks, and output tokens.
 
-A task counts once in every epoch. Answers from the journal count as answered. A task has failed if one of its
-requests failed for good.
+A task counts once in every epoch. Answers from the journal count as answered, without their tokens. A task
+has failed if one of its requests failed for good.
 """
 
 
@@ -127,6 +127,7 @@ class RunState:
         self.stopped: EaiError | None = None
         self._watch = watch
         self._finished = 0
+        self._new_tokens = 0
         for task_id in job.prompts:
             for epoch in range(1, job.epochs + 1):
                 self.conversations[task_id, epoch] = job.start_conversation(task_id, epoch)
@@ -167,6 +168,7 @@ class RunState:
             self.stopped = error
             raise
         self._add_to_conversation(answer)
+        self._new_tokens += answer.usage.output_tokens or 0
         self.report_progress()
 
     def record_failure(self, task_id: str, epoch: int, reason: str) -> None:
@@ -180,9 +182,9 @@ class RunState:
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
     def report_progress(self) -> None:
-        """Call the progress watch with the numbers of answered and failed tasks."""
+        """Call the progress watch with the numbers of answered and failed tasks, and of output tokens."""
         if self._watch is not None:
-            self._watch(self._finished, len(self.failures), len(self.conversations))
+            self._watch(self._finished, len(self.failures), len(self.conversations), self._new_tokens)
 
     def _take_answers_from_journal(self, key: AnswerKey) -> None:
         while not self.conversations[key].is_over:

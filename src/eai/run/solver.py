@@ -31,13 +31,20 @@ from inspect_ai.model import (
 )
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import JSONSchema
-from tenacity import RetryError
 
 from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
 from eai.results.trials import Answer, AnswerKey, Conversation, Trials
 from eai.run.job import QuestionJob
 from eai.run.journal import RunState
+from eai.run.request_errors import (
+    FINAL_STATUSES,
+    UNREADABLE,
+    describe_error,
+    find_http_status,
+    is_refused,
+    is_too_long,
+)
 from eai.tasks.prompts.prompt import Prompt
 
 
@@ -66,10 +73,6 @@ def restore_closing_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyPart
     if "}" not in stop or parts.answer.count("{") <= parts.answer.count("}"):
         return parts
     return parts._replace(answer=parts.answer + "}", repairs=(*parts.repairs, "stop_sequence"))
-
-
-UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
-"""Exceptions that providers' libraries raise if a reply has an unexpected form."""
 
 
 def drop_unreadable_usage(model: Model) -> Model:
@@ -131,9 +134,6 @@ def make_message_content(prompt: Prompt) -> str | list[Content]:
 _REFUSED_PARAMETER_STATUSES = (400, 422)
 """HTTP statuses with which servers refuse a parameter of a request, such as a stop sequence."""
 
-FINAL_STATUSES = (401, 404)
-"""HTTP statuses of failures that repetition cannot cure, such as a wrong key or an unknown model."""
-
 FORM_LEFT_OUT = "form_left_out"
 """Name of the repair for answers without a schema, because the provider could not restrict them to it."""
 
@@ -155,7 +155,7 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if find_http_status(error) in FINAL_STATUSES:
+        if find_http_status(error) in FINAL_STATUSES or is_refused(error):
             run.stop_run(describe_error(error))
         run.record_failure(*key, describe_error(error))
         raise
@@ -279,29 +279,6 @@ def restore_answer(state: TaskState, answer: Answer) -> None:
     state.output = ModelOutput.from_message(message, cast(StopReason, answer.stop_reason))
 
 
-def describe_error(error: BaseException) -> str:
-    """Return one line on why a request failed; if it was repeated, on why the last repetition failed."""
-    error = _find_last_error(error)
-    lines = str(error).strip().splitlines()
-    first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
-    if isinstance(error, UNREADABLE):
-        return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
-    return first_line
-
-
-def _find_last_error(error: BaseException) -> BaseException:
-    """Return the provider's error; if the request was repeated, the error of the last repetition."""
-    if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
-        return error.__cause__
-    return error
-
-
-def find_http_status(error: BaseException) -> int | None:
-    """Return the HTTP status with which a request failed, or None if the status is unknown."""
-    status = getattr(_find_last_error(error), "status_code", None)
-    return status if isinstance(status, int) else None
-
-
 def make_answer(
     state: TaskState,
     request_sha256: str,
@@ -354,7 +331,7 @@ async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig |
             return reply
         first_usage = reply.usage
     except Exception as error:
-        if find_http_status(error) not in _REFUSED_PARAMETER_STATUSES:
+        if find_http_status(error) not in _REFUSED_PARAMETER_STATUSES or is_too_long(error):
             raise
     output, parts, usage = await _send_request(messages, GenerateConfig())
     if restrictions.response_schema is not None:

@@ -53,6 +53,7 @@ from eai.results.trials import AnswerKey, Trials, open_trials
 from eai.run.acting import offer_task_tools, play_open_episodes, player, read_episode_text
 from eai.run.job import ERRATA, PROVIDER, QuestionJob
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
+from eai.run.request_errors import limit_refused_tries
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_logged_record, make_score
 from eai.run.solver import ask_open_questions, ask_without_journal, drop_unreadable_usage, make_messages
 from eai.run.spec import find_study_of_option, read_spec
@@ -500,7 +501,8 @@ def find_model(endpoint: Endpoint) -> Model:
     """
     arguments: dict[str, Any] = dict(endpoint.arguments)
     try:
-        return drop_unreadable_usage(get_model(endpoint.model, base_url=endpoint.base_url, **arguments))
+        model = get_model(endpoint.model, base_url=endpoint.base_url, **arguments)
+        return limit_refused_tries(drop_unreadable_usage(model))
     except EaiError:
         raise
     except Exception as error:  # providers raise many kinds of errors

@@ -1,0 +1,114 @@
+"""Errors of requests to models: their meaning in one line, and whether repetition can help."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterator
+
+from inspect_ai.model import Model
+from tenacity import RetryError
+
+UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
+"""Exceptions that providers' libraries raise if a reply has an unexpected form."""
+
+FINAL_STATUSES = (401, 404)
+"""HTTP statuses of failures that repetition cannot cure, such as a wrong key or an unknown model."""
+
+REFUSED = "the server refuses the connection"
+"""Failure of a request to an address at which no server listens."""
+
+MIN_SECONDS_BETWEEN_TRIES = 1.0
+"""Minimum seconds between a refused connection and the second, last try."""
+
+_MAX_SECONDS_BETWEEN_TRIES = 60.0
+"""Maximum seconds after which a refused connection counts as the second try."""
+
+_TOO_LONG = re.compile(
+    r"context_length_exceeded|exceed_context_size|context size has been exceeded"
+    r"|exceeds? the (?:available )?context|exceeded max(?:imum)? context length"
+    r"|maximum (?:context|model) length|(?:prompt|input|question) is too long",
+    re.IGNORECASE,
+)
+"""Pattern of messages with which vLLM, llama.cpp, Ollama, OpenAI and others refuse a long question."""
+
+_CONTEXT_LENGTH = re.compile(
+    r"""(?:maximum\ context\ length\ is|maximum\ model\ length\ of|available\ context\ size\ \(
+    |['"]n_ctx['"]:|tokens\ >)\s*(\d[\d,]*)""",
+    re.IGNORECASE | re.VERBOSE,
+)
+"""Pattern of the number of tokens of the context in such a message."""
+
+
+def describe_error(error: BaseException) -> str:
+    """Return one line on why a request failed; if it was repeated, on why the last repetition failed."""
+    if is_refused(error):
+        return REFUSED
+    if is_too_long(error):
+        length = find_context_length(error)
+        return f"the question is too long for the model's context{f' of {length:,} tokens' if length else ''}"
+    error = _find_last_error(error)
+    lines = str(error).strip().splitlines()
+    first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
+    if isinstance(error, UNREADABLE):
+        return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
+    return first_line
+
+
+def _find_last_error(error: BaseException) -> BaseException:
+    """Return the provider's error; if the request was repeated, the error of the last repetition."""
+    if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
+        return error.__cause__
+    return error
+
+
+def find_http_status(error: BaseException) -> int | None:
+    """Return the HTTP status with which a request failed, or None if the status is unknown."""
+    status = getattr(_find_last_error(error), "status_code", None)
+    return status if isinstance(status, int) else None
+
+
+def is_too_long(error: BaseException) -> bool:
+    """Whether a server refused a request because the question does not fit into the model's context."""
+    return _TOO_LONG.search(str(_find_last_error(error))) is not None
+
+
+def find_context_length(error: BaseException) -> int | None:
+    """Return the tokens of the model's context that an error names, or None."""
+    match = _CONTEXT_LENGTH.search(str(_find_last_error(error)))
+    return int(match[1].replace(",", "")) if match else None
+
+
+def is_refused(error: BaseException) -> bool:
+    """Whether an error comes from an address at which no server listens."""
+    return any(isinstance(cause, ConnectionRefusedError) for cause in _yield_causes(error))
+
+
+def _yield_causes(error: BaseException) -> Iterator[BaseException]:
+    """Yield an error and all errors that led to it; clients try several addresses and group their errors."""
+    yield error
+    for cause in (error.__cause__ or error.__context__, *getattr(error, "exceptions", ())):
+        if cause is not None:
+            yield from _yield_causes(cause)
+
+
+def limit_refused_tries(model: Model) -> Model:
+    """Make a model's client try a refused connection only twice; return the model."""
+    api = model.api
+    if getattr(api.should_retry, "limits_refused_tries", False):
+        return model
+    should_retry, first_refusal = api.should_retry, float("-inf")
+
+    def decide(error: Exception) -> object:
+        nonlocal first_refusal
+        seconds = time.monotonic() - first_refusal
+        if is_refused(error):
+            if MIN_SECONDS_BETWEEN_TRIES <= seconds <= _MAX_SECONDS_BETWEEN_TRIES:
+                return False
+            if seconds > _MAX_SECONDS_BETWEEN_TRIES:
+                first_refusal = time.monotonic()
+        return should_retry(error)
+
+    decide.limits_refused_tries = True  # type: ignore[attr-defined]
+    api.should_retry = decide  # type: ignore[assignment, method-assign]
+    return model
