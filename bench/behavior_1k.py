@@ -34,7 +34,7 @@ from eai.benchmarks.behavior_1k.kinds import lemma
 from eai.benchmarks.behavior_1k.scene import ANY_OTHER
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.pddl.export import export
 from eai.pddl.val import VALID, find_val, run_val
 from eai.tasks.source import Source, TaskSet
@@ -170,7 +170,7 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
                 seen["conditions"] += 1
                 holds = readings.holds(formula, {}, state)
                 if holds != bool(condition.evaluate()):
-                    pairs = any(isinstance(part, f.ForPairs) for part in walk(formula))
+                    pairs = any(isinstance(part, f.ForPairs) for part in walk_subformulas(formula))
                     different[task_id, "forpairs" if pairs else str(formula)] += 1
                 seen["conditions that hold"] += holds
     print(dict(seen))

@@ -21,7 +21,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
-from eai.logic.traversal import children, walk
+from eai.logic.traversal import get_subformulas, walk_subformulas
 from logic.naive import Facts, Naive
 
 LIMIT_MS = 10.0
@@ -130,7 +130,11 @@ def main() -> None:
     slowest = 0.0
     for name, text in FORMULAS.items():
         formula = read_formula(text, SIGNATURE)[0]
-        operators = sum(max(1, len(children(part)) - 1) for part in walk(formula) if children(part))
+        operators = sum(
+            max(1, len(get_subformulas(part)) - 1)
+            for part in walk_subformulas(formula)
+            if get_subformulas(part)
+        )
         spent = milliseconds(partial(evaluate, formula, long_states, long_actions), 5)
         naive = milliseconds(partial(short.on, formula, 0, 29, {}), 1)
         slowest = max(slowest, spent)

@@ -69,7 +69,7 @@ class Facts:
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         return predicate in self.true
 
-    def objects(self, category: str | None) -> Sequence[str]:
+    def list_objects(self, category: str | None) -> Sequence[str]:
         return []
 
 

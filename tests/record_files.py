@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.results.record import Record
 from eai.results.records import record_line
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
     """Write one record per line."""
-    write_whole({path: (f"{record_line(record)}\n" for record in records)})
+    write_files_atomically({path: (f"{record_line(record)}\n" for record in records)})

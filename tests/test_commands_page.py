@@ -10,7 +10,7 @@ import pytest
 
 import eai.cli
 from by_path import module_at
-from eai.base.docstrings import read_meanings
+from eai.base.docstrings import read_docstring_entries
 
 TOOL = module_at("tools/commands_page.py")
 MODULES = sorted(Path(eai.cli.__file__).parent.glob("*.py"), key=lambda path: path.name)
@@ -31,4 +31,4 @@ def test_a_docstring_tells_of_options_that_there_are(path: Path) -> None:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef):
             taken = {each.arg for each in (*node.args.args, *node.args.kwonlyargs)}
-            assert read_meanings(ast.get_docstring(node), "Options").keys() <= taken, node.name
+            assert read_docstring_entries(ast.get_docstring(node), "Options").keys() <= taken, node.name

@@ -15,7 +15,7 @@ from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.suite import open_suite
-from eai.logic.choice import Literal, count_options, options
+from eai.logic.choice import Literal, count_options, generate_options
 from eai.logic.formula import (
     Always,
     And,
@@ -165,7 +165,7 @@ def test_partial_success_equals_the_best_of_all_options_after_random_plans(every
             continue
         test, ways = (
             GoalTest(given),
-            [list(options(each, given.scene.names_of_category)) for each in formulas],
+            [list(generate_options(each, given.scene.names_of_category)) for each in formulas],
         )
         for state in _states(suite.benchmark.domain, given, Random(number)):
             expected = max(_share(state, given, chain.from_iterable(way)) for way in product(*ways))

@@ -36,7 +36,7 @@ def test_the_installed_entry_points_equal_those_of_the_source_tree(group: str) -
 
 def test_the_entry_points_of_all_distributions_equal_those_of_importlib() -> None:
     points = [point for group in entry_points().groups for point in entry_points().select(group=group)]
-    read = module._read_all(tuple(sys.path))
+    read = module._read_all_entry_points(tuple(sys.path))
     assert {(point.group, point.name, point.value) for point in points} == {
         (point.group, point.name, point.value) for point in read
     }
@@ -46,7 +46,7 @@ def test_the_entry_points_of_all_distributions_equal_those_of_importlib() -> Non
 def test_comments_spaces_and_extras_are_ignored(tmp_path: Path) -> None:
     file = tmp_path / "entry_points.txt"
     file.write_text("# ours\n[eai.commands]\n; theirs\n\ndata  nap = naps.all : nap [sleep]\n")
-    (point,) = module._read(file)
+    (point,) = module._read_entry_points_file(file)
     assert (point.group, point.name) == ("eai.commands", "data  nap")
     assert (point.module, point.attr) == ("naps.all", "nap")
 
@@ -66,7 +66,7 @@ def test_other_entry_points_follow_by_name_and_absent_modules_are_left_out(
         EntryPoint("last", "eai.base.errors:InputError", ABILITY_GROUP),
         EntryPoint("added", "theirs.rules:MORE", ABILITY_GROUP),
     ]
-    monkeypatch.setattr(module, "_read_all", lambda path: EntryPoints(points))
+    monkeypatch.setattr(module, "_read_all_entry_points", lambda path: EntryPoints(points))
     assert list(module.get_entry_points(ABILITY_GROUP, ("last", "none"))) == ["last", "added", "theirs"]
     assert module.get_entry_point_names(ABILITY_GROUP) == ["absent", "added", "last", "theirs"]
     assert [*Ability.list_names()] == ["absent", "added", "last", "theirs"]

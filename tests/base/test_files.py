@@ -16,11 +16,11 @@ from eai.base.errors import InputError
 from eai.base.files import (
     LOCK_FILE,
     escape_unprintable,
-    files_below,
+    find_files_below,
     lock_run_folder,
     number_lines,
     read_content,
-    write_whole,
+    write_files_atomically,
 )
 
 
@@ -38,7 +38,7 @@ def test_a_pipe_in_a_folder_is_not_listed_as_a_file(tmp_path: Path) -> None:
     for name in ("b/z.json", "a.json", "a.txt", "b/c.yaml"):
         (tmp_path / name).touch()
     os.mkfifo(tmp_path / "pipe.json")
-    found = files_below(tmp_path, "*.json", "*.txt")
+    found = find_files_below(tmp_path, "*.json", "*.txt")
     assert [file.relative_to(tmp_path).as_posix() for file in found] == ["a.json", "a.txt", "b/z.json"]
 
 
@@ -51,21 +51,21 @@ def test_files_are_written_whole_or_not_at_all(tmp_path: Path) -> None:
         raise OSError(28, "No space left on device")
 
     with pytest.raises(InputError, match=r"old\.json: cannot be written \(No space left on device\)"):
-        write_whole({new: "all of it", old: pieces()})
+        write_files_atomically({new: "all of it", old: pieces()})
     assert old.read_text() == "before"
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == [old]
-    write_whole({new: "all \ud800", old: (part for part in ("of", " it"))})
+    write_files_atomically({new: "all \ud800", old: (part for part in ("of", " it"))})
     assert (new.read_text(), old.read_text()) == ("all \\ud800", "of it")
 
 
 FULL = """
 import resource, signal, sys
 from pathlib import Path
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 try:
-    write_whole({Path(sys.argv[1]) / "records.jsonl": ("x" * 1000 for _ in range(100))})
+    write_files_atomically({Path(sys.argv[1]) / "records.jsonl": ("x" * 1000 for _ in range(100))})
 except Exception as error:
     print(f"{type(error).__name__}: {error}")
 """
@@ -81,7 +81,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
 
 def test_writing_keeps_a_link_a_link_and_a_device_a_device(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(tmp_path / "file")
-    write_whole({tmp_path / "link": "x", Path(os.devnull): "y"})
+    write_files_atomically({tmp_path / "link": "x", Path(os.devnull): "y"})
     assert (tmp_path / "link").is_symlink()
     assert (tmp_path / "file").read_text() == "x"
     assert not Path(os.devnull).is_file()
@@ -106,7 +106,7 @@ def test_links_to_folders_are_followed_once(tmp_path: Path) -> None:
         (tmp_path / name / "a.json").write_text("")
     (tmp_path / "kept" / "linked").symlink_to(tmp_path / "elsewhere", target_is_directory=True)
     (tmp_path / "elsewhere" / "round").symlink_to(tmp_path / "kept", target_is_directory=True)
-    found = files_below(tmp_path / "kept", "*.json")
+    found = find_files_below(tmp_path / "kept", "*.json")
     assert [file.relative_to(tmp_path / "kept").as_posix() for file in found] == ["a.json", "linked/a.json"]
 
 

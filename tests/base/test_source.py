@@ -13,7 +13,13 @@ import pytest
 from benchmarks.synthetic import build_sdist
 from eai.base import source
 from eai.base.errors import DataError
-from eai.base.source import Archive, download, find_archive, find_pip, open_bundle
+from eai.base.source import (
+    PackageArchive,
+    download_archive,
+    find_archive,
+    find_pip_command,
+    open_archive_files,
+)
 from eai.base.store import ignore_progress
 from eai.benchmarks.reference_wheel import EAI_EVAL
 
@@ -27,9 +33,9 @@ def target(tmp_path: Path) -> Path:
     return folder
 
 
-def test_pip_downloads_a_wheel_from_the_configured_index(wheel: Archive, target: Path) -> None:
+def test_pip_downloads_a_wheel_from_the_configured_index(wheel: PackageArchive, target: Path) -> None:
     steps: list[tuple[str, str, int, int]] = []
-    path = download(wheel, target, lambda *step: steps.append(step), PIP)
+    path = download_archive(wheel, target, lambda *step: steps.append(step), PIP)
     assert path.read_bytes()[:2] == b"PK"
     assert steps[-1] == ("fetching", wheel.filename, wheel.size, wheel.size)
     assert all(0 <= done <= total for _, _, done, total in steps)
@@ -38,8 +44,8 @@ def test_pip_downloads_a_wheel_from_the_configured_index(wheel: Archive, target:
 def test_a_source_distribution_is_downloaded_without_running_it(index: Path, target: Path) -> None:
     witness = target / "ran"
     archive = build_sdist(index, witness)
-    path = download(archive, target, ignore_progress, PIP)
-    with open_bundle(path) as bundle:
+    path = download_archive(archive, target, ignore_progress, PIP)
+    with open_archive_files(path) as bundle:
         assert bundle.read("problems/one.bddl") == b"(define)"
         assert set(bundle.names) == {"PKG-INFO", "setup.py", "problems/one.bddl"}
         with pytest.raises(DataError, match="no file absent"):
@@ -47,65 +53,73 @@ def test_a_source_distribution_is_downloaded_without_running_it(index: Path, tar
     assert not witness.exists()
 
 
-def test_a_file_that_differs_from_the_published_one_is_refused(wheel: Archive, target: Path) -> None:
+def test_a_file_that_differs_from_the_published_one_is_refused(wheel: PackageArchive, target: Path) -> None:
     pinned = dataclasses.replace(wheel, sha256="0" * 64)
     with pytest.raises(DataError, match=r"cannot download madeup-eval==1\.0 .*--from") as caught:
-        download(pinned, target, ignore_progress, PIP)
+        download_archive(pinned, target, ignore_progress, PIP)
     assert "\n" not in str(caught.value)
 
 
 def test_the_error_for_a_failed_download_says_what_to_do(index: Path, target: Path) -> None:
-    absent = Archive("madeup-eval", "1.0", "madeup_eval-1.0-py3-none-any.whl", "0" * 64, 1)
+    absent = PackageArchive("madeup-eval", "1.0", "madeup_eval-1.0-py3-none-any.whl", "0" * 64, 1)
     with pytest.raises(DataError, match=r"--from FILE.*EAI_DATA_DIR") as caught:
-        download(absent, target, ignore_progress, PIP)
+        download_archive(absent, target, ignore_progress, PIP)
     assert "\n" not in str(caught.value)
 
 
-def test_the_error_for_a_pip_that_cannot_start_says_what_to_do(wheel: Archive, target: Path) -> None:
+def test_the_error_for_a_pip_that_cannot_start_says_what_to_do(wheel: PackageArchive, target: Path) -> None:
     with pytest.raises(DataError, match=r"no-such-pip.*--from FILE"):
-        download(wheel, target, ignore_progress, ("no-such-pip",))
+        download_archive(wheel, target, ignore_progress, ("no-such-pip",))
 
 
-def test_an_interrupt_ends_the_download(wheel: Archive, target: Path) -> None:
+def test_an_interrupt_ends_the_download(wheel: PackageArchive, target: Path) -> None:
     def interrupt(*step: object) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        download(wheel, target, interrupt, PIP)
+        download_archive(wheel, target, interrupt, PIP)
     assert not (target / wheel.filename).exists()
 
 
 def test_the_interpreters_own_pip_is_preferred() -> None:
-    assert find_pip(EAI_EVAL) == PIP
+    assert find_pip_command(EAI_EVAL) == PIP
 
 
 def test_uv_stands_in_for_a_missing_pip(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: "/bin/uv" if name == "uv" else None)
-    assert find_pip(EAI_EVAL, "python") == ("/bin/uv", "tool", "run", "--quiet", "--python", "python", "pip")
+    assert find_pip_command(EAI_EVAL, "python") == (
+        "/bin/uv",
+        "tool",
+        "run",
+        "--quiet",
+        "--python",
+        "python",
+        "pip",
+    )
 
 
 def test_the_error_without_pip_and_uv_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(DataError, match=r"no pip and no uv.*--from FILE"):
-        find_pip(EAI_EVAL)
+        find_pip_command(EAI_EVAL)
 
 
 def test_pip_gets_the_index_of_uv(
-    wheel: Archive, target: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    wheel: PackageArchive, target: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written = tmp_path / "seen"
     code = f"import os; open({str(written)!r}, 'w').write(os.environ['PIP_INDEX_URL'])"
     monkeypatch.setenv("UV_DEFAULT_INDEX", "file:///mirror")
     monkeypatch.delenv("PIP_INDEX_URL", raising=False)
     with pytest.raises(DataError):
-        download(wheel, target, ignore_progress, (sys.executable, "-c", code))
+        download_archive(wheel, target, ignore_progress, (sys.executable, "-c", code))
     assert written.read_text() == "file:///mirror"
 
 
 def test_an_archive_is_found_as_a_file_in_a_folder_or_unpacked(
-    index: Path, wheel: Archive, tmp_path: Path
+    index: Path, wheel: PackageArchive, tmp_path: Path
 ) -> None:
     path = index / wheel.filename
     unpacked = tmp_path / "unpacked"
@@ -124,7 +138,7 @@ def test_an_archive_is_found_as_a_file_in_a_folder_or_unpacked(
     assert find_archive(build_sdist(tmp_path, tmp_path), path) is None
 
 
-def test_a_changed_archive_is_refused(index: Path, wheel: Archive) -> None:
+def test_a_changed_archive_is_refused(index: Path, wheel: PackageArchive) -> None:
     path = index / wheel.filename
     path.write_bytes(path.read_bytes() + b" ")
     with pytest.raises(DataError, match=r"not madeup-eval==1\.0 as published"):
@@ -133,13 +147,15 @@ def test_a_changed_archive_is_refused(index: Path, wheel: Archive) -> None:
         find_archive(wheel, index / "absent")
 
 
-def test_a_changed_file_of_an_unpacked_wheel_is_refused(index: Path, wheel: Archive, tmp_path: Path) -> None:
+def test_a_changed_file_of_an_unpacked_wheel_is_refused(
+    index: Path, wheel: PackageArchive, tmp_path: Path
+) -> None:
     unpacked = tmp_path / "unpacked"
     with zipfile.ZipFile(index / wheel.filename) as archive:
         archive.extractall(unpacked)
     victim = unpacked / "virtualhome_eval/resources/vocabulary.json"
     victim.write_bytes(b"{}")
-    with open_bundle(unpacked) as bundle:
+    with open_archive_files(unpacked) as bundle:
         with pytest.raises(DataError, match="differs from the published file"):
             bundle.read("virtualhome_eval/resources/vocabulary.json")
         victim.unlink()
@@ -155,7 +171,7 @@ def test_a_changed_file_of_an_unpacked_wheel_is_refused(index: Path, wheel: Arch
 def test_a_file_that_is_not_an_archive_is_an_error(name: str, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_bytes(b"nothing of the kind")
-    with pytest.raises(DataError, match="not a readable"), open_bundle(path):
+    with pytest.raises(DataError, match="not a readable"), open_archive_files(path):
         pass
 
 

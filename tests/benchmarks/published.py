@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.synthetic import build_wheel, packs_from
-from eai.base.source import Archive
+from eai.base.source import PackageArchive
 from eai.base.store import Store
 from eai.benchmarks.packs import Pack
 
@@ -26,12 +26,12 @@ def index(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def wheel(index: Path) -> Archive:
+def wheel(index: Path) -> PackageArchive:
     return build_wheel(index)
 
 
 @pytest.fixture
-def packs(wheel: Archive) -> Sequence[Pack]:
+def packs(wheel: PackageArchive) -> Sequence[Pack]:
     return packs_from(wheel)
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from eai.base.source import Archive, Bundle
+from eai.base.source import ArchiveFiles, PackageArchive
 from eai.benchmarks.packs import Pack, find_packs
 from eai.benchmarks.reference_wheel import (
     BEHAVIOR_PDDL,
@@ -63,8 +63,8 @@ class MadeTask:
     final: dict[str, Any]
 
 
-def bundle(files: Mapping[str, bytes]) -> Bundle:
-    return Bundle(tuple(files), files.__getitem__)
+def bundle(files: Mapping[str, bytes]) -> ArchiveFiles:
+    return ArchiveFiles(tuple(files), files.__getitem__)
 
 
 ROOM, LAMP, CHARACTER, SOFA, CUP = (
@@ -138,7 +138,7 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
     return contents
 
 
-def build_wheel(folder: Path, contents: Mapping[str, bytes] | None = None) -> Archive:
+def build_wheel(folder: Path, contents: Mapping[str, bytes] | None = None) -> PackageArchive:
     """Write `madeup_eval-1.0-py3-none-any.whl` into the folder, and return its pin."""
     information = "madeup_eval-1.0.dist-info/"
     entries = dict(files() if contents is None else contents)
@@ -159,7 +159,7 @@ def build_wheel(folder: Path, contents: Mapping[str, bytes] | None = None) -> Ar
     return pin("madeup-eval", path, hashlib.sha256(record.encode()).hexdigest())
 
 
-def build_sdist(folder: Path, witness: Path) -> Archive:
+def build_sdist(folder: Path, witness: Path) -> PackageArchive:
     """Write a source distribution whose `setup.py` leaves a file when it is run, and return its pin."""
     path = folder / "madeup_problems-1.0.tar.gz"
     entries = {
@@ -175,11 +175,13 @@ def build_sdist(folder: Path, witness: Path) -> Archive:
     return pin("madeup-problems", path)
 
 
-def pin(name: str, path: Path, record_sha256: str | None = None) -> Archive:
+def pin(name: str, path: Path, record_sha256: str | None = None) -> PackageArchive:
     content = path.read_bytes()
-    return Archive(name, "1.0", path.name, hashlib.sha256(content).hexdigest(), len(content), record_sha256)
+    return PackageArchive(
+        name, "1.0", path.name, hashlib.sha256(content).hexdigest(), len(content), record_sha256
+    )
 
 
-def packs_from(wheel: Archive) -> tuple[Pack, ...]:
+def packs_from(wheel: PackageArchive) -> tuple[Pack, ...]:
     """Return the packs that need only the published wheel, made from another wheel."""
     return tuple(replace(pack, archives=(wheel,)) for pack in find_packs() if pack.archives == (EAI_EVAL,))

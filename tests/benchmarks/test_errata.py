@@ -22,7 +22,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.pddl.check import Violation, check_problem
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
@@ -258,7 +258,7 @@ def check_question_names_another_relation(entry: _Erratum, store: Store) -> None
         predicates = {predicate.name for predicate in suite.benchmark.domain.vocabulary.derived}
         differing = set()
         for task_id, task in suite.tasks.items():
-            scored = [p for goal in task.goals for p in walk(goal.formula) if isinstance(p, Atom)]
+            scored = [p for goal in task.goals for p in walk_subformulas(goal.formula) if isinstance(p, Atom)]
             goals = (
                 questions[task_id]
                 .user.rpartition("target environment state:")[2]

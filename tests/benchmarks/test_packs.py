@@ -17,7 +17,7 @@ from filelock import FileLock
 
 from by_path import TESTS
 from eai.base.errors import DataError
-from eai.base.source import Archive, Bundle
+from eai.base.source import ArchiveFiles, PackageArchive
 from eai.base.store import ReportProgress, Store
 from eai.benchmarks.behavior.records import PACK as BEHAVIOR
 from eai.benchmarks.behavior_1k.kinds import PACK as BEHAVIOR_1K
@@ -90,7 +90,7 @@ def test_opening_an_absent_pack_fetches_it(store: Store, packs: Sequence[Pack]) 
 
 
 def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Sequence[Pack]) -> None:
-    unobtainable = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
+    unobtainable = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = Pack("other", (unobtainable,), lambda files, report: {})
     assert open_pack(VIRTUALHOME, Source(store), packs=[*packs, other]).members
     with pytest.raises(DataError, match="no-such-archive"):
@@ -102,7 +102,7 @@ def test_an_archive_on_disk_replaces_the_package_index(
     store: Store,
     packs: Sequence[Pack],
     index: Path,
-    wheel: Archive,
+    wheel: PackageArchive,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
@@ -120,7 +120,7 @@ def test_an_archive_on_disk_replaces_the_package_index(
 def test_a_folder_with_some_archives_makes_only_their_packs(
     store: Store, packs: Sequence[Pack], index: Path, tmp_path: Path
 ) -> None:
-    absent = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
+    absent = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = Pack("other", (absent,), lambda files, report: {})
     assert fetch(store, packs=[*packs, other], place=index) == NAMES
     with pytest.raises(DataError, match=r"contains none of .*none\.tar\.gz"):
@@ -152,7 +152,9 @@ def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequen
 
 
 @pytest.mark.parametrize("offline", [False, True])
-def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive, index: Path, offline: bool) -> None:
+def test_two_processes_may_fetch_at_once(
+    store: Store, wheel: PackageArchive, index: Path, offline: bool
+) -> None:
     place = str(index) if offline else ""
     pins = (wheel.name, wheel.version, wheel.filename, wheel.sha256, str(wheel.size))
     command = [sys.executable, "-c", FETCH, str(TESTS), str(store.folder), place, *pins]
@@ -215,7 +217,7 @@ def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequen
     fetch(store, packs=packs)
     before = store.path(VIRTUALHOME).read_bytes()
 
-    def fail(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
+    def fail(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
         raise DataError("not as expected")
 
     with pytest.raises(DataError, match="not as expected"):

@@ -12,7 +12,7 @@ from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, collect_initial_relations, yield_initial_states
 from eai.extensions.reference.behavior_quirks import list_truncated_options
 from eai.logic.formula import Atom, Formula, Not
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 
 ALSO_IMPORTED = ("networkx", "pyyaml")
 """Packages that the reference package imports for BEHAVIOR without declaring them."""
@@ -53,7 +53,9 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
             )
     goals = [
         {
-            "terms": [part.predicate for part in walk(goal.formula) if hasattr(part, "predicate")],
+            "terms": [
+                part.predicate for part in walk_subformulas(goal.formula) if hasattr(part, "predicate")
+            ],
             "options": [
                 [listed(literal, instances) for literal in option]
                 for option in list_truncated_options(goal.formula, task.scene.names_of_category)

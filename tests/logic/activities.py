@@ -28,7 +28,7 @@ def records(oracle: Any) -> dict[str, tuple[list[Formula], ObjectsByCategory, in
     for task, record in oracle("behavior", "", "reconstructed").items():
         goals = [read_condition(as_text(goal)) for goal in record["bddl_goal"]]
         objects = tuple((thing["bddl_instance"], thing["category"]) for thing in record["objects"])
-        found[task] = (goals, Facts(frozenset(), objects).objects, record["n_goal_options"])
+        found[task] = (goals, Facts(frozenset(), objects).list_objects, record["n_goal_options"])
     return found
 
 

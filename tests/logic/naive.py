@@ -41,7 +41,7 @@ class Facts:
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         return (predicate, arguments) in self.true
 
-    def objects(self, category: str | None) -> Sequence[str]:
+    def list_objects(self, category: str | None) -> Sequence[str]:
         return [name for name, kind in self.categories if category in (None, kind)]
 
 
@@ -95,7 +95,7 @@ class Naive:
         def true(part: Formula, **more: str) -> bool:
             return (self.on if on else self.at)(part, i, last, {**binding, **more})
 
-        objects = self.states[0].objects
+        objects = self.states[0].list_objects
         match formula:
             case Not(operand):
                 return not true(operand)

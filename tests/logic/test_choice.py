@@ -16,22 +16,22 @@ from eai.logic.choice import (
     AllOf,
     AnyOf,
     Choice,
-    Choose,
+    ExactlyOf,
     Literal,
     LiteralChoice,
     Option,
-    Pairing,
-    best_overlap,
-    choice_options,
+    PairingChoice,
+    build_choice_tree,
     count_options,
-    ground,
-    options,
+    generate_options,
+    generate_tree_options,
+    make_best_option_finder,
 )
 from eai.logic.formula import And, Atom, Constant, Exactly, Formula, Not, Occurs, Variable
 from eai.logic.ltl import parse
 from eai.logic.semantics import holds
 from eai.logic.trace import TakenAction, Trace
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from logic.activities import as_list, records, universe
 from logic.bddl_text import read_condition
 from logic.naive import Facts
@@ -53,13 +53,13 @@ if TYPE_CHECKING:
 )
 def test_a_formula_without_a_finite_choice_is_an_error(text: str) -> None:
     with pytest.raises(InputError, match="no finite choice"):
-        list(options(parse(text), universe(a=2).objects))
+        list(generate_options(parse(text), universe(a=2).list_objects))
 
 
 def test_unbound_variables_are_an_error() -> None:
     unbound = And((Atom("p", (Variable("x"),)),))
     with pytest.raises(InputError, match="variable x is not bound"):
-        list(options(unbound, universe().objects))
+        list(generate_options(unbound, universe().list_objects))
 
 
 def test_a_formula_is_grounded_to_its_tree_of_choices() -> None:
@@ -69,29 +69,29 @@ def test_a_formula_is_grounded_to_its_tree_of_choices() -> None:
         AnyOf((LiteralChoice(Not(x.literal)), LiteralChoice(Not(y.literal))))
         for x, y in zip(p, q, strict=True)
     ]
-    tree = ground(formula, universe(a=2).objects)
-    assert tree == AllOf((AllOf(tuple(negated)), Choose(1, tuple(p))))
+    tree = build_choice_tree(formula, universe(a=2).list_objects)
+    assert tree == AllOf((AllOf(tuple(negated)), ExactlyOf(1, tuple(p))))
 
 
 def test_no_object_is_paired_with_itself() -> None:
     formula = parse("forpairs x: a, y: a. (p(x, y))")
-    tree = ground(formula, universe(a=2).objects)
+    tree = build_choice_tree(formula, universe(a=2).list_objects)
     cells = [
         [LiteralChoice(Atom("p", (Constant(f"a{i}"), Constant(f"a{j}")))) for j in range(2)] for i in range(2)
     ]
-    assert tree == Pairing(2, ((None, cells[0][1]), (cells[1][0], None)))
+    assert tree == PairingChoice(2, ((None, cells[0][1]), (cells[1][0], None)))
 
 
 def test_equations_are_decided() -> None:
     formula = parse("exists x: a. (x = a1 and not x = a0)")
-    assert ground(formula, universe(a=2).objects) == AnyOf(
+    assert build_choice_tree(formula, universe(a=2).list_objects) == AnyOf(
         (AllOf((AnyOf(()), AnyOf(()))), AllOf((AllOf(()), AllOf(()))))
     )
 
 
 def listed(formula: Formula, facts: Facts) -> list[Option]:
     try:
-        return list(options(formula, facts.objects))
+        return list(generate_options(formula, facts.list_objects))
     except InputError:
         assume(False)
         raise
@@ -102,7 +102,7 @@ def listed(formula: Formula, facts: Facts) -> list[Option]:
 def test_a_goal_holds_if_and_only_if_one_of_its_options_holds(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
-    assume(not any(isinstance(part, (Exactly, Occurs)) for part in walk(formula)))
+    assume(not any(isinstance(part, (Exactly, Occurs)) for part in walk_subformulas(formula)))
     state = Trace([given_[0][0]])
     found = listed(formula, given_[0][0])
     assert holds(formula, state) == any(all(holds(c, state) for c in option) for option in found)
@@ -113,7 +113,7 @@ def test_a_goal_holds_if_and_only_if_one_of_its_options_holds(
 def test_counting_agrees_with_listing(formula: Formula) -> None:
     facts = Facts(frozenset(), SCENE)
     found = listed(formula, facts)
-    assert count_options(formula, facts.objects) == len(found)
+    assert count_options(formula, facts.list_objects) == len(found)
 
 
 @pytest.mark.parametrize(
@@ -139,13 +139,15 @@ def test_counting_agrees_with_listing(formula: Formula) -> None:
 )
 def test_options_are_counted(text: str, count: int) -> None:
     formula = read_condition(text)
-    objects = universe(a=2, b=5).objects
-    assert count_options(formula, objects) == count == len(list(options(formula, objects)))
+    objects = universe(a=2, b=5).list_objects
+    assert count_options(formula, objects) == count == len(list(generate_options(formula, objects)))
 
 
 def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
     formula = read_condition("(and (or (p a) (q a)) (forpairs (?x - b) (?y - c) (not (in ?x ?y))))")
-    found = [[as_list(c) for c in option] for option in options(formula, universe(b=1, c=2).objects)]
+    found = [
+        [as_list(c) for c in option] for option in generate_options(formula, universe(b=1, c=2).list_objects)
+    ]
     assert found == [
         [["p", "a"], ["not", ["in", "b0", "c0"]]],
         [["p", "a"], ["not", ["in", "b0", "c1"]]],
@@ -155,10 +157,10 @@ def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
 
 
 def test_huge_numbers_of_options_are_counted_and_listed_lazily() -> None:
-    objects = universe(a=40, b=40).objects
+    objects = universe(a=40, b=40).list_objects
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
     assert count_options(formula, objects) == factorial(40)
-    assert len(list(islice(options(formula, objects), 3))) == 3
+    assert len(list(islice(generate_options(formula, objects), 3))) == 3
 
 
 def test_huge_goals_are_decided_by_matching() -> None:
@@ -184,7 +186,7 @@ def test_real_goals_have_as_many_options_as_counted_and_as_in_the_paper(
     for task in behavior_tasks.values():
         counts = [count_options(goal.formula, task.scene.names_of_category) for goal in task.goals]
         assert counts == [
-            len(list(options(goal.formula, task.scene.names_of_category))) for goal in task.goals
+            len(list(generate_options(goal.formula, task.scene.names_of_category))) for goal in task.goals
         ]
         total += prod(counts)
     assert round(total / len(behavior_tasks), 2) == 4164.41
@@ -231,7 +233,7 @@ def on_first(literal: Literal) -> bool:
 )
 def test_the_best_option_shares_most_conditions(text: str, shared: int, size: int) -> None:
     numbers = Numbers()
-    find = best_overlap(ground(parse(text), universe(a=3, b=2).objects), numbers)
+    find = make_best_option_finder(build_choice_tree(parse(text), universe(a=3, b=2).list_objects), numbers)
     said = numbers.mask(on_first)
     best = find(said)
     assert best is not None
@@ -249,7 +251,10 @@ def test_the_best_option_shares_most_conditions(text: str, shared: int, size: in
     ],
 )
 def test_a_formula_that_cannot_be_true_has_no_option(text: str) -> None:
-    assert best_overlap(ground(parse(text), universe(a=3, b=2).objects), Numbers())(0) is None
+    assert (
+        make_best_option_finder(build_choice_tree(parse(text), universe(a=3, b=2).list_objects), Numbers())(0)
+        is None
+    )
 
 
 def choices(leaves: st.SearchStrategy[Choice]) -> st.SearchStrategy[Choice]:
@@ -257,9 +262,9 @@ def choices(leaves: st.SearchStrategy[Choice]) -> st.SearchStrategy[Choice]:
     return (
         parts.map(AllOf)
         | parts.map(AnyOf)
-        | st.builds(Choose, st.integers(0, 2), parts)
+        | st.builds(ExactlyOf, st.integers(0, 2), parts)
         | st.tuples(st.integers(0, 2), st.lists(leaves, min_size=4, max_size=4)).map(
-            lambda drawn: Pairing(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
+            lambda drawn: PairingChoice(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
         )
     )
 
@@ -283,21 +288,21 @@ def test_no_option_shares_more_than_the_best_or_is_shorter_with_as_many(
     def is_said(literal: Literal) -> bool:
         return isinstance(literal, Atom) and int(literal.arguments[0].name) in said
 
-    find = best_overlap(choice, apart)
+    find = make_best_option_finder(choice, apart)
     best = find(sum(1 << place for place, literal in seen.items() if is_said(literal)))
-    rated = [(sum(map(is_said, option)), -len(option)) for option in choice_options(choice)]
+    rated = [(sum(map(is_said, option)), -len(option)) for option in generate_tree_options(choice)]
     if best is None:
         assert rated == []
         return
     chosen = [seen[place] for place in range(len(seen)) if best.conditions >> place & 1]
     assert (sum(map(is_said, chosen)), -len(chosen)) == max(rated)
-    assert sorted(map(str, chosen)) in [sorted(map(str, option)) for option in choice_options(choice)]
+    assert sorted(map(str, chosen)) in [sorted(map(str, option)) for option in generate_tree_options(choice)]
 
 
 def test_the_best_of_astronomically_many_options_is_found_at_once() -> None:
     numbers = Numbers()
     text = "forpairs x: a, y: b. (in(x, y)) and forall x: a. (exists y: b. (on(x, y)))"
-    find = best_overlap(ground(parse(text), universe(a=12, b=12).objects), numbers)
+    find = make_best_option_finder(build_choice_tree(parse(text), universe(a=12, b=12).list_objects), numbers)
     best = find(numbers.mask(on_first))
     assert best is not None
     assert best.conditions.bit_count() == 24

@@ -8,7 +8,7 @@ from itertools import combinations, permutations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.logic.matching import heaviest_matching, heaviest_pairs, maximum_matching
+from eai.logic.matching import find_heaviest_matching, find_heaviest_pairs, find_maximum_matching
 
 GRAPHS = st.lists(st.lists(st.integers(0, 7), max_size=6), max_size=8)
 
@@ -33,7 +33,7 @@ def exhaustive_size(adjacency: list[list[int]]) -> int:
 
 @given(GRAPHS)
 def test_the_result_is_a_matching_of_maximum_size(adjacency: list[list[int]]) -> None:
-    partner = maximum_matching(adjacency)
+    partner = find_maximum_matching(adjacency)
     used = [right for right in partner if right is not None]
     assert len(partner) == len(adjacency)
     assert len(set(used)) == len(used)
@@ -42,18 +42,18 @@ def test_the_result_is_a_matching_of_maximum_size(adjacency: list[list[int]]) ->
 
 
 def test_an_earlier_choice_is_displaced_if_needed() -> None:
-    assert maximum_matching([[0, 1], [0]]) == [1, 0]
+    assert find_maximum_matching([[0, 1], [0]]) == [1, 0]
 
 
 def test_an_empty_graph_has_an_empty_matching() -> None:
-    assert maximum_matching([]) == []
-    assert maximum_matching([[], []]) == [None, None]
+    assert find_maximum_matching([]) == []
+    assert find_maximum_matching([[], []]) == [None, None]
 
 
 def test_long_augmenting_paths_do_not_recurse() -> None:
     size = 3000
     adjacency = [[left, left + 1] for left in range(size)] + [[0]]
-    assert None not in maximum_matching(adjacency)
+    assert None not in find_maximum_matching(adjacency)
 
 
 TABLES = st.tuples(st.integers(0, 4), st.integers(0, 4)).flatmap(
@@ -74,7 +74,7 @@ def test_the_heaviest_matching_is_the_best_of_all(table: list[list[int | None]],
             cells = [table[i][j] for i, j in zip(rows, columns, strict=True)]
             if None not in cells:
                 totals.append(sum(cell for cell in cells if cell is not None))
-    cells = heaviest_matching(table, size)
+    cells = find_heaviest_matching(table, size)
     if cells is None:
         assert totals == []
         return
@@ -85,7 +85,7 @@ def test_the_heaviest_matching_is_the_best_of_all(table: list[list[int | None]],
 def test_the_heaviest_matching_of_a_large_table_is_found() -> None:
     size = 60
     table = [[10 if (i + 7) % size == j else (i * j) % 7 for j in range(size)] for i in range(size)]
-    cells = heaviest_matching(table, size)
+    cells = find_heaviest_matching(table, size)
     assert cells is not None
     assert sum(table[row][column] for row, column in cells) == 10 * size
 
@@ -104,12 +104,12 @@ def heaviest_by_trying(weights: list[list[int]]) -> int:
 
 @given(WEIGHTS)
 def test_the_heaviest_pairs_use_no_row_or_column_twice(weights: list[list[int]]) -> None:
-    pairs = heaviest_pairs(weights)
+    pairs = find_heaviest_pairs(weights)
     assert len({row for row, _ in pairs}) == len({column for _, column in pairs}) == len(pairs)
     assert all(weights[row][column] > 0 for row, column in pairs)
     assert sum(weights[row][column] for row, column in pairs) == heaviest_by_trying(weights)
 
 
 def test_more_rows_than_columns_are_paired_by_row() -> None:
-    assert heaviest_pairs([[1], [3], [2]]) == [(1, 0)]
-    assert heaviest_pairs([]) == heaviest_pairs([[], []]) == []
+    assert find_heaviest_pairs([[1], [3], [2]]) == [(1, 0)]
+    assert find_heaviest_pairs([]) == find_heaviest_pairs([[], []]) == []

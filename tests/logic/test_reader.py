@@ -7,13 +7,13 @@ import pickle
 import pytest
 
 from eai.base.errors import InputError, ParseError
-from eai.logic.choice import count_options, options
+from eai.logic.choice import count_options, generate_options
 from eai.logic.formula import (
     Formula,
 )
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.semantics import explain
+from eai.logic.semantics import explain_truth
 from eai.logic.trace import Trace
 from eai.logic.traversal import MAX_DEPTH
 from logic.activities import universe
@@ -116,9 +116,9 @@ def test_the_deepest_formulas_can_be_evaluated_and_expanded(before: str, after: 
     times = (MAX_DEPTH - 1) // (2 if before == "not always " else 1)
     formula = read(before * times + "p(x)" + after * times)
     state = universe(a=1, b=1)
-    assert explain(formula, Trace([state] * 3)).holds in (True, False)
+    assert explain_truth(formula, Trace([state] * 3)).holds in (True, False)
     try:
-        count = count_options(formula, state.objects)
+        count = count_options(formula, state.list_objects)
     except InputError:
         return
-    assert count == len(list(options(formula, state.objects)))
+    assert count == len(list(generate_options(formula, state.list_objects)))

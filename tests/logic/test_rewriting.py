@@ -28,7 +28,13 @@ from eai.logic.formula import (
 )
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_objects, rename_variables, rewrite, rewrite_in_time, substitute
+from eai.logic.rewriting import (
+    rename_objects,
+    rename_variables,
+    rewrite_leaves,
+    rewrite_state_subformulas,
+    substitute_terms,
+)
 
 X, Y = Variable("x", "cup"), Variable("y", "cup")
 OLD, NEW, OTHER = Constant("old"), Constant("new"), Constant("other")
@@ -98,13 +104,13 @@ def test_objects_are_substituted_where_no_quantifier_hides_them(
     text: str, values: dict[Term, str], expected: str
 ) -> None:
     replaced = {term: Constant(name) for term, name in values.items()}
-    assert substitute(formula(text), replaced) == formula(expected)
+    assert substitute_terms(formula(text), replaced) == formula(expected)
 
 
 def test_a_free_variable_is_substituted_but_not_a_shadowed_one() -> None:
     quantified = formula("exists x. (p(x) and exists x. (q(x)))")
     body = getattr(quantified, "body")  # noqa: B009 - a formula of which we know the class
-    assert substitute(body, {Variable("x"): Constant("a")}) == formula("p(a) and exists x. (q(x))")
+    assert substitute_terms(body, {Variable("x"): Constant("a")}) == formula("p(a) and exists x. (q(x))")
 
 
 def test_leaves_are_rewritten_with_the_variables_that_are_bound_there() -> None:
@@ -114,14 +120,14 @@ def test_leaves_are_rewritten_with_the_variables_that_are_bound_there() -> None:
         seen.append(bound)
         return FALSE
 
-    rewrite(formula("exists x. (p(x) and forall y. (q(x, y))) or r(z)"), change)
+    rewrite_leaves(formula("exists x. (p(x) and forall y. (q(x, y))) or r(z)"), change)
     assert seen == [frozenset("x"), frozenset("xy"), frozenset()]
 
 
 def test_other_temporal_operators_are_rejected() -> None:
     with pytest.raises(InputError, match="Always"):
-        substitute(formula("always p(x)"), {})
-    assert substitute(Occurs("A"), {}) == Occurs("A")
+        substitute_terms(formula("always p(x)"), {})
+    assert substitute_terms(Occurs("A"), {}) == Occurs("A")
 
 
 def test_in_a_temporal_formula_the_largest_state_formulas_are_changed() -> None:
@@ -134,7 +140,7 @@ def test_in_a_temporal_formula_the_largest_state_formulas_are_changed() -> None:
     def over_time(thing: Constant) -> Formula:
         return And((Eventually(And((Atom("p", (thing,)), Atom("q", (OTHER,))))), Always(Atom("r", (thing,)))))
 
-    assert rewrite_in_time(over_time(OLD), change) == over_time(NEW)
+    assert rewrite_state_subformulas(over_time(OLD), change) == over_time(NEW)
     assert len(parts) == 2
     with pytest.raises(InputError, match="temporal operators outside of quantifiers"):
-        rewrite_in_time(Exists(X, Eventually(Atom("p", (X,)))), change)
+        rewrite_state_subformulas(Exists(X, Eventually(Atom("p", (X,)))), change)

@@ -31,7 +31,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl import parse, read_formula
-from eai.logic.semantics import _ViolatedPart, explain, find_violation, holds, support
+from eai.logic.semantics import _ViolatedPart, explain_truth, find_possible_values, find_violation, holds
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
@@ -48,7 +48,7 @@ def test_formulas_agree_with_the_naive_evaluator(
     expected = Naive(tuple(states), tuple(actions)).on(formula, 0, len(states) - 1, {})
     trace = Trace(states, actions)
     assert holds(formula, trace) == expected
-    evidence = explain(formula, trace)
+    evidence = explain_truth(formula, trace)
     assert evidence.holds == expected
     assert bool(evidence.failed) != expected
 
@@ -237,7 +237,7 @@ PATH = Trace(
 
 
 def taken(leaf: Atom | Occurs, place: int, binding: Mapping[str, str]) -> frozenset[str] | None:
-    return PATH.participants(leaf.action, place) if isinstance(leaf, Occurs) else None
+    return PATH.find_participants(leaf.action, place) if isinstance(leaf, Occurs) else None
 
 
 @pytest.mark.parametrize(
@@ -266,13 +266,17 @@ def test_the_support_of_a_variable_is_found_from_the_shape_of_the_formula(
 ) -> None:
     quantified = read_formula(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1}))[0]
     assert isinstance(quantified, Exists)
-    assert support(quantified.body, "x", {}, True, taken) == (None if true is None else frozenset(true))
-    assert support(quantified.body, "x", {}, False, taken) == (None if false is None else frozenset(false))
+    assert find_possible_values(quantified.body, "x", {}, True, taken) == (
+        None if true is None else frozenset(true)
+    )
+    assert find_possible_values(quantified.body, "x", {}, False, taken) == (
+        None if false is None else frozenset(false)
+    )
 
 
 def test_an_equation_with_a_bound_variable_supports_one_object() -> None:
     equation = Equals(Variable("x"), Variable("y"))
-    assert support(equation, "x", {"y": "cup.1"}, True, taken) == frozenset({"cup.1"})
+    assert find_possible_values(equation, "x", {"y": "cup.1"}, True, taken) == frozenset({"cup.1"})
 
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")
@@ -287,36 +291,36 @@ def test_evidence_of_a_state_formula_is_the_positions_at_which_it_holds(
     naive = Naive(tuple(states), tuple(actions))
     last = len(states) - 1
     expected = tuple(i for i in range(len(states)) if naive.at(formula, i, last, {}))
-    assert explain(formula, Trace(states, actions)).positions == expected
+    assert explain_truth(formula, Trace(states, actions)).positions == expected
 
 
 def test_evidence_names_the_conjuncts_that_never_hold() -> None:
     path = trace("p", "GRAB", "q")
-    assert explain(And((P, R, Not(Or((P, Q))))), path).failed == (R, Not(Or((P, Q))))
-    assert explain(And((P, And((Q, R)))), path).failed == (R,)
+    assert explain_truth(And((P, R, Not(Or((P, Q))))), path).failed == (R, Not(Or((P, Q))))
+    assert explain_truth(And((P, And((Q, R)))), path).failed == (R,)
 
 
 def test_a_conjunction_whose_conjuncts_never_hold_together_is_to_blame() -> None:
-    assert explain(And((P, Q)), trace("p", "GRAB", "q")).failed == (And((P, Q)),)
+    assert explain_truth(And((P, Q)), trace("p", "GRAB", "q")).failed == (And((P, Q)),)
 
 
 def test_evidence_of_then_is_the_completed_positions() -> None:
     path = trace("", "GRAB", "p", "GRAB", "q", "GRAB", "p")
-    complete = explain(Then((P, Q, P)), path)
+    complete = explain_truth(Then((P, Q, P)), path)
     assert (complete.holds, complete.positions, complete.failed) == (True, (1, 2, 3), ())
-    partial = explain(Then((P, And((Q, R)), P)), path)
+    partial = explain_truth(Then((P, And((Q, R)), P)), path)
     assert (partial.holds, partial.positions, partial.failed) == (False, (1,), (R,))
-    late = explain(Then((P, Q, P, P)), path)
+    late = explain_truth(Then((P, Q, P, P)), path)
     assert (late.holds, late.positions, late.failed) == (False, (1, 2, 3), (P,))
 
 
 def test_a_part_of_then_after_the_last_position_is_to_blame_as_a_whole() -> None:
-    assert explain(Then((P, And((Q, R)))), trace("p")).failed == (And((Q, R)),)
+    assert explain_truth(Then((P, And((Q, R)))), trace("p")).failed == (And((Q, R)),)
 
 
 def test_a_temporal_part_is_completed_as_early_as_possible() -> None:
     path = trace("", "GRAB", "p", "GRAB", "", "GRAB", "p", "GRAB", "q")
-    assert explain(Then((P, Next(P), Q)), path).positions == (1, 3, 4)
+    assert explain_truth(Then((P, Next(P), Q)), path).positions == (1, 3, 4)
 
 
 @pytest.mark.parametrize(

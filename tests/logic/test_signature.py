@@ -11,7 +11,7 @@ from eai.logic.formula import (
     Occurs,
 )
 from eai.logic.ltl import MAX_PARSED_PRIMITIVES, read_formula
-from eai.logic.signature import Signature, join_with_or, line_and_column
+from eai.logic.signature import Signature, find_line_and_column, join_with_or
 
 P = Atom("p", (Constant("a"),))
 
@@ -64,15 +64,15 @@ def test_the_cache_of_primitives_is_bounded() -> None:
     ("position", "expected"), [(0, (1, 1)), (2, (1, 3)), (3, (2, 1)), (4, (3, 1)), (6, (3, 3))]
 )
 def test_lines_and_columns_count_from_one(position: int, expected: tuple[int, int]) -> None:
-    assert line_and_column("ab\n\ncd", position) == expected
+    assert find_line_and_column("ab\n\ncd", position) == expected
 
 
 def test_a_text_may_begin_with_an_empty_line() -> None:
-    assert line_and_column("\nab", 2) == (2, 2)
+    assert find_line_and_column("\nab", 2) == (2, 2)
 
 
 def test_only_newlines_end_lines() -> None:
-    assert line_and_column("a\fb\x85c\rd", 6) == (1, 7)
+    assert find_line_and_column("a\fb\x85c\rd", 6) == (1, 7)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from eai.logic.formula import Formula
 from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
-from eai.logic.start import is_broken
+from eai.logic.start import is_refuted_by_initial_state
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts
 from logic.random_formulas import formulas, trace, traces
@@ -22,7 +22,7 @@ def test_a_broken_formula_holds_on_no_trace_with_this_start(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     states, actions = given_
-    if is_broken(formula, Trace(states[:1])):
+    if is_refuted_by_initial_state(formula, Trace(states[:1])):
         assert not holds(formula, Trace(states, actions))
 
 
@@ -53,4 +53,4 @@ def test_examples_of_broken_formulas(text: str, expected: bool) -> None:
     names = Signature({"p": 0, "q": 0, "r": 0}, {"GRAB": 0})
     formula, misuses = read_formula(text, names)
     assert not misuses
-    assert is_broken(formula, trace("p")) is expected
+    assert is_refuted_by_initial_state(formula, trace("p")) is expected

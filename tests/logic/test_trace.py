@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.base.errors import InputError
-from eai.logic.trace import Trace, positions_in
+from eai.logic.trace import Trace, iterate_positions
 from logic.naive import Facts
 from logic.random_formulas import SCENE, trace
 
@@ -20,11 +20,11 @@ def test_numbers_of_states_and_actions_must_fit() -> None:
 def test_masks_have_one_bit_for_each_position() -> None:
     path = trace("p", "GRAB", "q", "PUT", "p", "GRAB", "")
     assert path.length == 4
-    assert path.atom("p", ()) == 0b0101
-    assert path.atom("unknown", ("x",)) == 0
-    assert path.occurrence("GRAB", ()) == 0b0101
-    assert path.occurrence("GRAB", ("x",)) == 0
-    assert list(positions_in(0b1011)) == [0, 1, 3]
+    assert path.find_atom_mask("p", ()) == 0b0101
+    assert path.find_atom_mask("unknown", ("x",)) == 0
+    assert path.find_occurrence_mask("GRAB", ()) == 0b0101
+    assert path.find_occurrence_mask("GRAB", ("x",)) == 0
+    assert list(iterate_positions(0b1011)) == [0, 1, 3]
 
 
 def test_participants_are_the_arguments_that_occur() -> None:
@@ -36,9 +36,9 @@ def test_participants_are_the_arguments_that_occur() -> None:
         ("GRAB", ("e",)),
     ]
     path = Trace([state] * 5, actions)
-    assert path.participants("POUR", 0) == {"a", "c", "d"}
-    assert path.participants("POUR", 1) == {"b"}
-    assert path.participants("DROP", 0) == set()
+    assert path.find_participants("POUR", 0) == {"a", "c", "d"}
+    assert path.find_participants("POUR", 1) == {"b"}
+    assert path.find_participants("DROP", 0) == set()
 
 
 def test_each_truth_value_is_computed_once() -> None:
@@ -50,7 +50,7 @@ def test_each_truth_value_is_computed_once() -> None:
             return super().holds(predicate, arguments)
 
     path = Trace([Counting(frozenset(), SCENE)] * 3)
-    assert path.atom("p", ()) == path.atom("p", ()) == 0
+    assert path.find_atom_mask("p", ()) == path.find_atom_mask("p", ()) == 0
     assert Counting.asked == 3
-    assert path.objects("cup") == ["cup.1", "cup.2"]
-    assert path.domain(None) == {"cup.1", "cup.2", "sofa"}
+    assert path.list_objects("cup") == ["cup.1", "cup.2"]
+    assert path.get_object_set(None) == {"cup.1", "cup.2", "sofa"}

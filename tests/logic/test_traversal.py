@@ -6,7 +6,13 @@ import pytest
 
 from eai.logic.formula import And, Atom, Constant, Equals, Exists, Not, Or, Variable
 from eai.logic.ltl import parse
-from eai.logic.traversal import is_state_formula, monotony, object_names, temporal_parts, walk
+from eai.logic.traversal import (
+    find_monotone_parts,
+    find_object_names,
+    find_temporal_ids,
+    is_state_formula,
+    walk_subformulas,
+)
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")
 
@@ -14,7 +20,7 @@ P, Q, R = Atom("p"), Atom("q"), Atom("r")
 def test_walk_goes_from_left_to_right_and_top_to_bottom() -> None:
     left, right = Not(P), Or((Q, R))
     formula = And((left, right))
-    assert list(walk(formula)) == [formula, left, P, right, Q, R]
+    assert list(walk_subformulas(formula)) == [formula, left, P, right, Q, R]
 
 
 def test_walking_does_not_recurse() -> None:
@@ -26,7 +32,7 @@ def test_walking_does_not_recurse() -> None:
 
 def test_temporal_parts_are_those_with_a_temporal_operator_inside() -> None:
     formula = parse("p() and exists x. (q(x) then not p())")
-    temporal = [part for part in walk(formula) if id(part) in temporal_parts(formula)]
+    temporal = [part for part in walk_subformulas(formula) if id(part) in find_temporal_ids(formula)]
     assert [type(part).__name__ for part in temporal] == ["And", "Exists", "Then"]
     assert not is_state_formula(formula)
 
@@ -56,11 +62,11 @@ def test_lasting_and_perishing_parts_are_found_by_their_shape(
     text: str, lasting: bool, perishing: bool
 ) -> None:
     formula = parse(text)
-    found = monotony(formula)
+    found = find_monotone_parts(formula)
     assert (id(formula) in found.lasting, id(formula) in found.perishing) == (lasting, perishing)
 
 
 def test_object_names_are_listed_once_and_variables_are_left_out() -> None:
     x, cup, box = Variable("x"), Constant("cup"), Constant("box")
     formula = And((Atom("in", (cup, x)), Equals(x, box), Exists(x, Atom("on", (x, cup)))))
-    assert object_names(formula) == ("cup", "box")
+    assert find_object_names(formula) == ("cup", "box")

@@ -23,7 +23,7 @@ import pytest
 
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.logic.rewriting import substitute
+from eai.logic.rewriting import substitute_terms
 from eai.pddl.export import ExportedProblem, export
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.model import map_effect
@@ -130,7 +130,7 @@ def _move(exported: ExportedProblem, place: int, after: int, taken: Action | Non
         step = exported.step(taken)
         action = next(each for each in exported.domain.actions if each.name == step.action)
         things = dict(zip(action.parameters, map(f.Constant, step.arguments), strict=True))
-        bound = partial(substitute, values=things)
+        bound = partial(substitute_terms, values=things)
         condition = write_formula(bound(action.precondition))
         effect = write_effect(map_effect(action.effect, bound, bound))
     return (

@@ -24,7 +24,7 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.logic.traversal import free_variables
+from eai.logic.traversal import find_free_variables
 from eai.world.condition import ConditionCompiler, FormulaEvaluator
 from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
@@ -184,7 +184,7 @@ def _holds(formula: Formula, vocabulary: Vocabulary, scene: Scene) -> bool:
 
 def test_formulas_are_evaluated_with_their_free_variables() -> None:
     formula = toy.beside(X) & ~Exists(Y, toy.at(Y, X) & toy.lit(Y))
-    assert free_variables(formula) == frozenset("x")
+    assert find_free_variables(formula) == frozenset("x")
     readings = FormulaEvaluator(toy.VOCABULARY)
     start = toy.initial()
     index = start.scene.index

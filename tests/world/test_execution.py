@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.logic.ltl import parse, read_formula
-from eai.logic.semantics import explain, holds
+from eai.logic.semantics import explain_truth, holds
 from eai.logic.signature import Signature
 from eai.world.action import Action
 from eai.world.execution import describe, execute, to_trace
@@ -109,7 +109,7 @@ def test_formulas_are_evaluated_on_the_executed_steps(text: str, expected: bool)
 
 
 def test_evidence_counts_executed_steps_only() -> None:
-    evidence = explain(parse("holding(red) then (at(red, shed) and lit(lamp))"), TIMELINE)
+    evidence = explain_truth(parse("holding(red) then (at(red, shed) and lit(lamp))"), TIMELINE)
     assert (evidence.holds, evidence.positions) == (False, (1,))
     assert evidence.failed == (parse("lit(lamp)"),)
 

@@ -20,7 +20,7 @@ from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RUL
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.scene import SetUp, make_set_up
 from eai.benchmarks.packs import open_pack
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.planning.planner import drop_needless_actions
 from eai.planning.successor_generator import PlanNode
 from eai.tasks.source import Source
@@ -304,7 +304,7 @@ class _Regression(Products):
 
 def _place(formula: f.Formula) -> float:
     """Return the position of a goal in the order of goals."""
-    atoms = [part.predicate for part in walk(formula) if isinstance(part, f.Atom)]
+    atoms = [part.predicate for part in walk_subformulas(formula) if isinstance(part, f.Atom)]
     inner = formula.body if isinstance(formula, f.ForAll | f.Exists) else formula
     if isinstance(inner, f.Not) and atoms[:1] == ["covered"]:
         return _CLEAN

@@ -14,7 +14,7 @@ from rates import all_of, if_so, most_of
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.benchmarks.registry import find_benchmark
 from eai.logic import formula as f
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.results.paper_tables import read_paper_table
 from eai.tasks.task import GoalKind
 
@@ -172,7 +172,7 @@ def arguments_of_goals(evidence: Evidence) -> Finding:
         for task in find_benchmark(domain).tasks(evidence.published).values():
             for goal in task.goals:
                 if goal.kind in counts:
-                    facts = [part for part in walk(goal.formula) if isinstance(part, f.Atom)]
+                    facts = [part for part in walk_subformulas(goal.formula) if isinstance(part, f.Atom)]
                     counts[goal.kind].update({len(fact.arguments) for fact in facts})
     text = "; ".join(
         f"{kind.value} "
@@ -206,7 +206,7 @@ def example_goals(evidence: Evidence) -> Finding:
     tasks: Counter[str] = Counter()
     for task in find_benchmark(V).tasks(evidence.published).values():
         relevant = {_class_of(task.scene.objects[index].name) for index in task.relevant}
-        parts = [part for goal in task.goals for part in walk(goal.formula)]
+        parts = [part for goal in task.goals for part in walk_subformulas(goal.formula)]
         facts = {
             " ".join((part.predicate, *(_class_of(term.name) for term in part.arguments)))
             for part in parts

@@ -9,7 +9,7 @@ from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, find_blame
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.planning.planner import get_planner
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
@@ -184,7 +184,7 @@ class PlanRepairer:
 
     def _find_objects(self, steps: PlanSteps) -> set[int]:
         index = self.task.scene.index
-        named = [name for goal in self.task.goals for name in object_names(goal.formula)]
+        named = [name for goal in self.task.goals for name in find_object_names(goal.formula)]
         in_goals = {index[name] for name in named if name in index}
         return in_goals | {i for step in steps if step is not None for i in step.arguments}
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, cast
 from typing_extensions import Self
 
 from eai.base.entry_points import EntryPoint, get_entry_point_names, get_entry_points, has_module
-from eai.base.errors import unknown_name_error
+from eai.base.errors import make_unknown_name_error
 
 if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
@@ -53,7 +53,7 @@ class _RegisteredName(str):
             InputError: the name is not registered.
         """
         if name not in cls.list_names():
-            raise unknown_name_error(name, cls.__name__.lower(), cls.list_names())
+            raise make_unknown_name_error(name, cls.__name__.lower(), cls.list_names())
         return cls(name)
 
     @classmethod

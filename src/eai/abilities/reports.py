@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import eai.logic.formula as f
 from eai.abilities.explanation import EXECUTED, SLIP, SLIPPED, GoalReport, PartReport, Statement, StepReport
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_variables, substitute
-from eai.logic.semantics import explain, find_violation
-from eai.logic.traversal import walk
+from eai.logic.rewriting import rename_variables, substitute_terms
+from eai.logic.semantics import explain_truth, find_violation
+from eai.logic.traversal import walk_subformulas
 from eai.tasks.goal_text import write_goal
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task
@@ -68,7 +68,7 @@ class _Focus:
         scene = task.scene
         visible = frozenset(p.name for p in scene.vocabulary.predicates if p.visible)
         named: set[int] = set()
-        for part in (part for goal in task.goals for part in walk(goal.formula)):
+        for part in (part for goal in task.goals for part in walk_subformulas(goal.formula)):
             match part:
                 case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
                     named |= set(task.relevant)
@@ -131,8 +131,8 @@ def _describe_undone(domain: Domain, action: Action, before: State, after: State
     }
     undone = operator.find_failed_tries(before, after, operator.bind(before, action.arguments))
     return "; ".join(
-        f"{print_ltl(substitute(condition, objects))} remains: {_fault_text(check, domain, action, before)}"
-        for condition, check in undone
+        f"{print_ltl(substitute_terms(unmet, objects))} remains: {_fault_text(check, domain, action, before)}"
+        for unmet, check in undone
     )
 
 
@@ -204,7 +204,7 @@ def report_goals(
 
 def _find_names(formula: f.Formula) -> tuple[str, ...]:
     names: dict[str, None] = {}
-    for part in walk(formula):
+    for part in walk_subformulas(formula):
         match part:
             case f.Atom(name, _) | f.Occurs(name, _):
                 names[name] = None
@@ -227,7 +227,7 @@ def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartRe
     """Return reports on the parts of a task's temporal goal, with the domain's names."""
     if goal is None:
         return ()
-    evidence = explain(goal, to_trace(trajectory))
+    evidence = explain_truth(goal, to_trace(trajectory))
     parts = goal.parts if isinstance(goal, f.Then) else (goal,)
     met: list[int | None] = [*evidence.positions[: len(parts)]]
     blamed = [tuple([print_ltl(formula) for formula in evidence.failed])]
@@ -238,9 +238,9 @@ def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartRe
         if position is None:
             reports.append(PartReport(print_ltl(part), None, blamed.pop() if blamed else ()))
             continue
-        acted = any(isinstance(formula_part, f.Occurs) for formula_part in walk(part)) and position + 1 < len(
-            numbers
-        )
+        acted = any(
+            isinstance(formula_part, f.Occurs) for formula_part in walk_subformulas(part)
+        ) and position + 1 < len(numbers)
         at = numbers[position + 1] if acted else None
         reports.append(PartReport(print_ltl(part), numbers[position], met_at=at))
     return tuple(reports)

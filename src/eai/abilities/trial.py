@@ -13,7 +13,7 @@ from eai.abilities.reports import report_goals
 from eai.abilities.scorer import PlanScorer, assess_or_fail
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DomainError
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.tasks.goal_test import GoalTest, remaining_goals
 from eai.tasks.task import Goal, Task
 from eai.world.action import Action
@@ -187,7 +187,7 @@ class _QuestionGoals:
 
 
 def _can_be_tested(goal: Goal, task: Task) -> bool:
-    if not set(object_names(goal.formula)) <= task.scene.index.keys():
+    if not set(find_object_names(goal.formula)) <= task.scene.index.keys():
         return False
     try:
         GoalTest(task.replace_goals((goal,)))

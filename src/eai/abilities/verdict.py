@@ -47,7 +47,7 @@ class ErrorReport:
         step: number of the step or subgoal, from 0; None if the error concerns the whole answer.
         detail: the reason for the error, in words.
         check: id of the failed check of the domain (`Check.id`) or of the failed test of names
-            (``unknown_action`` or a value of `MisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
+            (``unknown_action`` or a value of `NameMisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
             unreadable answer.
         objects: names of the objects in the reason, in the order in which it names them.
     """

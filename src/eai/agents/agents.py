@@ -18,7 +18,7 @@ from eai.agents.game import Game
 from eai.base.errors import InputError
 from eai.benchmarks.generator.measures import find_lids, make_presence_condition
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
-from eai.logic.rewriting import map_terms, rewrite
+from eai.logic.rewriting import map_terms, rewrite_leaves
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.planner import PlanningGoal, get_planner
 from eai.planning.search import Limits, Node
@@ -143,7 +143,7 @@ def _follow(commands: Iterable[str]) -> Agent:
 def _apply_to(formula: Formula, thing: Constant) -> Formula:
     """Return a formula with its variable ``x`` replaced by an object."""
     x = Variable("x")
-    return rewrite(
+    return rewrite_leaves(
         formula,
         lambda leaf, bound: (
             leaf if "x" in bound else map_terms(leaf, lambda term: thing if term == x else term)

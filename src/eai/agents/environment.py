@@ -18,7 +18,7 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
-from eai.base.entry_points import get_entry_points, load_offer
+from eai.base.entry_points import get_entry_points, load_from_extension
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
@@ -184,7 +184,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
             camera.scene.show_state(self.game.state)
             return camera.render_colours("near")
         observation = self.game.memory.observation
-        draw_pixels = load_offer("diagrams", f"render_mode {RENDER_MODE}").draw_pixels
+        draw_pixels = load_from_extension("diagrams", f"render_mode {RENDER_MODE}").draw_pixels
         return draw_pixels(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
@@ -196,7 +196,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     def _open_camera(self) -> Any:
         if self._camera is None or self._camera.scene.task is not self.game.task:
             self.close()
-            self._camera = load_offer("rendered_pictures", f"render_mode {CAMERA}").open_camera(
+            self._camera = load_from_extension("rendered_pictures", f"render_mode {CAMERA}").open_camera(
                 self.game.task
             )
         return self._camera

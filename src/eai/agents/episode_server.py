@@ -14,7 +14,7 @@ from eai.agents.journal import Journal, is_begun, read_journal, read_key
 from eai.agents.play import OVER, AgentTask, Session, read_episode
 from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError
-from eai.base.files import convert_write_errors, lock_run_folder, to_file_name, write_whole
+from eai.base.files import convert_write_errors, lock_run_folder, to_file_name, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import Suite
 from eai.results.responses import COLUMNS, LINES
@@ -137,7 +137,7 @@ class EpisodeServer:
             InputError: a journal was changed or has another setting, or the folder cannot be written.
         """
         begun = self._find_begun()
-        write_whole(
+        write_files_atomically(
             group_pairs((self._find_response_file(episode), self._make_answer(episode)) for episode in begun)
         )
         self._written.update(begun)

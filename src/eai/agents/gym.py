@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-from eai.base.errors import install_command
+from eai.base.errors import make_install_command
 from eai.benchmarks.registry import CAPITALISED
 
 __all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
@@ -36,7 +36,7 @@ except ImportError as _error:
         """Raise an error that says how to install gymnasium, if a name of this module needs it."""
         if name not in __all__:
             raise AttributeError(f"module 'eai.agents.gym' has no attribute {name!r}")
-        raise ImportError(f"environments need gymnasium: {install_command('envs')}") from _MISSING
+        raise ImportError(f"environments need gymnasium: {make_install_command('envs')}") from _MISSING
 
 else:
     _MAKER = "eai.agents.environment:make"

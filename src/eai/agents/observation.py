@@ -15,7 +15,7 @@ from eai.agents.short_lists import HOW_TO_READ, shorten_facts, shorten_names
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
-from eai.logic.traversal import predicates_of
+from eai.logic.traversal import find_predicates
 from eai.tasks.prompts.own import explain_goals
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
@@ -104,7 +104,7 @@ class Observer:
         self._rank = {index: rank for rank, index in enumerate(self.subjects)}
         self._mask = mask_of(self.subjects)
         visible = wording.domain.visible or TRUE
-        self._visibility_sources = find_stored_predicates(predicates_of(visible), wording.domain.vocabulary)
+        self._visibility_sources = find_stored_predicates(find_predicates(visible), wording.domain.vocabulary)
         self.first = self._observe_first(task.initial)
 
     def _observe_first(self, state: State) -> _Observation:

@@ -21,7 +21,7 @@ from eai.agents.observation import make_manual
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
 from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, Setting
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import load_object
@@ -304,7 +304,7 @@ class Session(Game):
         """
         if self.stage.rules.feedback != "pictures" or self.over:
             return ()
-        rendered = load_offer("rendered_pictures", "feedback pictures")
+        rendered = load_from_extension("rendered_pictures", "feedback pictures")
         images: tuple[Image, ...] = rendered.render_task_images(
             self.task, rendered.VIEWS[:2], state=self.state
         )

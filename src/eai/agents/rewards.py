@@ -17,7 +17,7 @@ from eai.abilities.reasoning import split_reasoning
 from eai.agents.game import Game
 from eai.agents.reference import find_setup
 from eai.agents.rules import TRAINING, GameRules
-from eai.base.errors import find_member
+from eai.base.errors import find_enum_member
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import METRICS, Grade, Shaping, open_reward
 
@@ -92,7 +92,7 @@ class TrlReward:
     @property
     def __name__(self) -> str:
         """The name under which TRL logs the reward."""
-        return f"eai_{find_member(Shaping, self.shaping, 'shaping').value}"
+        return f"eai_{find_enum_member(Shaping, self.shaping, 'shaping').value}"
 
     def __call__(
         self,
@@ -123,7 +123,7 @@ class TrlHousehold:
     """
 
     def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: GameRules = TRAINING) -> None:
-        self._rules = rules.model_copy(update={"reward": find_member(Shaping, shaping, "shaping")})
+        self._rules = rules.model_copy(update={"reward": find_enum_member(Shaping, shaping, "shaping")})
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
@@ -240,7 +240,7 @@ class SkyRlTask:
         super().__init__()
         extras = extras or {}
         self._task: str = extras["reward_spec"]["ground_truth"]
-        self._shaping = find_member(Shaping, extras.get("shaping", Shaping.SUCCESS), "shaping")
+        self._shaping = find_enum_member(Shaping, extras.get("shaping", Shaping.SUCCESS), "shaping")
         self._metrics: Mapping[str, float] = {}
 
     def step(self, action: str) -> dict[str, Any]:

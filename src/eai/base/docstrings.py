@@ -8,7 +8,7 @@ from inspect import cleandoc
 _MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
-def read_meanings(docstring: str | None, heading: str) -> dict[str, str]:
+def read_docstring_entries(docstring: str | None, heading: str) -> dict[str, str]:
     """Return a mapping from names to descriptions in a section of a docstring, such as ``Attributes``.
 
     In the docstring, the further lines of a description are indented. In the texts, line breaks are spaces.

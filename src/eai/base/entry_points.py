@@ -55,13 +55,13 @@ def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, Entr
     Raises:
         InputError: the metadata of this package are not installed.
     """
-    points = _read_group(group)
+    points = _read_entry_points_of_group(group)
     return {
         name: points[name] for name in get_entry_point_names(group, first) if has_module(points[name].module)
     }
 
 
-def load_offer(name: str, needed_by: str) -> Any:
+def load_from_extension(name: str, needed_by: str) -> Any:
     """Import an object that an extension offers to the core packages.
 
     Args:
@@ -84,12 +84,12 @@ def get_entry_point_names(group: str, first: Sequence[str] = ()) -> list[str]:
         group: the group.
         first: names that come first, in this order. All other names follow in alphabetical order.
     """
-    points = _read_group(group)
+    points = _read_entry_points_of_group(group)
     return [name for name in dict.fromkeys((*first, *sorted(points))) if name in points]
 
 
-def _read_group(group: str) -> Mapping[str, EntryPoint]:
-    points = {point.name: point for point in _read_all(tuple(sys.path)) if point.group == group}
+def _read_entry_points_of_group(group: str) -> Mapping[str, EntryPoint]:
+    points = {point.name: point for point in _read_all_entry_points(tuple(sys.path)) if point.group == group}
     if group in _CORE_GROUPS and not points:
         raise InputError(
             f"no entry points of {group}: eai is not installed, or its installed metadata are outdated: "
@@ -99,17 +99,17 @@ def _read_group(group: str) -> Mapping[str, EntryPoint]:
 
 
 @cache
-def _read_all(path: tuple[str, ...]) -> Sequence[EntryPoint]:
+def _read_all_entry_points(path: tuple[str, ...]) -> Sequence[EntryPoint]:
     """Read the entry points of all distributions on `sys.path`.
 
     Folders are read from last to first: a later entry point replaces an earlier one of the same name, so that
     the first folder counts.
     """
     files = [file for folder in reversed(path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
-    return [point for file in files for point in _read(file)]
+    return [point for file in files for point in _read_entry_points_file(file)]
 
 
-def _read(file: Path) -> Iterator[EntryPoint]:
+def _read_entry_points_file(file: Path) -> Iterator[EntryPoint]:
     group = ""
     for line in map(str.strip, file.read_text(encoding="utf-8").splitlines()):
         if line.startswith("["):

@@ -57,7 +57,7 @@ class InterruptError(EaiError):
     """The user ended the command. The message tells the user how to continue."""
 
 
-def install_command(extra: str) -> str:
+def make_install_command(extra: str) -> str:
     """Return the shell command that installs an optional group of dependencies (extra), such as ``tui``."""
     return f"pip install 'eai-bench[{extra}]'"
 
@@ -79,7 +79,7 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
         yield
     except ImportError as error:
         package = error.name.partition(".")[0] if error.name else f"a package that loads ({error})"
-        raise EaiError(f"{message_start} {package}: {install_command(extra)}") from error
+        raise EaiError(f"{message_start} {package}: {make_install_command(extra)}") from error
 
 
 @contextmanager
@@ -91,7 +91,7 @@ def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iter
         raise kind(f"{location}: {error}") from error
 
 
-def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
+def read_items_or_raise_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
     """Apply a reading function to each item, and return the list of the results.
 
     Raises:
@@ -117,7 +117,7 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
     return f"; did you mean {matches[0]}?" if matches and matches[0] != word else ""
 
 
-def find_member(kind: type[E], name: E | str, noun: str) -> E:
+def find_enum_member(kind: type[E], name: E | str, noun: str) -> E:
     """Return the member of an enumeration that has a value.
 
     Args:
@@ -131,10 +131,10 @@ def find_member(kind: type[E], name: E | str, noun: str) -> E:
     try:
         return kind(name)
     except ValueError as error:
-        raise unknown_name_error(str(name), noun, [item.value for item in kind]) from error
+        raise make_unknown_name_error(str(name), noun, [item.value for item in kind]) from error
 
 
-def unknown_name_error(name: str, noun: str, names: Iterable[str]) -> InputError:
+def make_unknown_name_error(name: str, noun: str, names: Iterable[str]) -> InputError:
     """Return the error for an unknown name; its message lists the known names.
 
     Args:

@@ -93,7 +93,7 @@ def parse_toml(text: str) -> dict[str, Any]:
     return tomllib.loads(text)
 
 
-def files_below(folder: Path, *patterns: str) -> list[Path]:
+def find_files_below(folder: Path, *patterns: str) -> list[Path]:
     """Return the files below a folder whose names match a pattern, sorted by path.
 
     Pipes and devices are left out, since reading one may never end. Links to folders are followed, but each
@@ -166,7 +166,7 @@ def convert_write_errors(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from error
 
 
-def write_whole(contents: Mapping[Path, Content]) -> None:
+def write_files_atomically(contents: Mapping[Path, Content]) -> None:
     """Write files, each as a whole: a reader sees the old file or the new file, but no half-written file.
 
     Lone surrogates are written as escapes, which JSON reads back as lone surrogates.
@@ -187,7 +187,7 @@ def write_whole(contents: Mapping[Path, Content]) -> None:
                 if not is_device:
                     partial_files[partial_file] = path.resolve()
                 with partial_file.open("wb") as file:
-                    file.writelines(_encode(content))
+                    file.writelines(_encode_content(content))
         for partial_file, path in partial_files.items():
             with convert_write_errors(path):
                 partial_file.replace(path)
@@ -197,12 +197,12 @@ def write_whole(contents: Mapping[Path, Content]) -> None:
                 partial_file.unlink(missing_ok=True)
 
 
-def _encode(content: Content) -> Iterator[bytes]:
+def _encode_content(content: Content) -> Iterator[bytes]:
     for piece in (content,) if isinstance(content, str | bytes) else content:
         yield piece if isinstance(piece, bytes) else piece.encode("utf-8", "backslashreplace")
 
 
-def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
+def make_file_lock(file: Path) -> tuple[Path, BaseFileLock]:
     """Return a lock for a file, and the path of the file by which processes lock it.
 
     Some network file systems have no file locks. There, the existence of another file is the lock. This other
@@ -216,13 +216,13 @@ def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
     """
     from filelock import FileLock, SoftFileLock
 
-    if _has_locks(file.parent):
+    if _supports_file_locks(file.parent):
         return file, FileLock(file)
     file = file.with_name(f"{file.name}{_LOCK_SUFFIX}")
     return file, SoftFileLock(file)
 
 
-def _has_locks(folder: Path) -> bool:
+def _supports_file_locks(folder: Path) -> bool:
     try:
         import fcntl
     except ImportError:  # `fcntl` is missing only on Windows, which can lock files
@@ -236,7 +236,7 @@ def _has_locks(folder: Path) -> bool:
     return True
 
 
-def stale_lock_hint(file: Path) -> str:
+def make_stale_lock_hint(file: Path) -> str:
     """Return a hint on how to remove the lock file of a killed process; "" if it is no such file."""
     return f"; if no process is running there, delete {file}" if file.name.endswith(_LOCK_SUFFIX) else ""
 
@@ -253,10 +253,10 @@ def lock_run_folder(folder: Path) -> Iterator[None]:
     file = folder / LOCK_FILE
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        file, lock = make_lock(file)
+        file, lock = make_file_lock(file)
         lock.acquire(timeout=0)
     except Timeout as error:
-        hint = f"wait for its end, or give another --out{stale_lock_hint(file)}"
+        hint = f"wait for its end, or give another --out{make_stale_lock_hint(file)}"
         raise InputError(f"{folder}: another process is running there; {hint}") from error
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from error

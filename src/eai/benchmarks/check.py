@@ -14,7 +14,7 @@ from eai.base.errors import InputError, did_you_mean
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
-from eai.logic.traversal import bound_variables, walk
+from eai.logic.traversal import get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.goal_test import GoalTest
@@ -101,8 +101,8 @@ def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
 
 
 def _list_kinds(formula: f.Formula) -> Iterator[str]:
-    for subformula in walk(formula):
-        yield from filter(None, [variable.category for variable in bound_variables(subformula)])
+    for subformula in walk_subformulas(formula):
+        yield from filter(None, [variable.category for variable in get_bound_variables(subformula)])
 
 
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:

@@ -24,10 +24,10 @@ from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, make_answer_book, no_answer_error, open_answer_book
-from eai.logic.choice import Literal, choice_options, ground
+from eai.logic.choice import Literal, build_choice_tree, generate_tree_options
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_objects, rename_variables, substitute
-from eai.logic.traversal import object_names, quantify, walk
+from eai.logic.rewriting import rename_objects, rename_variables, substitute_terms
+from eai.logic.traversal import find_object_names, quantify, walk_subformulas
 from eai.pddl.model import Add, Both, Delete, Each, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
@@ -92,7 +92,7 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
 
     def instantiate(variable: f.Variable, body: f.Formula, of: Iterable[f.Constant]) -> list[f.Formula]:
         name = f.Variable(variable.name)
-        return [_expand_quantifiers(substitute(body, {name: value}), scene) for value in of]
+        return [_expand_quantifiers(substitute_terms(body, {name: value}), scene) for value in of]
 
     match formula:
         case f.And(parts) | f.Or(parts):
@@ -108,7 +108,9 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
         case f.ForPairs(first, second, body, count):
             pairs = zip(objects(first), objects(second), strict=False)
             first_variable = f.Variable(first.name)
-            chosen = [instantiate(second, substitute(body, {first_variable: x}), [y])[0] for x, y in pairs]
+            chosen = [
+                instantiate(second, substitute_terms(body, {first_variable: x}), [y])[0] for x, y in pairs
+            ]
             return _join_formulas(f.And, chosen[:count])
         case _:
             return formula
@@ -211,7 +213,9 @@ def _list_literals(task: Task) -> Iterator[Literal]:
     """Yield the conditions of each goal about states. For a goal with several options, the first is used."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
-            yield from next(choice_options(ground(goal.formula, task.scene.names_of_category)), ())
+            yield from next(
+                generate_tree_options(build_choice_tree(goal.formula, task.scene.names_of_category)), ()
+            )
 
 
 def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_AchieverMatch]:
@@ -248,7 +252,7 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
 
     Effects make predicates of the goal true, or false if it negates them.
     """
-    subformulas = list(walk(task.problem.goal))
+    subformulas = list(walk_subformulas(task.problem.goal))
     denied = {
         p.operand.predicate for p in subformulas if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)
     }
@@ -401,7 +405,7 @@ def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
     """Yield each goal of a task, and its text in which categories replace objects."""
     category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
-        named = {name: category[name] for name in object_names(goal.formula)}
+        named = {name: category[name] for name in find_object_names(goal.formula)}
         yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
 
 
@@ -444,8 +448,8 @@ def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[
     for formula, text in _write_goals_by_category(source):
         position = next((i for i, (_, other) in enumerate(goals) if other == text), None)
         if position is not None:
-            target_names = object_names(goals.pop(position)[0])
-            pairs = zip(object_names(formula), target_names, strict=False)
+            target_names = find_object_names(goals.pop(position)[0])
+            pairs = zip(find_object_names(formula), target_names, strict=False)
             counterparts |= {source.scene.index[a]: target.scene.index[b] for a, b in pairs}
     relevant = dict.fromkeys((*target.relevant, *range(len(target.scene.objects))))
     for index in dict.fromkeys(named):

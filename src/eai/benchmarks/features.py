@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from math import prod
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.logic.choice import Literal, choice_options, count_options
+from eai.logic.choice import Literal, count_options, generate_tree_options
 from eai.logic.formula import Atom, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs
-from eai.logic.traversal import children, walk
+from eai.logic.traversal import get_subformulas, walk_subformulas
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.domain import Domain
@@ -73,7 +73,9 @@ def compute_features(task: Task, benchmark: Benchmark) -> Features:
     steps, tools = [step.operator for step in task.script], find_tool_operators(benchmark.domain)
     kinds = Counter(goal.kind for goal in task.goals)
     alternatives = benchmark.notation.goals.alternatives(task.without_goals_over_time)
-    conditions = [condition for goal in alternatives for condition in next(choice_options(goal.options), ())]
+    conditions = [
+        condition for goal in alternatives for condition in next(generate_tree_options(goal.options), ())
+    ]
     ground = Counter(map(_classify_condition, conditions))
     indices = set(task.relevant)
     return Features(
@@ -112,7 +114,9 @@ def _classify_condition(condition: Literal) -> GoalKind:
 
 
 def _is_quantified(goal: Goal) -> bool:
-    return any(isinstance(formula, (ForAll, Exists, Exactly, ForPairs)) for formula in walk(goal.formula))
+    return any(
+        isinstance(formula, (ForAll, Exists, Exactly, ForPairs)) for formula in walk_subformulas(goal.formula)
+    )
 
 
 def _count_initial_facts(task: Task) -> int:
@@ -143,6 +147,6 @@ def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
     if isinstance(formula, Exists):
         return any(
             isinstance(subformula, Atom) and subformula.predicate in kinds
-            for subformula in walk(formula.body)
+            for subformula in walk_subformulas(formula.body)
         )
-    return any(_requires_kind(subformula, kinds) for subformula in children(formula))
+    return any(_requires_kind(subformula, kinds) for subformula in get_subformulas(formula))

@@ -16,9 +16,9 @@ from pathlib import Path
 from eai.base import source
 from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import DataError
-from eai.base.files import make_lock, stale_lock_hint
-from eai.base.source import Archive, open_bundle
-from eai.base.store import PackFile, ReportProgress, Store, ignore_progress, unwritable_error
+from eai.base.files import make_file_lock, make_stale_lock_hint
+from eai.base.source import PackageArchive, open_archive_files
+from eai.base.store import PackFile, ReportProgress, Store, ignore_progress, make_unwritable_error
 from eai.benchmarks.registry import PAPER_BENCHMARKS, list_paper_benchmarks
 from eai.tasks.source import Finding, Source
 
@@ -43,7 +43,7 @@ class Pack:
     """
 
     name: str
-    archives: tuple[Archive, ...]
+    archives: tuple[PackageArchive, ...]
     convert: Callable[..., Mapping[str, bytes]]
     check: Callable[[Store], Iterable[str]] = _find_no_problems
 
@@ -143,7 +143,9 @@ def fetch(
             if place is not None and not wanted:
                 files = ", ".join(sorted({archive.filename for pack in packs for archive in pack.archives}))
                 raise DataError(f"{place}: contains none of {files}")
-            bundles = {archive: stack.enter_context(open_bundle(path)) for archive, path in paths.items()}
+            bundles = {
+                archive: stack.enter_context(open_archive_files(path)) for archive, path in paths.items()
+            }
             for pack in wanted:
                 opened = [bundles[archive] for archive in pack.archives]
                 store.write(pack.name, pack.pins, pack.convert(*opened, report))
@@ -221,14 +223,14 @@ def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        file, lock = make_lock(folder / "fetch.lock")
+        file, lock = make_file_lock(folder / "fetch.lock")
         try:
             lock.acquire(timeout=0)
         except Timeout:
-            report("waiting for", f"another process that fetches the data{stale_lock_hint(file)}", 0, 0)
+            report("waiting for", f"another process that fetches the data{make_stale_lock_hint(file)}", 0, 0)
             lock.acquire()
     except OSError as error:
-        raise unwritable_error(folder, error) from error
+        raise make_unwritable_error(folder, error) from error
     try:
         yield
     finally:
@@ -237,15 +239,15 @@ def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
 
 def _obtain_archives(
     packs: Sequence[Pack], place: Path | None, report: ReportProgress, stack: ExitStack
-) -> dict[Archive, Path]:
+) -> dict[PackageArchive, Path]:
     """Return the path of each verified archive, in `place` or in a temporary folder that `stack` removes."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)
     if place is not None:
         paths_by_archive = {archive: source.find_archive(archive, place) for archive in archives}
         return {archive: path for archive, path in paths_by_archive.items() if path is not None}
-    pip = source.find_pip(next(iter(archives)))
+    pip = source.find_pip_command(next(iter(archives)))
     paths = {}
     for archive in archives:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="eai-")))
-        paths[archive] = source.download(archive, folder, report, pip)
+        paths[archive] = source.download_archive(archive, folder, report, pip)
     return paths

@@ -17,7 +17,7 @@ from eai.abilities.declaration import QuestionMaker, declaration_of
 from eai.abilities.feedback import QuestionWriter, ScenePerception
 from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
-from eai.base.files import files_below
+from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import suite_name
@@ -244,7 +244,7 @@ def _check_files(folder: Path, benchmark: Benchmark) -> None:
         *(f"{suite}{ending}.json" for suite in suites for ending in ("", "_system")),
         *(f"formats/{suite}.txt" for suite in suites),
     }
-    for file in files_below(folder, "*.json", "*.txt"):
+    for file in find_files_below(folder, "*.json", "*.txt"):
         if file.relative_to(folder).as_posix() not in expected_names:
             raise InputError(
                 f"{file}: replaces nothing; expected <domain>_<ability>.json, "

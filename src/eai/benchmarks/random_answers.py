@@ -26,7 +26,7 @@ from eai.benchmarks.gold_answers import (
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.pddl.writer import write_action
 from eai.planning.search import Effort, Limits
 from eai.planning.successor_generator import applicable_actions
@@ -167,7 +167,7 @@ def _make_atom(fact: Fact, task: Task) -> Atom:
 def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     gold = [action for task in tasks.values() for action in task.gold.values()]
     lengths = [
-        len([formula for formula in walk(action.precondition) if isinstance(formula, Atom)])
+        len([formula for formula in walk_subformulas(action.precondition) if isinstance(formula, Atom)])
         for action in gold
     ]
     changes = [len(list(m.effect_atoms(action.effect))) for action in gold]

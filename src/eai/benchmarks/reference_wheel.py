@@ -15,7 +15,7 @@ from pathlib import PurePosixPath
 
 from eai.base.errors import DataError
 from eai.base.files import parse_toml
-from eai.base.source import Archive, Bundle
+from eai.base.source import ArchiveFiles, PackageArchive
 from eai.base.store import ReportProgress
 from eai.benchmarks.packs import Pack
 
@@ -66,7 +66,7 @@ TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_s
 """Path in the wheel of the Python module that contains the template."""
 
 
-def _read_template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
+def _read_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
     """Return the template of prompts: a constant in a module, which is parsed and never executed.
 
     Raises:
@@ -79,7 +79,9 @@ def _read_template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
     raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
 
 
-def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
+def _copy_with_problems(
+    pack: str, household: str, wheel: ArchiveFiles, report: ReportProgress
+) -> dict[str, bytes]:
     """Return the files of a pack by name, with all PDDL problems of a household joined into one file."""
     folder = f"virtualhome_eval/resources/{household}/problem_pddl/"
     problems = {
@@ -90,11 +92,11 @@ def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: Report
     return {**_copy(pack, wheel, report), PROBLEMS_MEMBER: json.dumps(problems).encode()}
 
 
-def _copy(pack: str, wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
+def _copy(pack: str, wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
     return {member: wheel.read(path) for member, path in get_pack_files(pack).items()}
 
 
-EAI_EVAL = Archive(
+EAI_EVAL = PackageArchive(
     name="eai-eval",
     version="1.0.5",
     filename="eai_eval-1.0.5-py3-none-any.whl",

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from eai.abilities.protocol import Ability, find_abilities
 from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import EaiError, InputError, did_you_mean
-from eai.base.files import files_below
+from eai.base.files import find_files_below
 
 if TYPE_CHECKING:
     from eai.benchmarks.benchmark import Benchmark
@@ -101,7 +101,7 @@ def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
     named = [] if reference in _get_entry_points() else re.split("[:,]", reference)
     is_pddl = PDDL in named[:-1]
     for path in map(Path, named):
-        inside = (files_below(path, "*.pddl") if is_pddl else path.iterdir()) if path.is_dir() else ()
+        inside = (find_files_below(path, "*.pddl") if is_pddl else path.iterdir()) if path.is_dir() else ()
         for file in (path, *sorted(file for file in inside if file.suffix in _SUFFIXES)):
             if file.is_file():
                 status = file.stat()

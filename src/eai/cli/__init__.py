@@ -23,7 +23,7 @@ from typer.core import MarkupMode, TyperCommand, TyperGroup
 from typer.main import get_group
 
 from eai import __version__
-from eai.base.docstrings import read_meanings
+from eai.base.docstrings import read_docstring_entries
 from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import EaiError, InputError, InterruptError
 
@@ -200,7 +200,10 @@ def _label(command: Any) -> None:
     Python types of values, line breaks of the docstring, and ``--no-paper`` beside ``--paper``, which is off
     by default.
     """
-    text, told = (command.help or "").partition("\n\nOptions:\n")[0], read_meanings(command.help, "Options")
+    text, told = (
+        (command.help or "").partition("\n\nOptions:\n")[0],
+        read_docstring_entries(command.help, "Options"),
+    )
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
         if parameter.param_type_name == "argument":

@@ -14,7 +14,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
-from eai.base.errors import install_command, require_extra
+from eai.base.errors import make_install_command, require_extra
 from eai.base.files import escape_unprintable
 from eai.benchmarks.registry import REFERENCES
 
@@ -29,7 +29,7 @@ DOMAIN_HELP = f"A benchmark: {REFERENCES}."
 
 BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
-    f"counts as not solved. For both: {install_command('planner')}"
+    f"counts as not solved. For both: {make_install_command('planner')}"
 )
 """Remark if Fast Downward is missing and the built-in search judges operators."""
 

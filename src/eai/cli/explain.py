@@ -22,9 +22,9 @@ from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
 from eai.agents.verdict import ActingVerdict, describe_recoverability
-from eai.base.entry_points import load_offer
-from eai.base.errors import EaiError, InputError, did_you_mean, find_member
-from eai.base.files import write_whole
+from eai.base.entry_points import load_from_extension
+from eai.base.errors import EaiError, InputError, did_you_mean, find_enum_member
+from eai.base.files import write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
@@ -80,7 +80,7 @@ _MAX_PART = 300
 
 
 def _outcome(name: str) -> AnswerOutcome:
-    return find_member(AnswerOutcome, name, "outcome")
+    return find_enum_member(AnswerOutcome, name, "outcome")
 
 
 def explain(
@@ -176,8 +176,8 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
     (record,) = chosen
     benchmark = find_benchmarks_of_runs([records]).get(record.domain) or record.domain
     suite = _suite(record, benchmark, store)
-    film: bytes = load_offer("rendered_pictures", "--film").make_film_of_answer(record, suite)
-    write_whole({file / film_name(record) if file.is_dir() else file: film})
+    film: bytes = load_from_extension("rendered_pictures", "--film").make_film_of_answer(record, suite)
+    write_files_atomically({file / film_name(record) if file.is_dir() else file: film})
 
 
 def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:

@@ -14,7 +14,7 @@ import typer
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
-from eai.base.files import Content, write_whole
+from eai.base.files import Content, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
@@ -222,7 +222,7 @@ def _write(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
     """Write a data set. Its file or folder does not exist before it is complete."""
     made = list(rows)
     if form == "jsonl":
-        write_whole({out: _lines(made)})
+        write_files_atomically({out: _lines(made)})
         return len(made)
     by_split = group_pairs((row.get("split", TRAIN), row) for row in made) or {TRAIN: []}
     contents: dict[Path, Content] = {out / f"{split}.jsonl": _lines(some) for split, some in by_split.items()}
@@ -231,7 +231,7 @@ def _write(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
     asked = dict.fromkeys((row["data_source"], row["split"]) for row in made if "data_source" in row)
     if asked:
         contents[out / "eval.yaml"] = _eval_yaml(out, asked)
-    write_whole(contents)
+    write_files_atomically(contents)
     return len(made)
 
 

@@ -8,7 +8,7 @@ from keyword import iskeyword
 from pathlib import Path
 
 from eai.base.errors import InputError
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.cli.console import tell
 from eai.cli.options import AsJson
 
@@ -36,6 +36,6 @@ def new(name: str, as_json: AsJson = False) -> None:
         folder / file.format(name=name): (texts / text).read_text(encoding="utf-8").replace("NAME", name)
         for file, text in _FILES.items()
     }
-    write_whole({path: text.encode() for path, text in made.items()})
+    write_files_atomically({path: text.encode() for path, text in made.items()})
     lines = [f"{', '.join(map(str, made))} written", f"next: cd {name}; eai check {name}:{name}"]
     tell(*lines, value={"files": [*map(str, made)], "domain": f"{name}:{name}"}, as_json=as_json)

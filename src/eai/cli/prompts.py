@@ -9,9 +9,9 @@ from typing import Annotated, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
@@ -69,15 +69,15 @@ def write_prompts(
         asked = _open_prompts(library, benchmark, ability, goals)
         asked = chosen(asked, of=f"{benchmark.name} {ability.value}") if chosen else asked
         if is_page:
-            page: str = load_offer("answer_form", f"--out {out}")(benchmark, ability, asked, source)
-            write_whole({out: page})
+            page: str = load_from_extension("answer_form", f"--out {out}")(benchmark, ability, asked, source)
+            write_files_atomically({out: page})
             made: Json = {"file": str(out), "questions": len(asked)}
             tell(f"{format_count(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)
             return
         files = PromptFiles.from_prompts(asked)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
     written = {out: files.prompts, **({} if files.system is None else {beside: files.system})}
-    write_whole(written)
+    write_files_atomically(written)
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
 
 
@@ -149,7 +149,9 @@ def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[lis
 
 
 def _short(suite: Suite) -> Sequence[str]:
-    task_ids: Sequence[str] = load_offer("short_tests", f"--tasks {SHORT}")(suite.domain, suite.ability)
+    task_ids: Sequence[str] = load_from_extension("short_tests", f"--tasks {SHORT}")(
+        suite.domain, suite.ability
+    )
     if not task_ids:
         raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
     return task_ids

@@ -14,9 +14,9 @@ import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import PAPER_ABILITIES
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError
-from eai.base.files import convert_write_errors, write_whole
+from eai.base.files import convert_write_errors, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_at_hand
@@ -108,7 +108,7 @@ def report(
             tables_tex, models=split_names(models), columns=split_names(columns), intervals=intervals
         )
         written = write_tables(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
-        write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
+        write_files_atomically({out / EXPLORER: explorer_html(explorer.to_json())})
         drawn = _draw(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}
@@ -167,7 +167,9 @@ def background(
     if (out / _FILMS).is_dir():
         words = replace(words, find_film=partial(_film, out))
     if pictures:
-        return replace(words, find_scenes=load_offer("diagrams_of_answers", "--pictures")(Source(source)))
+        return replace(
+            words, find_scenes=load_from_extension("diagrams_of_answers", "--pictures")(Source(source))
+        )
     return words
 
 

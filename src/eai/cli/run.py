@@ -19,7 +19,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.agents.setting import STANDARD
 from eai.agents.verdict import ActingVerdict
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.base.files import lock_run_folder, to_file_name
 from eai.base.grouping import group_pairs
@@ -152,7 +152,7 @@ def run(
         ]
         obtain, about = None, spec.tasks
         if about.adaptive is not None:
-            open_runs = load_offer("adaptive_runs", "--adaptive")
+            open_runs = load_from_extension("adaptive_runs", "--adaptive")
             suites, obtain = open_runs(suites, about.ability, about.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
         order = _RunRequest(spec, library, out, quiet or as_json)

@@ -15,7 +15,7 @@ import typer
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError, InterruptError, require_extra
 from eai.base.files import lock_run_folder
 from eai.base.json_value import Json
@@ -195,7 +195,7 @@ def _open_scoring(workers: int, ray: str | None) -> Scoring:
     if ray is None:
         return Scoring(workers)
     with require_extra("ray", "--ray needs"):
-        on_cluster: Callable[[str, int], Scoring] = load_offer("scoring_on_ray", "--ray")
+        on_cluster: Callable[[str, int], Scoring] = load_from_extension("scoring_on_ray", "--ray")
     return on_cluster(ray, workers)
 
 

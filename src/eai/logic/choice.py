@@ -21,7 +21,7 @@ from typing_extensions import assert_never
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.matching import heaviest_matching
+from eai.logic.matching import find_heaviest_matching
 
 Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 """Ground atom, an action with its objects, or the negation of either."""
@@ -60,7 +60,7 @@ class AnyOf(Generic[T]):
 
 
 @dataclass(frozen=True, slots=True)
-class Choose(Generic[T]):
+class ExactlyOf(Generic[T]):
     """A choice tree: exactly ``count`` of the parts must be made true."""
 
     count: int
@@ -68,7 +68,7 @@ class Choose(Generic[T]):
 
 
 @dataclass(frozen=True, slots=True)
-class Pairing(Generic[T]):
+class PairingChoice(Generic[T]):
     """A choice tree with a table of parts: ``count`` cells must be made true, no two in one row or column.
 
     None marks a cell that cannot be chosen.
@@ -78,10 +78,12 @@ class Pairing(Generic[T]):
     cells: tuple[tuple[T | None, ...], ...]
 
 
-Choice: TypeAlias = "LiteralChoice | AllOf[Choice] | AnyOf[Choice] | Choose[Choice] | Pairing[Choice]"
+Choice: TypeAlias = (
+    "LiteralChoice | AllOf[Choice] | AnyOf[Choice] | ExactlyOf[Choice] | PairingChoice[Choice]"
+)
 
 
-def ground(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
+def build_choice_tree(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
     """Return the choice tree of a closed formula. Negation is pushed inwards to the conditions.
 
     ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n) an option makes n
@@ -92,67 +94,69 @@ def ground(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
         InputError: a variable is not bound; or a part has no finite tree: a temporal operator other than
             ``then``, a negated ``then`` or a negated counting quantifier.
     """
-    return _Grounding(objects).ground(formula, {}, True)
+    return _ChoiceTreeBuilder(objects).build(formula, {}, True)
 
 
-class _Grounding:
+class _ChoiceTreeBuilder:
     def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 
-    def ground(self, formula: f.Formula, binding: Mapping[str, str], positive: bool) -> Choice:
+    def build(self, formula: f.Formula, binding: Mapping[str, str], positive: bool) -> Choice:
         match formula:
             case f.Atom() | f.Occurs() | f.Equals():
-                return _ground_leaf(formula, binding, positive)
+                return _build_leaf(formula, binding, positive)
             case f.Not(operand):
-                return self.ground(operand, binding, not positive)
+                return self.build(operand, binding, not positive)
             case f.And(operands) | f.Or(operands):
-                parts = tuple([self.ground(operand, binding, positive) for operand in operands])
+                parts = tuple([self.build(operand, binding, positive) for operand in operands])
                 return AllOf(parts) if isinstance(formula, f.And) == positive else AnyOf(parts)
             case f.Implies(premise, conclusion):
-                return self.ground(f.Or((f.Not(premise), conclusion)), binding, positive)
+                return self.build(f.Or((f.Not(premise), conclusion)), binding, positive)
             case f.ForAll(variable, body) | f.Exists(variable, body):
-                parts = self._instances(variable, body, binding, positive)
+                parts = self._build_instances(variable, body, binding, positive)
                 return AllOf(parts) if isinstance(formula, f.ForAll) == positive else AnyOf(parts)
             case f.Exactly(count, variable, body) if positive:
-                return Choose(count, self._instances(variable, body, binding, True))
+                return ExactlyOf(count, self._build_instances(variable, body, binding, True))
             case f.ForPairs() if positive:
-                return self._pairing(formula, binding)
+                return self._build_pairing(formula, binding)
             case f.Then(steps) if positive:
-                return AllOf(tuple([self.ground(step, binding, True) for step in steps]))
+                return AllOf(tuple([self.build(step, binding, True) for step in steps]))
             case _:
                 negated = "" if positive else "a negated "
                 raise InputError(f"{negated}{type(formula).__name__} leaves no finite choice of conditions")
 
-    def _instances(
+    def _build_instances(
         self, variable: f.Variable, body: f.Formula, binding: Mapping[str, str], positive: bool
     ) -> tuple[Choice, ...]:
         values = self._objects(variable.category)
-        return tuple([self.ground(body, {**binding, variable.name: value}, positive) for value in values])
+        return tuple([self.build(body, {**binding, variable.name: value}, positive) for value in values])
 
-    def _pairing(self, formula: f.ForPairs, binding: Mapping[str, str]) -> Pairing[Choice]:
+    def _build_pairing(self, formula: f.ForPairs, binding: Mapping[str, str]) -> PairingChoice[Choice]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
 
-        def cell(x: str, y: str) -> Choice | None:
-            return None if x == y else self.ground(body, {**binding, first.name: x, second.name: y}, True)
+        def build_cell(x: str, y: str) -> Choice | None:
+            return None if x == y else self.build(body, {**binding, first.name: x, second.name: y}, True)
 
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
-        return Pairing(count, tuple(tuple(cell(x, y) for y in columns) for x in rows))
+        return PairingChoice(count, tuple(tuple(build_cell(x, y) for y in columns) for x in rows))
 
 
-def _ground_leaf(formula: f.Atom | f.Occurs | f.Equals, binding: Mapping[str, str], positive: bool) -> Choice:
+def _build_leaf(formula: f.Atom | f.Occurs | f.Equals, binding: Mapping[str, str], positive: bool) -> Choice:
     match formula:
         case f.Equals(left, right):
-            true = value_of(left, binding) == value_of(right, binding)
+            true = resolve_term(left, binding) == resolve_term(right, binding)
             return AllOf(()) if true == positive else AnyOf(())
         case f.Atom(predicate, arguments):
-            literal: f.Atom | f.Occurs = f.Atom(predicate, tuple([value_of(t, binding) for t in arguments]))
+            literal: f.Atom | f.Occurs = f.Atom(
+                predicate, tuple([resolve_term(t, binding) for t in arguments])
+            )
         case f.Occurs(action, arguments):
-            literal = f.Occurs(action, tuple([value_of(t, binding) for t in arguments]))
+            literal = f.Occurs(action, tuple([resolve_term(t, binding) for t in arguments]))
     return LiteralChoice(literal if positive else f.Not(literal))
 
 
-def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
+def resolve_term(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
     """Return the object that a term denotes under a binding of variables.
 
     Raises:
@@ -172,15 +176,15 @@ A condition may occur more than once, and conditions may contradict each other.
 """
 
 
-def options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
+def generate_options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
     """Yield the options of a closed formula, in the order of its disjuncts and of the objects.
 
     Two options may have the same conditions, if a condition stands in two disjuncts.
 
     Raises:
-        InputError: the formula has no finite choice tree (see `ground`).
+        InputError: the formula has no finite choice tree (see `build_choice_tree`).
     """
-    return choice_options(ground(formula, objects))
+    return generate_tree_options(build_choice_tree(formula, objects))
 
 
 def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
@@ -191,58 +195,58 @@ def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
     of options. These pairings take time exponential in the size of the smaller category.
 
     Raises:
-        InputError: the formula has no finite choice tree (see `ground`).
+        InputError: the formula has no finite choice tree (see `build_choice_tree`).
     """
-    return count_choice_options(ground(formula, objects))
+    return count_tree_options(build_choice_tree(formula, objects))
 
 
-def choice_options(choice: Choice) -> Iterator[Option]:
+def generate_tree_options(choice: Choice) -> Iterator[Option]:
     """Yield the options of a choice tree, each as a tuple of conditions; later choices vary fastest."""
     match choice:
         case LiteralChoice(literal):
             yield (literal,)
         case AllOf(parts):
-            yield from _product(parts)
+            yield from _combine_options_of_parts(parts)
         case AnyOf(parts):
-            yield from chain.from_iterable(map(choice_options, parts))
-        case Choose(count, parts):
+            yield from chain.from_iterable(map(generate_tree_options, parts))
+        case ExactlyOf(count, parts):
             if count <= len(parts):  # `combinations` would allocate `count` items, even a huge number
-                yield from chain.from_iterable(map(_product, combinations(parts, count)))
-        case Pairing(count, cells):
-            for pairs in _pairings(count, cells):
-                yield from _product(pairs)
+                yield from chain.from_iterable(map(_combine_options_of_parts, combinations(parts, count)))
+        case PairingChoice(count, cells):
+            for pairs in _generate_pairings(count, cells):
+                yield from _combine_options_of_parts(pairs)
         case _:
             assert_never(choice)
 
 
-def count_choice_options(choice: Choice) -> int:
+def count_tree_options(choice: Choice) -> int:
     """Count the options of a choice tree without generating them."""
     match choice:
         case LiteralChoice():
             return 1
         case AllOf(parts):
-            return prod(map(count_choice_options, parts))
+            return prod(map(count_tree_options, parts))
         case AnyOf(parts):
-            return sum(map(count_choice_options, parts))
-        case Choose(count, parts):
-            return _sum_of_products(count, [count_choice_options(part) for part in parts])
-        case Pairing(count, cells):
-            numbers = [[0 if cell is None else count_choice_options(cell) for cell in row] for row in cells]
-            return _count_matchings(count, numbers)
+            return sum(map(count_tree_options, parts))
+        case ExactlyOf(count, parts):
+            return _sum_products_over_subsets(count, [count_tree_options(part) for part in parts])
+        case PairingChoice(count, cells):
+            numbers = [[0 if cell is None else count_tree_options(cell) for cell in row] for row in cells]
+            return _sum_products_over_matchings(count, numbers)
         case _:
             assert_never(choice)
 
 
-def _product(parts: Sequence[Choice]) -> Iterator[Option]:
+def _combine_options_of_parts(parts: Sequence[Choice]) -> Iterator[Option]:
     if not parts:
         yield ()
         return
-    for head in choice_options(parts[0]):
-        for tail in _product(parts[1:]):
+    for head in generate_tree_options(parts[0]):
+        for tail in _combine_options_of_parts(parts[1:]):
             yield head + tail
 
 
-def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
+def _generate_pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
     """Yield all sets of ``count`` cells of a table without a common row or column.
 
     They are ordered by rows or columns, whichever are fewer.
@@ -258,7 +262,7 @@ def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[
                 yield pairs
 
 
-def _sum_of_products(count: int, numbers: Sequence[int]) -> int:
+def _sum_products_over_subsets(count: int, numbers: Sequence[int]) -> int:
     """Return the sum, over all subsets of ``count`` numbers, of the product of the numbers in the subset."""
     if count > len(numbers):
         return 0
@@ -269,7 +273,7 @@ def _sum_of_products(count: int, numbers: Sequence[int]) -> int:
     return sums[count]
 
 
-def _count_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
+def _sum_products_over_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
     """Return the sum, over all matchings of ``count`` cells, of the product of the cells' weights."""
     rows, columns = len(weights), len(weights[0]) if weights else 0
     if count > min(rows, columns):
@@ -279,11 +283,11 @@ def _count_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
         placements = comb(rows, count) * comb(columns, count) * factorial(count)
         return placements * prod([values.pop()] * count)
     lines = weights if rows > columns else list(zip(*weights, strict=True))
-    return _count_matchings_by_subsets(count, lines)
+    return _sum_matchings_row_by_row(count, lines)
 
 
-def _count_matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
-    """Compute the sum of `_count_matchings` row by row, for each set of columns used so far."""
+def _sum_matchings_row_by_row(count: int, lines: Sequence[Sequence[int]]) -> int:
+    """Compute the sum of `_sum_products_over_matchings` row by row, for each set of columns used so far."""
     sums = {0: 1}
     for line in lines:
         for taken, number in list(sums.items()):
@@ -299,7 +303,7 @@ SHARED_WEIGHT = 1 << 20
 
 
 @dataclass(slots=True, eq=False)
-class _Overlap:
+class _ScoredOption:
     """An option, as a bit mask of conditions, with its score.
 
     The score grows with the number of conditions shared with an answer, and falls with the size of the
@@ -310,14 +314,14 @@ class _Overlap:
     conditions: int
 
 
-BestOverlap: TypeAlias = Callable[[int], "_Overlap | None"]
+FindBestOption: TypeAlias = Callable[[int], "_ScoredOption | None"]
 """Function that takes the conditions of an answer, as a bit mask, and returns the best option.
 
 It returns None if there are no options.
 """
 
 
-def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverlap:
+def make_best_option_finder(choice: Choice, number: Callable[[Literal], int]) -> FindBestOption:
     """Return a function that finds the option that shares most conditions with an answer.
 
     If several options share equally many, the shortest is chosen, then the first. Parts that are made true
@@ -329,61 +333,68 @@ def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverla
     """
     match choice:
         case LiteralChoice(literal):
-            return _score_conditions(1 << number(literal))
+            return _make_finder_for_mask(1 << number(literal))
         case AllOf(parts):
             leaves = [1 << number(part.literal) for part in parts if isinstance(part, LiteralChoice)]
-            together = _score_conditions(reduce(or_, leaves, 0))
-            others = [best_overlap(part, number) for part in parts if not isinstance(part, LiteralChoice)]
-            return _best_of_all((together, *others)) if others else together
+            together = _make_finder_for_mask(reduce(or_, leaves, 0))
+            others = [
+                make_best_option_finder(part, number) for part in parts if not isinstance(part, LiteralChoice)
+            ]
+            return _make_finder_for_all((together, *others)) if others else together
         case AnyOf(parts):
-            return _best_of_any([best_overlap(part, number) for part in parts])
-        case Choose(count, parts):
-            return _best_subset(count, [best_overlap(part, number) for part in parts])
-        case Pairing(count, cells):
-            return _best_pairing(
+            return _make_finder_for_any([make_best_option_finder(part, number) for part in parts])
+        case ExactlyOf(count, parts):
+            return _make_finder_for_subset(count, [make_best_option_finder(part, number) for part in parts])
+        case PairingChoice(count, cells):
+            return _make_finder_for_pairing(
                 count,
-                [[None if cell is None else best_overlap(cell, number) for cell in row] for row in cells],
+                [
+                    [None if cell is None else make_best_option_finder(cell, number) for cell in row]
+                    for row in cells
+                ],
             )
         case _:
             assert_never(choice)
 
 
-def _score_conditions(mask: int) -> BestOverlap:
+def _make_finder_for_mask(mask: int) -> FindBestOption:
     size = mask.bit_count()
-    return lambda stated: _Overlap((mask & stated).bit_count() * SHARED_WEIGHT - size, mask)
+    return lambda stated: _ScoredOption((mask & stated).bit_count() * SHARED_WEIGHT - size, mask)
 
 
-def _best_of_all(parts: Sequence[BestOverlap]) -> BestOverlap:
-    return lambda stated: _merge_overlaps([part(stated) for part in parts])
+def _make_finder_for_all(parts: Sequence[FindBestOption]) -> FindBestOption:
+    return lambda stated: _merge_scored_options([part(stated) for part in parts])
 
 
-def _best_of_any(parts: Sequence[BestOverlap]) -> BestOverlap:
+def _make_finder_for_any(parts: Sequence[FindBestOption]) -> FindBestOption:
     if len(parts) == 1:
         return parts[0]
     return lambda stated: max(filter(None, [part(stated) for part in parts]), key=_score, default=None)
 
 
-def _best_subset(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:
-    def best(stated: int) -> _Overlap | None:
+def _make_finder_for_subset(count: int, parts: Sequence[FindBestOption]) -> FindBestOption:
+    def find_best(stated: int) -> _ScoredOption | None:
         overlaps = [overlap for part in parts if (overlap := part(stated)) is not None]
         if len(overlaps) < count:
             return None
-        return _merge_overlaps(sorted(overlaps, key=_score, reverse=True)[:count])
+        return _merge_scored_options(sorted(overlaps, key=_score, reverse=True)[:count])
 
-    return best
+    return find_best
 
 
-def _best_pairing(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> BestOverlap:
-    def best(stated: int) -> _Overlap | None:
+def _make_finder_for_pairing(count: int, table: Sequence[Sequence[FindBestOption | None]]) -> FindBestOption:
+    def find_best(stated: int) -> _ScoredOption | None:
         overlaps = [[None if cell is None else cell(stated) for cell in row] for row in table]
         weights = [[None if overlap is None else overlap.score for overlap in row] for row in overlaps]
-        cells = heaviest_matching(weights, count)
-        return None if cells is None else _merge_overlaps([overlaps[row][column] for row, column in cells])
+        cells = find_heaviest_matching(weights, count)
+        return (
+            None if cells is None else _merge_scored_options([overlaps[row][column] for row, column in cells])
+        )
 
-    return best
+    return find_best
 
 
-def _merge_overlaps(parts: Iterable[_Overlap | None]) -> _Overlap | None:
+def _merge_scored_options(parts: Iterable[_ScoredOption | None]) -> _ScoredOption | None:
     """Merge one option of each part into one option; None if any part has no option."""
     score = conditions = 0
     for part in parts:
@@ -391,7 +402,7 @@ def _merge_overlaps(parts: Iterable[_Overlap | None]) -> _Overlap | None:
             return None
         score += part.score
         conditions |= part.conditions
-    return _Overlap(score, conditions)
+    return _ScoredOption(score, conditions)
 
 
 _score = attrgetter("score")

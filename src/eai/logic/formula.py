@@ -34,23 +34,23 @@ class Constant:
 Term: TypeAlias = Variable | Constant
 
 
-class _Connectives:
+class _InfixOperators:
     """Base class that gives formulas the infix operators ``&``, ``|`` and ``~``."""
 
     __slots__ = ()
 
     def __and__(self: Formula, other: Formula) -> And:  # type: ignore[misc]
-        return And((*operands(self, And), *operands(other, And)))
+        return And((*get_operands(self, And), *get_operands(other, And)))
 
     def __or__(self: Formula, other: Formula) -> Or:  # type: ignore[misc]
-        return Or((*operands(self, Or), *operands(other, Or)))
+        return Or((*get_operands(self, Or), *get_operands(other, Or)))
 
     def __invert__(self: Formula) -> Not:  # type: ignore[misc]
         return Not(self)
 
 
 @dataclass(frozen=True, slots=True)
-class Atom(_Connectives):
+class Atom(_InfixOperators):
     """A proposition over a state: a predicate applied to objects."""
 
     predicate: str
@@ -58,7 +58,7 @@ class Atom(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class Occurs(_Connectives):
+class Occurs(_InfixOperators):
     """A proposition about actions: this action, with these objects, is taken at the current position."""
 
     action: str
@@ -66,7 +66,7 @@ class Occurs(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class Equals(_Connectives):
+class Equals(_InfixOperators):
     """A formula that holds if two terms denote the same object."""
 
     left: Term
@@ -74,28 +74,28 @@ class Equals(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class Not(_Connectives):
+class Not(_InfixOperators):
     """The negation of a formula."""
 
     operand: Formula
 
 
 @dataclass(frozen=True, slots=True)
-class And(_Connectives):
+class And(_InfixOperators):
     """Conjunction of any number of formulas; without any formula it is true."""
 
     operands: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Or(_Connectives):
+class Or(_InfixOperators):
     """Disjunction of any number of formulas; without any formula it is false."""
 
     operands: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Implies(_Connectives):
+class Implies(_InfixOperators):
     """Material implication."""
 
     premise: Formula
@@ -103,7 +103,7 @@ class Implies(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class ForAll(_Connectives):
+class ForAll(_InfixOperators):
     """A formula that holds if its body holds for every value of the variable."""
 
     variable: Variable
@@ -111,7 +111,7 @@ class ForAll(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class Exists(_Connectives):
+class Exists(_InfixOperators):
     """A formula that holds if its body holds for at least one value of the variable."""
 
     variable: Variable
@@ -119,7 +119,7 @@ class Exists(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class Exactly(_Connectives):
+class Exactly(_InfixOperators):
     """A formula that holds if its body holds for exactly ``count`` values of the variable.
 
     The paper and BDDL write it ``forn``.
@@ -131,7 +131,7 @@ class Exactly(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class ForPairs(_Connectives):
+class ForPairs(_InfixOperators):
     """A formula that holds if objects of two categories can be matched in pairs for which the body holds.
 
     BDDL writes it ``forpairs``. If ``count`` is None, the matching must cover all objects of the smaller
@@ -145,35 +145,35 @@ class ForPairs(_Connectives):
 
 
 @dataclass(frozen=True, slots=True)
-class Then(_Connectives):
+class Then(_InfixOperators):
     """A formula whose parts hold in turn, on consecutive segments of the trace (the paper's ``then``)."""
 
     parts: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Next(_Connectives):
+class Next(_InfixOperators):
     """A formula that holds if its operand holds at the next position, which must exist (strong next)."""
 
     operand: Formula
 
 
 @dataclass(frozen=True, slots=True)
-class Eventually(_Connectives):
+class Eventually(_InfixOperators):
     """A formula that holds if its operand holds at this or some later position."""
 
     operand: Formula
 
 
 @dataclass(frozen=True, slots=True)
-class Always(_Connectives):
+class Always(_InfixOperators):
     """A formula that holds if its operand holds at this and every later position."""
 
     operand: Formula
 
 
 @dataclass(frozen=True, slots=True)
-class Until(_Connectives):
+class Until(_InfixOperators):
     """A formula that holds if ``right`` holds now or later, and ``left`` at every position before that."""
 
     left: Formula
@@ -195,6 +195,6 @@ TRUE = And(())
 FALSE = Or(())
 
 
-def operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
+def get_operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
     """Return the operands of a formula with this connective; for another formula, a tuple of it alone."""
     return formula.operands if isinstance(formula, connective) else (formula,)

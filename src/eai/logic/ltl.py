@@ -17,14 +17,14 @@ from typing import Final, Literal, TypeAlias
 import eai.logic.formula as f
 from eai.base.errors import ParseError
 from eai.logic.signature import (
-    Misuse,
-    MisuseKind,
+    NameMisuse,
+    NameMisuseKind,
     Signature,
     describe_arity,
-    error_at,
+    find_line_and_column,
     join_with_or,
-    line_and_column,
-    to_term,
+    make_parse_error,
+    make_term,
 )
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
@@ -54,8 +54,8 @@ def parse(text: str, dialect: Dialect = "ltlf") -> f.Formula:
 
 def read_formula(
     text: str, signature: Signature, dialect: Dialect = "ltlf"
-) -> tuple[f.Formula, tuple[Misuse, ...]]:
-    """Parse a formula. Return it with the misuses of names (see `Misuse`), in the order of the text.
+) -> tuple[f.Formula, tuple[NameMisuse, ...]]:
+    """Parse a formula. Return it with the misuses of names (see `NameMisuse`), in the order of the text.
 
     The whole text is parsed before names are looked up. So a syntax error anywhere is reported before any
     unknown name. An argument is a variable if a quantifier around it binds its name, otherwise an object.
@@ -77,7 +77,7 @@ _INVALID_CHARACTER = re.compile(r"\W")
 _NUMBERED_NAME = re.compile(r"(.+)\.([0-9]+)")
 
 
-def spell_names(names: Iterable[str]) -> dict[str, str]:
+def map_spellings_to_names(names: Iterable[str]) -> dict[str, str]:
     """Return a mapping from the spelling of each object's name in formulas to the name, in order.
 
     A character that formulas do not allow in names becomes an underscore. If two spellings become equal, the
@@ -142,7 +142,7 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 
 @dataclass(slots=True)
-class _Pending:
+class _OpenConstruct:
     """A construct that is not yet read to its end: a series, an infix, a prefix, a quantifier or a bracket.
 
     Attributes:
@@ -168,17 +168,17 @@ class _LtlReader:
         self._signature = signature
         self._is_release = dialect == "release"
         self._operands, self._joints = _OPERANDS[dialect], _OPERATORS[dialect]
-        self._misuses: list[Misuse] = []
+        self._misuses: list[NameMisuse] = []
         self._position = 0
         self._scope: frozenset[str] = frozenset()
-        self._stack: list[_Pending] = []
+        self._stack: list[_OpenConstruct] = []
         self._brackets = 0
 
-    def read(self) -> tuple[f.Formula, tuple[Misuse, ...]]:
+    def read(self) -> tuple[f.Formula, tuple[NameMisuse, ...]]:
         """Return the formula of the whole text, and the misuses of names."""
         formula, levels = self._read_operand(), 1
         while True:
-            operator = self._read_operator()
+            operator = self._read_token_after_operand()
             strength = STRENGTHS[operator]
             while self._stack and self._stack[-1].strength > strength:
                 pending = self._stack.pop()
@@ -195,7 +195,7 @@ class _LtlReader:
                 self._push_operand(operator, formula, levels)
                 formula, levels = self._read_operand(), 1
 
-    def _read_operator(self) -> str:
+    def _read_token_after_operand(self) -> str:
         """Read and return the token after an operand: a word, a closing bracket, or "" at the end."""
         match = self._joints.match(self._text, self._position)
         if match is None:
@@ -210,12 +210,12 @@ class _LtlReader:
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
         strength = STRENGTHS[operator]
         if operator in _INFIXES:  # infix operators associate to the right, so each one is pushed
-            self._stack.append(_Pending(strength, _INFIXES[operator], [formula], levels, self._scope))
+            self._stack.append(_OpenConstruct(strength, _INFIXES[operator], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)
             self._stack[-1].levels = max(levels, self._stack[-1].levels)
         else:
-            self._stack.append(_Pending(strength, _SERIES[operator], [formula], levels, self._scope))
+            self._stack.append(_OpenConstruct(strength, _SERIES[operator], [formula], levels, self._scope))
 
     def _read_operand(self) -> f.Formula:
         """Read the next atom, action, equation or constant.
@@ -225,7 +225,7 @@ class _LtlReader:
         while True:
             token = self._operands.match(self._text, self._position)
             if token is None:
-                raise self._operand_error()
+                raise self._make_operand_error()
             self._position = token.end()
             match token.lastgroup:
                 case "primitive":
@@ -237,7 +237,7 @@ class _LtlReader:
                 case _ if (word := token["word"]) in _CONSTANTS:
                     return _CONSTANTS[word]
                 case _ if word in PREFIXES:
-                    self._stack.append(_Pending(PREFIX, PREFIXES[word], [], 0, self._scope))
+                    self._stack.append(_OpenConstruct(PREFIX, PREFIXES[word], [], 0, self._scope))
                 case _:
                     self._read_quantifier(word)
 
@@ -246,10 +246,10 @@ class _LtlReader:
         if signature is not None and not scope and text in signature.parsed:
             return signature.parsed[text]
         name, *arguments = _OBJECTS.findall(text)
-        terms = tuple([to_term(argument, scope) for argument in arguments])
+        terms = tuple([make_term(argument, scope) for argument in arguments])
         if signature is None:
             return f.Atom(name, terms)
-        self._check(name, terms, signature, lambda i: position + [*_OBJECTS.finditer(text)][i].start())
+        self._check_names(name, terms, signature, lambda i: position + [*_OBJECTS.finditer(text)][i].start())
         formula = f.Occurs(name, terms) if signature.is_action(name) else f.Atom(name, terms)
         if not scope and not self._misuses and len(signature.parsed) < MAX_PARSED_PRIMITIVES:
             signature.parsed[text] = formula
@@ -257,12 +257,12 @@ class _LtlReader:
 
     def _read_equation(self, text: str, position: int) -> f.Formula:
         names = [*_OBJECTS.finditer(text)]
-        left, right = terms = [to_term(name.group(), self._scope) for name in names]
+        left, right = terms = [make_term(name.group(), self._scope) for name in names]
         if self._signature is not None:
             self._check_objects("=", terms, self._signature, lambda i: position + names[i - 1].start())
         return f.Equals(left, right)
 
-    def _check(
+    def _check_names(
         self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
     ) -> None:
         """Record the names in one predicate or action that the signature does not allow.
@@ -274,7 +274,7 @@ class _LtlReader:
             position: function that returns the offset in the text of the name (for 0), or of an argument (for
                 its number, from 1).
         """
-        arities = signature.arity_table(name)
+        arities = signature.get_arities_of_same_kind(name)
         if name not in arities:
             detail = f"{name} is no predicate and no action"
             self._add_misuse("unknown_predicate", name, name, position(0), detail)
@@ -294,12 +294,14 @@ class _LtlReader:
                 detail = f"there is no object {term.name}"
                 self._add_misuse("unknown_object", term.name, name, position(i), detail)
 
-    def _add_misuse(self, kind: MisuseKind, name: str, primitive: str, position: int, detail: str) -> None:
-        line, column = line_and_column(self._text, position)
-        self._misuses.append(Misuse(kind, name, primitive, line, column, detail))
+    def _add_misuse(
+        self, kind: NameMisuseKind, name: str, primitive: str, position: int, detail: str
+    ) -> None:
+        line, column = find_line_and_column(self._text, position)
+        self._misuses.append(NameMisuse(kind, name, primitive, line, column, detail))
 
     def _open_bracket(self, scope: frozenset[str]) -> None:
-        self._stack.append(_Pending(0, f.And, [], 0, self._scope))
+        self._stack.append(_OpenConstruct(0, f.And, [], 0, self._scope))
         self._scope = scope
         self._brackets += 1
 
@@ -307,7 +309,7 @@ class _LtlReader:
         count, expected = None, "a name"
         if word.startswith("forn"):
             count = self._read_count()
-            if self._take(r"\.") is None:
+            if self._read_match(r"\.") is None:
                 if self._is_release:
                     raise self._error_expecting("'.'")
                 expected = "a name or '.'"
@@ -319,43 +321,43 @@ class _LtlReader:
         else:
             variables = (self._read_variable(expected, "."),)
             make = partial(_QUANTIFIERS[word], *(() if count is None else (count,)), *variables)
-        self._require(r"\(", "'('")
-        self._stack.append(_Pending(PREFIX, make, [], 0, self._scope))
+        self._read_required_match(r"\(", "'('")
+        self._stack.append(_OpenConstruct(PREFIX, make, [], 0, self._scope))
         self._open_bracket(self._scope | {variable.name for variable in variables})
 
     def _read_count(self) -> int:
-        digits = self._require(r"\d+", "a number")
+        digits = self._read_required_match(r"\d+", "a number")
         if len(digits) > MAX_COUNT_DIGITS:
             position = self._position - len(digits)
-            raise error_at(self._text, position, f"a number of at most {MAX_COUNT_DIGITS} digits")
+            raise make_parse_error(self._text, position, f"a number of at most {MAX_COUNT_DIGITS} digits")
         return int(digits)
 
     def _read_variable(self, expected: str, end: str) -> f.Variable:
-        name, category = self._require(_NAME, expected), None
-        if not self._is_release and self._take(":") is not None:
-            category = self._require(_CATEGORY, "a category")
+        name, category = self._read_required_match(_NAME, expected), None
+        if not self._is_release and self._read_match(":") is not None:
+            category = self._read_required_match(_CATEGORY, "a category")
         signs = [f"'{end}'"] if self._is_release or category else [f"'{end}'", "':'"]
-        self._require(re.escape(end), *signs)
+        self._read_required_match(re.escape(end), *signs)
         return f.Variable(name, category)
 
-    def _operand_error(self) -> ParseError:
-        name = self._take(_NAME if self._is_release else _OBJECT)
+    def _make_operand_error(self) -> ParseError:
+        name = self._read_match(_NAME if self._is_release else _OBJECT)
         if name is None:
             return self._error_expecting("a predicate or action", "a name", "'not'", "a quantifier", "'('")
-        if not self._is_release and self._take("=") is not None:
+        if not self._is_release and self._read_match("=") is not None:
             return self._error_expecting("a name")
         if "." in name:
             return self._error_expecting("'='")
-        if self._take(r"\(") is None:
+        if self._read_match(r"\(") is None:
             return self._error_expecting("'('") if self._is_release else self._error_expecting("'('", "'='")
-        if self._take(_OBJECT) is None:
+        if self._read_match(_OBJECT) is None:
             return self._error_expecting("a name", "')'")
-        while self._take(",") is not None:
-            if self._take(_OBJECT) is None:
+        while self._read_match(",") is not None:
+            if self._read_match(_OBJECT) is None:
                 return self._error_expecting("a name")
         return self._error_expecting("')'", "','")
 
-    def _take(self, pattern: str) -> str | None:
+    def _read_match(self, pattern: str) -> str | None:
         """Skip blanks, and read text that matches a pattern; None if the next text does not match."""
         match = re.compile(f"{_BLANK}({pattern})").match(self._text, self._position)
         if match is None:
@@ -363,12 +365,12 @@ class _LtlReader:
         self._position = match.end()
         return match[1]
 
-    def _require(self, pattern: str, *expected: str) -> str:
-        text = self._take(pattern)
+    def _read_required_match(self, pattern: str, *expected: str) -> str:
+        text = self._read_match(pattern)
         if text is None:
             raise self._error_expecting(*expected)
         return text
 
     def _error_expecting(self, *words: str) -> ParseError:
-        self._take("")
-        return error_at(self._text, self._position, join_with_or(words))
+        self._read_match("")
+        return make_parse_error(self._text, self._position, join_with_or(words))

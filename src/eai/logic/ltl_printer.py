@@ -20,10 +20,10 @@ def print_ltl(formula: f.Formula) -> str:
     around it. Third, actions are in the parser's signature. Fourth, And, Or and Then have two or more parts;
     or no parts, which is printed as ``true`` or ``false``.
     """
-    return _print(formula, STRENGTHS["then"])
+    return _print_formula(formula, STRENGTHS["then"])
 
 
-def _print(formula: f.Formula, needed_strength: int) -> str:
+def _print_formula(formula: f.Formula, needed_strength: int) -> str:
     """Return the text of a formula, in brackets if it binds less tightly than ``needed_strength``."""
     match formula:
         case f.Atom(name, arguments) | f.Occurs(name, arguments):
@@ -41,7 +41,7 @@ def _print(formula: f.Formula, needed_strength: int) -> str:
         case f.Until(left, right):
             return _print_infix(left, "until", right, needed_strength)
         case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
-            return f"{_PREFIXES[type(formula)]} {_print(operand, PREFIX)}"
+            return f"{_PREFIXES[type(formula)]} {_print_formula(operand, PREFIX)}"
         case f.ForAll(body=body) | f.Exists(body=body) | f.Exactly(body=body) | f.ForPairs(body=body):
             return f"{_print_quantifier(formula)}. ({print_ltl(body)})"
         case _:
@@ -54,14 +54,14 @@ def _print_series(parts: Sequence[f.Formula], word: str, needed_strength: int) -
     A part with the same operator keeps its brackets, so that parsing gives an equal formula.
     """
     if len(parts) == 1:
-        return _print(parts[0], needed_strength)
-    text = f" {word} ".join([_print(part, STRENGTHS[word] + 1) for part in parts])
+        return _print_formula(parts[0], needed_strength)
+    text = f" {word} ".join([_print_formula(part, STRENGTHS[word] + 1) for part in parts])
     return _add_brackets(text, STRENGTHS[word], needed_strength)
 
 
 def _print_infix(left: f.Formula, word: str, right: f.Formula, needed_strength: int) -> str:
     strength = STRENGTHS[word]
-    text = f"{_print(left, strength + 1)} {word} {_print(right, strength)}"
+    text = f"{_print_formula(left, strength + 1)} {word} {_print_formula(right, strength)}"
     return _add_brackets(text, strength, needed_strength)
 
 

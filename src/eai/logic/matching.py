@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 
 
-def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
+def find_maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
     """Match as many left vertices as possible, each with a different right vertex (Hopcroft and Karp 1973).
 
     Args:
@@ -24,7 +24,7 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
         unexplored = [iter(neighbours) for neighbours in adjacency]
         for left, matched in enumerate(partner):
             if matched is None:
-                _augment(left, unexplored, layers, partner, owner)
+                _augment_matching(left, unexplored, layers, partner, owner)
     return partner
 
 
@@ -50,7 +50,7 @@ def _find_layers(
     return layers if augmentable else {}
 
 
-def _augment(
+def _augment_matching(
     start: int,
     unexplored: Sequence[Iterator[int]],
     layers: dict[int, int],
@@ -82,7 +82,9 @@ def _augment(
             edges.append(right)
 
 
-def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[tuple[int, int]] | None:
+def find_heaviest_matching(
+    weights: Sequence[Sequence[int | None]], size: int
+) -> list[tuple[int, int]] | None:
     """Return the ``size`` cells of a table with the largest total weight, no two in one row or column.
 
     Args:
@@ -95,10 +97,14 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
     Takes O(size * cells * rows) time.
     """
     column_of: dict[int, int] = {}
-    return sorted(column_of.items()) if all(_add_cell(weights, column_of) for _ in range(size)) else None
+    return (
+        sorted(column_of.items())
+        if all(_match_one_more_cell(weights, column_of) for _ in range(size))
+        else None
+    )
 
 
-def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
+def find_heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
     """Return the cells of a table with the largest total weight, no two in one row or column.
 
     The number of cells is not fixed. Cells of weight 0 are never taken. Each cell is a pair (row, column), in
@@ -109,12 +115,12 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
     """
     column_of: dict[int, int] = {}
     # Taken cells have the largest weight for their number, so a path that gains takes no cell of weight 0.
-    while _add_cell(weights, column_of, least_gain=1):
+    while _match_one_more_cell(weights, column_of, least_gain=1):
         pass
     return sorted(column_of.items())
 
 
-def _add_cell(
+def _match_one_more_cell(
     weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
 ) -> bool:
     """Take one more cell, along the path that gains most weight. Return whether a cell was taken.
@@ -123,7 +129,7 @@ def _add_cell(
     the largest for their number (successive shortest paths). The gain never grows from one call to the next.
     """
     row_of = {column: row for row, column in column_of.items()}
-    gains, came_from = _find_best_gains(weights, column_of, row_of)
+    gains, came_from = _find_best_path_gains(weights, column_of, row_of)
     free = [(gain, -column) for column, gain in gains.items() if column not in row_of]
     gain, end = max(free, default=(0, 0))
     if not free or (least_gain is not None and gain < least_gain):
@@ -136,7 +142,7 @@ def _add_cell(
     return True
 
 
-def _find_best_gains(
+def _find_best_path_gains(
     weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
 ) -> tuple[dict[int, int], dict[int, int]]:
     """Return the largest gain of a path from a free row to each column, and the last row of this path.

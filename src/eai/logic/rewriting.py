@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.traversal import bound_variables, is_state_formula, map_parts, object_names
+from eai.logic.traversal import find_object_names, get_bound_variables, is_state_formula, map_subformulas
 
 L = TypeVar("L", bound=f.Leaf)
 
@@ -25,10 +25,10 @@ def map_leaves(formula: f.Formula, change: Callable[[f.Leaf], f.Formula]) -> f.F
     """Return a formula whose leaves are replaced by ``change(leaf)``."""
     if isinstance(formula, (f.Atom, f.Occurs, f.Equals)):
         return change(formula)
-    return map_parts(formula, lambda part: map_leaves(part, change))
+    return map_subformulas(formula, lambda part: map_leaves(part, change))
 
 
-def rewrite(
+def rewrite_leaves(
     formula: f.Formula,
     change: Callable[[f.Leaf, frozenset[str]], f.Formula],
     bound: frozenset[str] = frozenset(),
@@ -45,11 +45,11 @@ def rewrite(
             return change(formula, bound)
         case f.Next() | f.Eventually() | f.Always() | f.Until():
             raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
-    inner = bound.union([variable.name for variable in bound_variables(formula)])
-    return map_parts(formula, lambda part: rewrite(part, change, inner))
+    inner = bound.union([variable.name for variable in get_bound_variables(formula)])
+    return map_subformulas(formula, lambda part: rewrite_leaves(part, change, inner))
 
 
-def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
+def rewrite_state_subformulas(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
     """Replace each largest subformula without temporal operators by ``change(subformula)``.
 
     Return the new formula.
@@ -58,41 +58,41 @@ def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]
         return change(formula)
     if isinstance(formula, (f.ForAll, f.Exists, f.Exactly, f.ForPairs)):
         raise InputError("expected temporal operators outside of quantifiers")
-    return map_parts(formula, lambda part: rewrite_in_time(part, change))
+    return map_subformulas(formula, lambda part: rewrite_state_subformulas(part, change))
 
 
-def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:
+def substitute_terms(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:
     """Return a formula whose constants and free variables are replaced by the terms in a mapping.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
     """
 
-    def change(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+    def substitute_in_leaf(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
         return map_terms(leaf, lambda term: term if term.name in bound else values.get(term, term))
 
-    return rewrite(formula, change)
+    return rewrite_leaves(formula, substitute_in_leaf)
 
 
-def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
+def push_negations_inwards(formula: f.Formula, *, negated: bool = False) -> f.Formula:
     """Return an equivalent of a formula, or of its negation, with negations only at the leaves.
 
     It has no implications, either. Negations of counting quantifiers and of temporal operators stay in place.
     """
     match formula:
         case f.Not(operand):
-            return negation_normal(operand, negated=not negated)
+            return push_negations_inwards(operand, negated=not negated)
         case f.And(parts) | f.Or(parts):
             kind = f.And if isinstance(formula, f.And) != negated else f.Or
-            return kind(tuple([negation_normal(part, negated=negated) for part in parts]))
+            return kind(tuple([push_negations_inwards(part, negated=negated) for part in parts]))
         case f.Implies(premise, conclusion):
             either = f.Or((f.Not(premise), conclusion))
-            return negation_normal(either, negated=negated)
+            return push_negations_inwards(either, negated=negated)
         case f.ForAll(variable, body) | f.Exists(variable, body):
             quantifier = f.ForAll if isinstance(formula, f.ForAll) != negated else f.Exists
-            return quantifier(variable, negation_normal(body, negated=negated))
+            return quantifier(variable, push_negations_inwards(body, negated=negated))
         case f.Then(parts) if not negated:
-            return f.Then(tuple([negation_normal(part) for part in parts]))
+            return f.Then(tuple([push_negations_inwards(part) for part in parts]))
         case _:
             return f.Not(formula) if negated else formula
 
@@ -100,11 +100,11 @@ def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
 def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
     """Return a formula with other names of objects. Variables and categories stay."""
 
-    def rename(term: f.Term) -> f.Term:
+    def rename_object(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Constant) else term.name
         return term if new == term.name else f.Constant(new)
 
-    return map_leaves(formula, lambda leaf: map_terms(leaf, rename))
+    return map_leaves(formula, lambda leaf: map_terms(leaf, rename_object))
 
 
 def rename_variables(formula: f.Formula) -> f.Formula:
@@ -112,28 +112,28 @@ def rename_variables(formula: f.Formula) -> f.Formula:
 
     A name is skipped if an object in the formula has it.
     """
-    taken = object_names(formula)
+    taken = find_object_names(formula)
     fresh = filter(lambda name: name not in taken, chain("xyz", map("x{}".format, count(1))))
-    return _rename(formula, {}, fresh)
+    return _rename_bound_and_free(formula, {}, fresh)
 
 
-def _rename(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
+def _rename_bound_and_free(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
     """Rename free variables by ``names``; name bound variables by the next names of ``fresh``."""
 
-    def rename(term: f.Term) -> f.Term:
+    def rename_variable(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Variable) else term.name
         return term if new == term.name else f.Variable(new)
 
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
-            return map_terms(formula, rename)
+            return map_terms(formula, rename_variable)
         case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
             one = replace(variable, name=next(fresh))
             inner = {**names, variable.name: one.name}
-            return replace(formula, variable=one, body=_rename(body, inner, fresh))
+            return replace(formula, variable=one, body=_rename_bound_and_free(body, inner, fresh))
         case f.ForPairs(first, second, body):
             one, other = replace(first, name=next(fresh)), replace(second, name=next(fresh))
             inner = {**names, first.name: one.name, second.name: other.name}
-            return replace(formula, first=one, second=other, body=_rename(body, inner, fresh))
+            return replace(formula, first=one, second=other, body=_rename_bound_and_free(body, inner, fresh))
         case _:
-            return map_parts(formula, lambda part: _rename(part, names, fresh))
+            return map_subformulas(formula, lambda part: _rename_bound_and_free(part, names, fresh))

@@ -13,7 +13,7 @@ forn over ``then`` cannot become false when their piece grows. So only the last 
 these formulas. For formulas that cannot become false when their piece shrinks, only the first end is tried.
 All other formulas are evaluated on every piece, which multiplies the time by the length of the trace.
 
-A quantifier tries only objects for which its body can have the wanted truth (`support`):
+A quantifier tries only objects for which its body can have the wanted truth (`find_possible_values`):
 ``exists x. exists y. (pour(x, y))`` on a trace with one pouring does not try 290 times 290 pairs.
 """
 
@@ -27,9 +27,9 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.matching import maximum_matching
-from eai.logic.trace import Trace, positions_in
-from eai.logic.traversal import monotony, temporal_parts
+from eai.logic.matching import find_maximum_matching
+from eai.logic.trace import Trace, iterate_positions
+from eai.logic.traversal import find_monotone_parts, find_temporal_ids
 
 Binding: TypeAlias = Mapping[str, str]
 """Mapping from names of variables to names of objects."""
@@ -43,18 +43,18 @@ def holds(formula: f.Formula, trace: Trace) -> bool:
     Raises:
         InputError: a variable is not bound by any quantifier.
     """
-    evaluator = _Evaluator(formula, trace)
-    return bool(evaluator.find_starts(formula, {}, trace.length - 1) & 1)
+    evaluator = _TraceEvaluator(formula, trace)
+    return bool(evaluator.compute_start_mask(formula, {}, trace.length - 1) & 1)
 
 
-class _Evaluator:
+class _TraceEvaluator:
     """Evaluates the subformulas of one formula on one trace."""
 
     def __init__(self, formula: f.Formula, trace: Trace) -> None:
         self._trace = trace
         self._formula = formula  # keeps the subformulas alive, so that their ids stay unique
-        self._temporal = temporal_parts(formula)
-        self._monotony = monotony(formula)
+        self._temporal = find_temporal_ids(formula)
+        self._monotony = find_monotone_parts(formula)
         self._closed: dict[int, int] = {}
         self._tables: dict[tuple[int, frozenset[tuple[str, str]]], list[int]] = {}
 
@@ -62,119 +62,136 @@ class _Evaluator:
         """Whether a subformula has a temporal operator."""
         return id(formula) in self._temporal
 
-    def find_state_positions(self, formula: f.Formula, binding: Binding) -> int:
+    def get_state_formula_mask(self, formula: f.Formula, binding: Binding) -> int:
         """Return the mask of positions at which a state formula holds."""
         if binding:
-            return self._compute_state_positions(formula, binding)
+            return self._compute_state_formula_mask(formula, binding)
         mask = self._closed.get(id(formula))
         if mask is None:
-            mask = self._closed[id(formula)] = self._compute_state_positions(formula, binding)
+            mask = self._closed[id(formula)] = self._compute_state_formula_mask(formula, binding)
         return mask
 
-    def _compute_state_positions(self, formula: f.Formula, binding: Binding) -> int:
+    def _compute_state_formula_mask(self, formula: f.Formula, binding: Binding) -> int:
         match formula:
             case f.Atom(predicate, arguments):
-                return self._trace.atom(predicate, _objects(arguments, binding))
+                return self._trace.find_atom_mask(predicate, _resolve_terms(arguments, binding))
             case f.Occurs(action, arguments):
-                return self._trace.occurrence(action, _objects(arguments, binding))
+                return self._trace.find_occurrence_mask(action, _resolve_terms(arguments, binding))
             case f.Equals(left, right):
-                a, b = _objects((left, right), binding)
-                return _up_to(self._trace.length - 1) if a == b else 0
+                a, b = _resolve_terms((left, right), binding)
+                return _make_mask_up_to(self._trace.length - 1) if a == b else 0
             case _:
-                return self._combine(formula, binding, self.find_state_positions, self._trace.length - 1)
+                return self._combine_part_masks(
+                    formula, binding, self.get_state_formula_mask, self._trace.length - 1
+                )
 
-    def find_positions(self, formula: f.Formula, binding: Binding, end: int) -> int:
+    def compute_position_mask(self, formula: f.Formula, binding: Binding, end: int) -> int:
         """Return the mask of positions at which the formula holds, on the trace cut off after ``end``."""
         if not self.is_temporal(formula):
-            return self.find_state_positions(formula, binding) & _up_to(end)
+            return self.get_state_formula_mask(formula, binding) & _make_mask_up_to(end)
         match formula:
             case f.Next(operand):
-                return self.find_positions(operand, binding, end) >> 1
+                return self.compute_position_mask(operand, binding, end) >> 1
             case f.Eventually(operand):
-                return _up_to_last(self.find_positions(operand, binding, end))
+                return _fill_mask_up_to_last(self.compute_position_mask(operand, binding, end))
             case f.Always(operand):
-                everything = _up_to(end)
-                return everything & ~_up_to_last(everything & ~self.find_positions(operand, binding, end))
+                everything = _make_mask_up_to(end)
+                return everything & ~_fill_mask_up_to_last(
+                    everything & ~self.compute_position_mask(operand, binding, end)
+                )
             case f.Until(left, right):
-                return _positions_until(
-                    self.find_positions(left, binding, end), self.find_positions(right, binding, end)
+                return _compute_until_mask(
+                    self.compute_position_mask(left, binding, end),
+                    self.compute_position_mask(right, binding, end),
                 )
             case f.Then(parts):
-                last = self.find_starts(parts[-1], binding, end) if parts else _up_to(end)
-                return self._find_sequence_starts(parts[:-1], binding, last)
+                last = self.compute_start_mask(parts[-1], binding, end) if parts else _make_mask_up_to(end)
+                return self._compute_sequence_start_mask(parts[:-1], binding, last)
             case _:
-                return self._combine(formula, binding, partial(self.find_positions, end=end), end)
+                return self._combine_part_masks(
+                    formula, binding, partial(self.compute_position_mask, end=end), end
+                )
 
-    def find_starts(self, formula: f.Formula, binding: Binding, end: int) -> int:
+    def compute_start_mask(self, formula: f.Formula, binding: Binding, end: int) -> int:
         """Return the mask of starts of pieces of the trace that end at ``end`` and satisfy the formula."""
         if not self.is_temporal(formula):
-            return _up_to_last(self.find_state_positions(formula, binding) & _up_to(end))
+            return _fill_mask_up_to_last(
+                self.get_state_formula_mask(formula, binding) & _make_mask_up_to(end)
+            )
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
-            return self.find_positions(formula, binding, end)
-        return self._combine(formula, binding, partial(self.find_starts, end=end), end)
+            return self.compute_position_mask(formula, binding, end)
+        return self._combine_part_masks(formula, binding, partial(self.compute_start_mask, end=end), end)
 
-    def _find_sequence_starts(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
+    def _compute_sequence_start_mask(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
         """Return the mask of starts of consecutive pieces that satisfy the parts; ``starts`` come next."""
         for part in reversed(parts):
-            starts = self._find_piece_starts(part, binding, starts)
+            starts = self._compute_piece_start_mask(part, binding, starts)
         return starts
 
-    def _find_piece_starts(self, formula: f.Formula, binding: Binding, rest: int) -> int:
+    def _compute_piece_start_mask(self, formula: f.Formula, binding: Binding, rest: int) -> int:
         """Return the mask of starts of pieces that satisfy the formula and end just before ``rest``."""
         ends = rest >> 1
         # A lasting formula stays true when its piece grows, so only the longest piece matters.
         if id(formula) in self._monotony.lasting:
-            return self.find_starts(formula, binding, ends.bit_length() - 1) if ends else 0
+            return self.compute_start_mask(formula, binding, ends.bit_length() - 1) if ends else 0
         # A perishing formula stays true when its piece shrinks, so only pieces of length 1 matter.
-        if id(formula) in self._monotony.perishing and ends == _up_to_last(ends):
-            return self._find_single_positions(formula, binding) & ends
-        table = self._find_table(formula, binding)
-        return reduce(or_, [table[end] for end in positions_in(ends)], 0)
+        if id(formula) in self._monotony.perishing and ends == _fill_mask_up_to_last(ends):
+            return self._compute_single_position_mask(formula, binding) & ends
+        table = self._get_start_masks(formula, binding)
+        return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
-    def _find_single_positions(self, formula: f.Formula, binding: Binding) -> int:
+    def _compute_single_position_mask(self, formula: f.Formula, binding: Binding) -> int:
         """Return the mask of positions at which a piece of length 1 satisfies the formula."""
         if not self.is_temporal(formula):
-            return self.find_state_positions(formula, binding)
+            return self.get_state_formula_mask(formula, binding)
         match formula:
             case f.Next():
                 return 0
             case f.Then(parts):
-                return self._find_single_positions(parts[0], binding) if len(parts) == 1 else 0
+                return self._compute_single_position_mask(parts[0], binding) if len(parts) == 1 else 0
             case f.Eventually(operand) | f.Always(operand) | f.Until(right=operand):
-                return self._find_single_positions(operand, binding)
+                return self._compute_single_position_mask(operand, binding)
             case _:
-                return self._combine(formula, binding, self._find_single_positions, self._trace.length - 1)
+                return self._combine_part_masks(
+                    formula, binding, self._compute_single_position_mask, self._trace.length - 1
+                )
 
-    def _find_table(self, formula: f.Formula, binding: Binding) -> list[int]:
+    def _get_start_masks(self, formula: f.Formula, binding: Binding) -> list[int]:
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
-            self._tables[key] = self._compute_table(formula, binding)
+            self._tables[key] = self._compute_start_masks(formula, binding)
         return self._tables[key]
 
-    def _compute_table(self, formula: f.Formula, binding: Binding) -> list[int]:
+    def _compute_start_masks(self, formula: f.Formula, binding: Binding) -> list[int]:
         """Return a list with the mask of starts of satisfying pieces, for every end of a piece.
 
         The tables of the operands of connectives are computed first.
         """
         if not self.is_temporal(formula):
-            mask = self.find_state_positions(formula, binding)
-            return [_up_to_last(mask & _up_to(end)) for end in range(self._trace.length)]
+            mask = self.get_state_formula_mask(formula, binding)
+            return [_fill_mask_up_to_last(mask & _make_mask_up_to(end)) for end in range(self._trace.length)]
         match formula:
             case f.Not(operand):
-                return [_up_to(end) & ~m for end, m in enumerate(self._compute_table(operand, binding))]
+                return [
+                    _make_mask_up_to(end) & ~m
+                    for end, m in enumerate(self._compute_start_masks(operand, binding))
+                ]
             case f.And(operands) | f.Or(operands):
                 join = and_ if isinstance(formula, f.And) else or_
-                tables = [self._compute_table(operand, binding) for operand in operands]
+                tables = [self._compute_start_masks(operand, binding) for operand in operands]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
             case f.Then((*first, last)):
                 return [
-                    self._find_sequence_starts(first, binding, m) for m in self._compute_table(last, binding)
+                    self._compute_sequence_start_mask(first, binding, m)
+                    for m in self._compute_start_masks(last, binding)
                 ]
             case _:
-                return [self.find_starts(formula, binding, end) for end in range(self._trace.length)]
+                return [self.compute_start_mask(formula, binding, end) for end in range(self._trace.length)]
 
-    def _combine(self, formula: f.Formula, binding: Binding, evaluate: _EvaluatePart, end: int) -> int:
-        everything = _up_to(end)
+    def _combine_part_masks(
+        self, formula: f.Formula, binding: Binding, evaluate: _EvaluatePart, end: int
+    ) -> int:
+        everything = _make_mask_up_to(end)
         match formula:
             case f.Not(operand):
                 return everything & ~evaluate(operand, binding)
@@ -186,20 +203,20 @@ class _Evaluator:
                 return (everything & ~evaluate(premise, binding)) | evaluate(conclusion, binding)
             case f.ForAll(variable, body):
                 return reduce(
-                    and_, self._evaluate_instances(variable, body, binding, evaluate, False), everything
+                    and_, self._compute_instance_masks(variable, body, binding, evaluate, False), everything
                 )
             case f.Exists(variable, body):
-                return reduce(or_, self._evaluate_instances(variable, body, binding, evaluate, True), 0)
+                return reduce(or_, self._compute_instance_masks(variable, body, binding, evaluate, True), 0)
             case f.Exactly(count, variable, body):
-                return _positions_of_exactly(
-                    count, self._evaluate_instances(variable, body, binding, evaluate, True), everything
+                return _compute_exactly_mask(
+                    count, self._compute_instance_masks(variable, body, binding, evaluate, True), everything
                 )
             case f.ForPairs():
-                return self._evaluate_pairing(formula, binding, evaluate, everything)
+                return self._compute_pairing_mask(formula, binding, evaluate, everything)
             case _:
                 raise AssertionError(f"{type(formula).__name__} is no connective")
 
-    def _evaluate_instances(
+    def _compute_instance_masks(
         self, variable: f.Variable, body: f.Formula, binding: Binding, evaluate: _EvaluatePart, truth: bool
     ) -> list[int]:
         """Return a list of masks: the positions at which the body holds, for each value of the variable.
@@ -207,28 +224,30 @@ class _Evaluator:
         Values that cannot give the body the wanted truth are left out.
         """
         name = variable.name
-        values = self._find_candidates(variable, body, binding, truth)
+        values = self._find_candidate_values(variable, body, binding, truth)
         return [evaluate(body, {**binding, name: value}) for value in values]
 
-    def _find_candidates(
+    def _find_candidate_values(
         self, variable: f.Variable, body: f.Formula, binding: Binding, truth: bool
     ) -> frozenset[str]:
         """Return the values of a variable that can give the body the wanted truth at some position."""
-        domain = self._trace.domain(variable.category)
+        domain = self._trace.get_object_set(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        possible = support(body, variable.name, inner, truth, self._find_participants)
+        possible = find_possible_values(body, variable.name, inner, truth, self._find_action_participants)
         return domain if possible is None else domain & possible
 
-    def _find_participants(self, leaf: f.Atom | f.Occurs, index: int, binding: Binding) -> Set[str] | None:
+    def _find_action_participants(
+        self, leaf: f.Atom | f.Occurs, index: int, binding: Binding
+    ) -> Set[str] | None:
         """Return the objects that occur as argument of an action on the trace; None for an atom."""
-        return self._trace.participants(leaf.action, index) if isinstance(leaf, f.Occurs) else None
+        return self._trace.find_participants(leaf.action, index) if isinstance(leaf, f.Occurs) else None
 
-    def _evaluate_pairing(
+    def _compute_pairing_mask(
         self, formula: f.ForPairs, binding: Binding, evaluate: _EvaluatePart, everything: int
     ) -> int:
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
-        rows = self._trace.objects(first.category)
-        columns = self._trace.objects(second.category)
+        rows = self._trace.list_objects(first.category)
+        columns = self._trace.list_objects(second.category)
         truths = [
             [0 if x == y else evaluate(body, {**binding, first.name: x, second.name: y}) for y in columns]
             for x in rows
@@ -236,31 +255,31 @@ class _Evaluator:
         needed = min(len(rows), len(columns)) if count is None else count
         verdicts: dict[tuple[tuple[int, ...], ...], bool] = {}
         mask = 0
-        for position in positions_in(everything):
+        for position in iterate_positions(everything):
             pairs = tuple(tuple(j for j, m in enumerate(row) if m >> position & 1) for row in truths)
             if pairs not in verdicts:
-                verdicts[pairs] = sum(j is not None for j in maximum_matching(pairs)) >= needed
+                verdicts[pairs] = sum(j is not None for j in find_maximum_matching(pairs)) >= needed
             mask |= verdicts[pairs] << position
         return mask
 
 
-def _objects(terms: tuple[f.Term, ...], binding: Binding) -> tuple[str, ...]:
+def _resolve_terms(terms: tuple[f.Term, ...], binding: Binding) -> tuple[str, ...]:
     try:
         return tuple([t.name if isinstance(t, f.Constant) else binding[t.name] for t in terms])
     except KeyError as error:
         raise InputError(f"variable {error.args[0]} is not bound by a quantifier") from None
 
 
-def _up_to(end: int) -> int:
+def _make_mask_up_to(end: int) -> int:
     return (2 << end) - 1
 
 
-def _up_to_last(mask: int) -> int:
+def _fill_mask_up_to_last(mask: int) -> int:
     """Return the mask of all positions up to the last position of a mask."""
     return (1 << mask.bit_length()) - 1
 
 
-def _positions_until(left: int, right: int) -> int:
+def _compute_until_mask(left: int, right: int) -> int:
     """Return the positions from which ``left`` holds up to a position of ``right``. All are masks.
 
     Each round of the loop doubles the distance to the position of ``right``.
@@ -273,7 +292,7 @@ def _positions_until(left: int, right: int) -> int:
     return right
 
 
-def _positions_of_exactly(count: int, masks: list[int], everything: int) -> int:
+def _compute_exactly_mask(count: int, masks: list[int], everything: int) -> int:
     """Return the mask of the positions that are in exactly ``count`` masks.
 
     For each position, the masks that contain it are counted in binary. Each digit of the counts is a mask of
@@ -298,7 +317,7 @@ Its arguments are the atom or action, i, and the values of other variables. None
 """
 
 
-def support(
+def find_possible_values(
     formula: f.Formula, variable: str, binding: Binding, truth: bool, possible_arguments: PossibleArguments
 ) -> Set[str] | None:
     """Return all values of a variable that can give the formula this truth, and perhaps more values.
@@ -315,40 +334,42 @@ def support(
         The set of values, or None if every object must be tried.
     """
 
-    def support_of(operand: f.Formula, wanted: bool) -> Set[str] | None:
-        return support(operand, variable, binding, wanted, possible_arguments)
+    def find_operand_values(operand: f.Formula, wanted: bool) -> Set[str] | None:
+        return find_possible_values(operand, variable, binding, wanted, possible_arguments)
 
     match formula:
         case f.Atom(_, arguments) | f.Occurs(_, arguments) if truth and f.Variable(variable) in arguments:
             return possible_arguments(formula, arguments.index(f.Variable(variable)), binding)
         case f.Equals(left, right) if truth:
-            return _equal_to(left, right, variable, binding)
+            return _find_equal_values(left, right, variable, binding)
         case f.Not(operand):
-            return support_of(operand, not truth)
+            return find_operand_values(operand, not truth)
         case f.And(operands) | f.Or(operands):
-            supports = [support_of(operand, truth) for operand in operands]
+            supports = [find_operand_values(operand, truth) for operand in operands]
             return (
-                _find_smallest(supports) if isinstance(formula, f.And) == truth else unite_supports(supports)
+                _find_smallest_set(supports)
+                if isinstance(formula, f.And) == truth
+                else unite_value_sets(supports)
             )
         case f.Implies(premise, conclusion):
-            return support_of(f.Or((f.Not(premise), conclusion)), truth)
+            return find_operand_values(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
             # A body that must hold for all inner values restricts nothing: there may be no inner values.
             if isinstance(formula, f.Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
-            return support(body, variable, outer, truth, possible_arguments)
+            return find_possible_values(body, variable, outer, truth, possible_arguments)
         case f.Next(operand) | f.Until(right=operand) if truth:
-            return support_of(operand, truth)
+            return find_operand_values(operand, truth)
         case f.Eventually(operand) | f.Always(operand):
-            return support_of(operand, truth)
+            return find_operand_values(operand, truth)
         case f.Then(parts) if truth:
-            return _find_smallest(support_of(operand, truth) for operand in parts)
+            return _find_smallest_set(find_operand_values(operand, truth) for operand in parts)
         case _:
             return None
 
 
-def _equal_to(left: f.Term, right: f.Term, variable: str, binding: Binding) -> Set[str] | None:
+def _find_equal_values(left: f.Term, right: f.Term, variable: str, binding: Binding) -> Set[str] | None:
     for term, other in ((left, right), (right, left)):
         if term == f.Variable(variable):
             if isinstance(other, f.Constant):
@@ -358,11 +379,11 @@ def _equal_to(left: f.Term, right: f.Term, variable: str, binding: Binding) -> S
     return None
 
 
-def _find_smallest(supports: Iterable[Set[str] | None]) -> Set[str] | None:
+def _find_smallest_set(supports: Iterable[Set[str] | None]) -> Set[str] | None:
     return min((objects for objects in supports if objects is not None), key=len, default=None)
 
 
-def unite_supports(supports: Iterable[Set[str] | None]) -> Set[str] | None:
+def unite_value_sets(supports: Iterable[Set[str] | None]) -> Set[str] | None:
     """Return the union of sets of values, for a formula that is true if any part is true.
 
     The result is None (every object must be tried) if any of the sets is None.
@@ -376,7 +397,7 @@ def unite_supports(supports: Iterable[Set[str] | None]) -> Set[str] | None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Evidence:
+class _ExplainedTruth:
     """The truth of a formula on a trace, and the explanation.
 
     Attributes:
@@ -411,45 +432,45 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
     conjunction, the part is the first false conjunct, or the conjunction if its conjuncts hold only at
     different positions.
     """
-    evaluator, end = _Evaluator(formula, trace), trace.length - 1
+    evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     match formula:
         case f.And(parts) if parts:
-            failing = [part for part in parts if not evaluator.find_starts(part, {}, end) & 1]
+            failing = [part for part in parts if not evaluator.compute_start_mask(part, {}, end) & 1]
             return find_violation(failing[0], trace) if failing else _ViolatedPart(formula, None)
         case f.Always(body) | f.Until(left=body):
-            violations = ~evaluator.find_positions(body, {}, end) & ((2 << end) - 1)
+            violations = ~evaluator.compute_position_mask(body, {}, end) & ((2 << end) - 1)
             if violations:
-                return _ViolatedPart(body, next(positions_in(violations)))
+                return _ViolatedPart(body, next(iterate_positions(violations)))
             return _ViolatedPart(formula.right if isinstance(formula, f.Until) else body, None)
         case _:
-            return _ViolatedPart(explain(formula, trace).failed[0], None)
+            return _ViolatedPart(explain_truth(formula, trace).failed[0], None)
 
 
-def explain(formula: f.Formula, trace: Trace) -> _Evidence:
+def explain_truth(formula: f.Formula, trace: Trace) -> _ExplainedTruth:
     """Evaluate a closed formula on the trace, and return its truth with an explanation.
 
     Raises:
         InputError: a variable is not bound by any quantifier.
     """
-    evaluator, end = _Evaluator(formula, trace), trace.length - 1
+    evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     if isinstance(formula, f.Then) and formula.parts:
         return _explain_sequence(
-            formula, bool(evaluator.find_starts(formula, {}, end) & 1), evaluator, trace, 0
+            formula, bool(evaluator.compute_start_mask(formula, {}, end) & 1), evaluator, trace, 0
         )
     failed = _find_blamed_parts(formula, evaluator, trace, 0)
     mask = (
-        evaluator.find_starts(formula, {}, end)
+        evaluator.compute_start_mask(formula, {}, end)
         if evaluator.is_temporal(formula)
-        else evaluator.find_state_positions(formula, {})
+        else evaluator.get_state_formula_mask(formula, {})
     )
-    return _Evidence(not failed, tuple(positions_in(mask)), failed)
+    return _ExplainedTruth(not failed, tuple(iterate_positions(mask)), failed)
 
 
 def _find_blamed_parts(
-    formula: f.Formula, evaluator: _Evaluator, trace: Trace, start: int
+    formula: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
 ) -> tuple[f.Formula, ...]:
     """Return the smallest parts that make a formula false from position ``start`` on; () if it holds."""
-    if evaluator.find_starts(formula, {}, trace.length - 1) >> start & 1:
+    if evaluator.compute_start_mask(formula, {}, trace.length - 1) >> start & 1:
         return ()
     match formula:
         case f.Then(parts) if parts:
@@ -462,25 +483,27 @@ def _find_blamed_parts(
 
 
 def _explain_sequence(
-    formula: f.Then, holds: bool, evaluator: _Evaluator, trace: Trace, start: int
-) -> _Evidence:
+    formula: f.Then, holds: bool, evaluator: _TraceEvaluator, trace: Trace, start: int
+) -> _ExplainedTruth:
     """Explain a ``then`` from position ``start`` on. Find the earliest end of each part in turn."""
     positions: list[int] = []
     for part in formula.parts:
         last = _find_first_completion(part, evaluator, trace, start)
         if last is None:
             if holds:  # the formula holds if an earlier part is completed at a later position
-                return _Evidence(True, tuple(positions))
+                return _ExplainedTruth(True, tuple(positions))
             blamed = _find_blamed_parts(part, evaluator, trace, start) if start < trace.length else ()
-            return _Evidence(False, tuple(positions), blamed or (part,))
+            return _ExplainedTruth(False, tuple(positions), blamed or (part,))
         positions.append(last)
         start = last + 1
-    return _Evidence(holds, tuple(positions), () if holds else (formula,))
+    return _ExplainedTruth(holds, tuple(positions), () if holds else (formula,))
 
 
-def _find_first_completion(part: f.Formula, evaluator: _Evaluator, trace: Trace, start: int) -> int | None:
+def _find_first_completion(
+    part: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
+) -> int | None:
     if not evaluator.is_temporal(part):
-        rest = evaluator.find_state_positions(part, {}) >> start
+        rest = evaluator.get_state_formula_mask(part, {}) >> start
         return start + (rest & -rest).bit_length() - 1 if rest else None
     ends = range(start, trace.length)
-    return next((end for end in ends if evaluator.find_starts(part, {}, end) >> start & 1), None)
+    return next((end for end in ends if evaluator.compute_start_mask(part, {}, end) >> start & 1), None)

@@ -10,12 +10,12 @@ from eai.base.errors import ParseError
 from eai.logic.formula import Constant, Formula, Term, Variable
 
 
-def error_at(text: str, position: int, expected: str) -> ParseError:
+def make_parse_error(text: str, position: int, expected: str) -> ParseError:
     """Return a ParseError with the line and column of an offset in a text."""
-    return ParseError(*line_and_column(text, position), expected)
+    return ParseError(*find_line_and_column(text, position), expected)
 
 
-def line_and_column(text: str, position: int) -> tuple[int, int]:
+def find_line_and_column(text: str, position: int) -> tuple[int, int]:
     """Return the line and column of an offset in a text, both counted from 1."""
     line_start = text.rfind("\n", 0, position) + 1
     return text.count("\n", 0, position) + 1, position - line_start + 1
@@ -26,7 +26,7 @@ def join_with_or(words: Sequence[str]) -> str:
     return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
 
-MisuseKind: TypeAlias = Literal["unknown_predicate", "unknown_object", "wrong_arity"]
+NameMisuseKind: TypeAlias = Literal["unknown_predicate", "unknown_object", "wrong_arity"]
 """Kind of misuse of a name in a formula without syntax errors.
 
 ``unknown_predicate``: the name is neither a predicate nor an action. ``unknown_object``: an argument is
@@ -36,7 +36,7 @@ arguments.
 
 
 @dataclass(frozen=True, slots=True)
-class Misuse:
+class NameMisuse:
     """A use of a name that the signature does not allow.
 
     Attributes:
@@ -48,7 +48,7 @@ class Misuse:
         detail: description of the misuse.
     """
 
-    kind: MisuseKind
+    kind: NameMisuseKind
     name: str
     primitive: str
     line: int
@@ -81,12 +81,12 @@ class Signature:
         """Whether the name is an action and not a predicate."""
         return name in self.actions and name not in self.predicates
 
-    def arity_table(self, name: str) -> Mapping[str, int | None]:
+    def get_arities_of_same_kind(self, name: str) -> Mapping[str, int | None]:
         """Return the arities of all predicates if a name is a predicate, else those of all actions."""
         return self.predicates if name in self.predicates else self.actions
 
 
-def to_term(name: str, scope: frozenset[str]) -> Term:
+def make_term(name: str, scope: frozenset[str]) -> Term:
     """Return the term for a name: a variable if the name is in ``scope``, else an object."""
     return Variable(name) if name in scope else Constant(name)
 

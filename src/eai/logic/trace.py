@@ -8,14 +8,14 @@ from typing import Protocol, TypeAlias
 from eai.base.errors import InputError
 
 
-class _Interpretation(Protocol):
+class _StateInterpretation(Protocol):
     """One state, as formulas read it. Objects are given by the names used in formulas."""
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         """Whether the atom is true. An atom with an unknown predicate or object is false."""
         ...
 
-    def objects(self, category: str | None) -> Sequence[str]:
+    def list_objects(self, category: str | None) -> Sequence[str]:
         """Return the objects of a category, each once, in a fixed order; None means all objects."""
         ...
 
@@ -39,7 +39,7 @@ class Trace:
         InputError: the number of actions does not fit the number of states.
     """
 
-    def __init__(self, states: Sequence[_Interpretation], actions: Sequence[TakenAction] = ()) -> None:
+    def __init__(self, states: Sequence[_StateInterpretation], actions: Sequence[TakenAction] = ()) -> None:
         if not states or (actions and len(actions) != len(states) - 1):
             raise InputError(
                 f"{len(states)} states and {len(actions)} actions: expected one action between two states"
@@ -54,7 +54,7 @@ class Trace:
             occurrences = self._actions.setdefault(name, {})
             occurrences[arguments] = occurrences.get(arguments, 0) | 1 << position
 
-    def atom(self, predicate: str, arguments: tuple[str, ...]) -> int:
+    def find_atom_mask(self, predicate: str, arguments: tuple[str, ...]) -> int:
         """Return the mask of the positions at which an atom holds."""
         key = (predicate, arguments)
         mask = self._atoms.get(key)
@@ -63,27 +63,27 @@ class Trace:
             mask = self._atoms[key] = int("".join(digits), 2)
         return mask
 
-    def occurrence(self, action: str, arguments: tuple[str, ...]) -> int:
+    def find_occurrence_mask(self, action: str, arguments: tuple[str, ...]) -> int:
         """Return the mask of the positions of an action with these objects."""
         return self._actions.get(action, {}).get(arguments, 0)
 
-    def participants(self, action: str, index: int) -> frozenset[str]:
+    def find_participants(self, action: str, index: int) -> frozenset[str]:
         """Return the objects that occur as argument number ``index`` (from 0) of an action on the trace."""
         occurrences = self._actions.get(action, {})
         return frozenset(arguments[index] for arguments in occurrences if index < len(arguments))
 
-    def objects(self, category: str | None) -> Sequence[str]:
+    def list_objects(self, category: str | None) -> Sequence[str]:
         """Return the objects of a category, in the order in which the states list them."""
-        return self._states[0].objects(category)
+        return self._states[0].list_objects(category)
 
-    def domain(self, category: str | None) -> frozenset[str]:
+    def get_object_set(self, category: str | None) -> frozenset[str]:
         """Return the set of objects of a category."""
         if category not in self._domains:
-            self._domains[category] = frozenset(self.objects(category))
+            self._domains[category] = frozenset(self.list_objects(category))
         return self._domains[category]
 
 
-def positions_in(mask: int) -> Iterator[int]:
+def iterate_positions(mask: int) -> Iterator[int]:
     """Yield the positions in a bit mask, ascending."""
     while mask:
         lowest = mask & -mask

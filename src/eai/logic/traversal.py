@@ -27,7 +27,7 @@ MAX_COUNT_DIGITS = 9
 """Maximum number of digits of the count in a counting quantifier, such as ``forn 2``."""
 
 
-def children(formula: f.Formula) -> tuple[f.Formula, ...]:
+def get_subformulas(formula: f.Formula) -> tuple[f.Formula, ...]:
     """Return the immediate subformulas of a formula, left to right."""
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
@@ -44,7 +44,7 @@ def children(formula: f.Formula) -> tuple[f.Formula, ...]:
             assert_never(formula)
 
 
-def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
+def get_bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
     """Return the variables that a quantifier binds; () for other formulas."""
     match formula:
         case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
@@ -55,7 +55,7 @@ def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
             return ()
 
 
-def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
+def get_terms(formula: f.Formula) -> tuple[f.Term, ...]:
     """Return the terms of an atom, an action or an equation, left to right; () for other formulas."""
     match formula:
         case f.Atom(_, arguments) | f.Occurs(_, arguments):
@@ -66,7 +66,7 @@ def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
             return ()
 
 
-def map_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
+def map_subformulas(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
     """Return a formula whose immediate subformulas are replaced by ``change(subformula)``, left to right."""
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
@@ -90,51 +90,51 @@ def quantify(quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Var
     return body
 
 
-def walk(formula: f.Formula) -> Iterator[f.Formula]:
+def walk_subformulas(formula: f.Formula) -> Iterator[f.Formula]:
     """Yield a formula and all its subformulas, left to right, each before its own subformulas."""
     pending = [formula]
     while pending:
         current = pending.pop()
         yield current
-        pending.extend(reversed(children(current)))
+        pending.extend(reversed(get_subformulas(current)))
 
 
-def object_names(formula: f.Formula) -> tuple[str, ...]:
+def find_object_names(formula: f.Formula) -> tuple[str, ...]:
     """Return the names of the objects in a formula, each once, left to right."""
-    terms = (term for part in walk(formula) for term in terms_of(part))
+    terms = (term for part in walk_subformulas(formula) for term in get_terms(part))
     return tuple(dict.fromkeys([term.name for term in terms if isinstance(term, f.Constant)]))
 
 
-def predicates_of(*formulas: f.Formula) -> tuple[str, ...]:
+def find_predicates(*formulas: f.Formula) -> tuple[str, ...]:
     """Return the predicates in formulas, each once, left to right."""
-    parts = (part for formula in formulas for part in walk(formula))
+    parts = (part for formula in formulas for part in walk_subformulas(formula))
     return tuple(dict.fromkeys([part.predicate for part in parts if isinstance(part, f.Atom)]))
 
 
-def free_variables(formula: f.Formula) -> frozenset[str]:
+def find_free_variables(formula: f.Formula) -> frozenset[str]:
     """Return the names of the variables that no quantifier of the formula binds."""
     names: set[str] = set()
     pending: list[tuple[f.Formula, frozenset[str]]] = [(formula, frozenset())]
     while pending:
         part, bound = pending.pop()
         if isinstance(part, (f.Atom, f.Occurs, f.Equals)):
-            names |= {term.name for term in terms_of(part) if isinstance(term, f.Variable)} - bound
+            names |= {term.name for term in get_terms(part) if isinstance(term, f.Variable)} - bound
         else:
-            inner = bound.union([variable.name for variable in bound_variables(part)])
-            pending += [(child, inner) for child in children(part)]
+            inner = bound.union([variable.name for variable in get_bound_variables(part)])
+            pending += [(child, inner) for child in get_subformulas(part)]
     return frozenset(names)
 
 
-def temporal_parts(formula: f.Formula) -> frozenset[int]:
+def find_temporal_ids(formula: f.Formula) -> frozenset[int]:
     """Return the ``id`` of every subformula (or the formula itself) that has a temporal operator."""
     ids: set[int] = set()
-    for part in reversed(list(walk(formula))):
-        if isinstance(part, _TEMPORAL) or not ids.isdisjoint(map(id, children(part))):
+    for part in reversed(list(walk_subformulas(formula))):
+        if isinstance(part, _TEMPORAL) or not ids.isdisjoint(map(id, get_subformulas(part))):
             ids.add(id(part))
     return frozenset(ids)
 
 
-class _Monotony(NamedTuple):
+class _MonotoneParts(NamedTuple):
     """The ``id`` of each subformula whose truth on a piece of a trace is monotone in the length of the piece.
 
     Pieces grow and shrink at their end.
@@ -146,23 +146,23 @@ class _Monotony(NamedTuple):
     """Temporal subformulas that stay true when the piece shrinks at its end."""
 
 
-def monotony(formula: f.Formula) -> _Monotony:
+def find_monotone_parts(formula: f.Formula) -> _MonotoneParts:
     """Find the subformulas that stay true when a piece of a trace grows, or when it shrinks.
 
     Only the operators are considered, so that some of these subformulas may be missed.
     """
-    temporal = temporal_parts(formula)
+    temporal = find_temporal_ids(formula)
     lasting: set[int] = set()
     perishing: set[int] = set()
-    for part in reversed(list(walk(formula))):
-        if id(part) not in temporal or _is_lasting(part, lasting, perishing):
+    for part in reversed(list(walk_subformulas(formula))):
+        if id(part) not in temporal or _stays_true_when_longer(part, lasting, perishing):
             lasting.add(id(part))
-        elif _is_perishing(part, temporal, lasting, perishing):
+        elif _stays_true_when_shorter(part, temporal, lasting, perishing):
             perishing.add(id(part))
-    return _Monotony(frozenset(lasting), frozenset(perishing))
+    return _MonotoneParts(frozenset(lasting), frozenset(perishing))
 
 
-def _is_lasting(part: f.Formula, lasting: Container[int], perishing: Container[int]) -> bool:
+def _stays_true_when_longer(part: f.Formula, lasting: Container[int], perishing: Container[int]) -> bool:
     match part:
         case f.Not(operand):
             return id(operand) in perishing
@@ -171,10 +171,10 @@ def _is_lasting(part: f.Formula, lasting: Container[int], perishing: Container[i
         case f.Implies() | f.Exactly() | f.Always():
             return False
         case _:
-            return all(id(child) in lasting for child in children(part))
+            return all(id(child) in lasting for child in get_subformulas(part))
 
 
-def _is_perishing(
+def _stays_true_when_shorter(
     part: f.Formula, temporal: Container[int], lasting: Container[int], perishing: Container[int]
 ) -> bool:
     match part:
@@ -183,11 +183,11 @@ def _is_perishing(
         case f.Always(operand):
             return id(operand) not in temporal or id(operand) in perishing
         case f.And() | f.Or() | f.ForAll() | f.Exists():
-            return all(id(child) in perishing for child in children(part))
+            return all(id(child) in perishing for child in get_subformulas(part))
         case _:
             return False
 
 
 def is_state_formula(formula: f.Formula) -> bool:
     """Whether a formula has no temporal operator, and is therefore about one state."""
-    return not any(isinstance(part, _TEMPORAL) for part in walk(formula))
+    return not any(isinstance(part, _TEMPORAL) for part in walk_subformulas(formula))

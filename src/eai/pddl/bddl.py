@@ -14,7 +14,7 @@ from typing import Final
 import eai.logic.formula as f
 from eai.base.errors import InputError, ParseError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.signature import error_at, line_and_column, to_term
+from eai.logic.signature import find_line_and_column, make_parse_error, make_term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 from eai.pddl.model import PddlProblem, TypedName
 
@@ -94,7 +94,7 @@ class _BddlReader:
             ("goal", goals),
         ):
             if len(sections) != 1:
-                raise error_at(self._text, len(self._text), f"exactly one ':{section}' section")
+                raise make_parse_error(self._text, len(self._text), f"exactly one ':{section}' section")
         initial, denied = facts[0]
         return PddlProblem(name, domains[0], objects[0], initial, denied, goals[0])
 
@@ -154,7 +154,7 @@ class _BddlReader:
                 case f.Not(f.Atom() as atom):
                     denied.append(atom)
                 case other:
-                    line, _ = line_and_column(self._text, offset)
+                    line, _ = find_line_and_column(self._text, offset)
                     raise InputError(f"line {line}: expected a fact, not {print_ltl(other)}")
         return tuple(initial), tuple(denied)
 
@@ -225,7 +225,7 @@ class _BddlReader:
     def _primitive(self, scope: frozenset[str]) -> f.Formula:
         """Read a predicate, its arguments and the closing parenthesis."""
         name = self._word("a name or a connective")
-        return f.Atom(name, tuple([to_term(argument, scope) for argument in self._arguments()]))
+        return f.Atom(name, tuple([make_term(argument, scope) for argument in self._arguments()]))
 
     def _arguments(self) -> list[str]:
         """Read arguments and the closing parenthesis."""
@@ -257,7 +257,7 @@ class _BddlReader:
         self._next += 1
 
     def _make_error(self, words: str) -> ParseError:
-        return error_at(self._text, self._offsets[self._next], words)
+        return make_parse_error(self._text, self._offsets[self._next], words)
 
     @cached_property
     def _offsets(self) -> list[int]:

@@ -13,7 +13,7 @@ from enum import Enum
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.base.errors import ParseError
-from eai.logic.traversal import bound_variables, children
+from eai.logic.traversal import get_bound_variables, get_subformulas
 
 
 class Violation(str, Enum):
@@ -211,14 +211,14 @@ class _Checker:
             case f.Occurs() | f.Then() | f.Next() | f.Eventually() | f.Always() | f.Until():
                 yield PddlFinding(Violation.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
             case _:
-                bound = bound_variables(formula)
+                bound = get_bound_variables(formula)
                 yield from _unknown_types(bound, self.vocabulary, self.place)
                 inner = (
                     {**scope, **{variable.name: m.type_of(variable) for variable in bound}}
                     if bound
                     else scope
                 )
-                for part in children(formula):
+                for part in get_subformulas(formula):
                     yield from self.formula(part, inner)
 
     def effect(self, effect: m.PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:

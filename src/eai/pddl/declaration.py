@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import map_parts, predicates_of, quantify
+from eai.logic.traversal import find_predicates, map_subformulas, quantify
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
 from eai.world.derived import Defined, is_a
@@ -109,7 +109,7 @@ class DeclaredDomain:
         return affordance(self._types.membership(parameter), f"{{{parameter.name}}} is no {kinds}")
 
     def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
-        can_change = self._changing.intersection(predicates_of(condition))
+        can_change = self._changing.intersection(find_predicates(condition))
         fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
         return Check(self._types.convert(condition), fault, _reason(condition, parameters))
 
@@ -166,7 +166,7 @@ class _TypePredicates:
                 kind = self.membership(variable)
                 return f.Exists(f.Variable(variable.name), f.And((kind, self.convert(body))))
             case _:
-                return map_parts(formula, self.convert)
+                return map_subformulas(formula, self.convert)
 
 
 def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.semantics import support, unite_supports
+from eai.logic.semantics import find_possible_values, unite_value_sets
 from eai.logic.signature import describe_arity
-from eai.logic.traversal import predicates_of
+from eai.logic.traversal import find_predicates
 from eai.planning.search import Effort
 
 PddlState = frozenset[f.Atom]
@@ -55,7 +55,7 @@ class DerivedPredicates:
         waiting = [predicate]
         while waiting:
             for axiom in self.axioms[waiting.pop()]:
-                names = predicates_of(axiom.condition)
+                names = find_predicates(axiom.condition)
                 new = [name for name in names if name in self.axioms and name not in reachable]
                 reachable |= dict.fromkeys(new)
                 waiting += new
@@ -121,7 +121,7 @@ class _StateEvaluation:
         """Yield a binding with each value of a variable for which a condition may hold, in declared order."""
         members = self._objects[m.type_of(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        candidates = support(body, variable.name, inner, True, self._find_atom_support)
+        candidates = find_possible_values(body, variable.name, inner, True, self._find_atom_support)
         names = [name for name in members if candidates is None or name in candidates]
         return ({**inner, variable.name: name} for name in self._looks.take_within_limit(names))
 
@@ -184,8 +184,10 @@ class _StateEvaluation:
         for axiom in self._axioms[predicate]:
             names = [parameter.name for parameter in axiom.parameters]
             binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
-            supports.append(support(axiom.condition, names[place], binding, True, self._find_atom_support))
-        return unite_supports(supports)
+            supports.append(
+                find_possible_values(axiom.condition, names[place], binding, True, self._find_atom_support)
+            )
+        return unite_value_sets(supports)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
         """Yield the rows of arguments with given values that make a predicate true; None allows any value."""

@@ -25,8 +25,8 @@ from typing import NamedTuple
 
 from filelock import Timeout
 
-from eai.base.errors import DataError, install_command
-from eai.base.files import make_lock
+from eai.base.errors import DataError, make_install_command
+from eai.base.files import make_file_lock
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, check_plan
 from eai.pddl.writer import write_domain, write_problem
@@ -44,7 +44,7 @@ def planner_slot(number: int, folder: Path) -> Iterator[None]:
 
     The number limits the calls at a time of all processes that use the same folder.
     """
-    locks = [make_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
+    locks = [make_file_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:
         for lock in locks:
             try:
@@ -70,7 +70,7 @@ def machine_memory_mib() -> int:
 _DISTRIBUTION = "up-fast-downward"
 _MODULE = "up_fast_downward"
 _BINARIES = Path("downward", "builds", "release", "bin")
-_MISSING = f"Fast Downward is not installed: {install_command('planner')}"
+_MISSING = f"Fast Downward is not installed: {make_install_command('planner')}"
 _LAUNCHER = Path(__file__).with_name("limited.py")
 _WALL_FACTOR = 4
 """Seconds of wall-clock time that a process may take for each allowed second of CPU time."""

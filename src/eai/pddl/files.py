@@ -14,7 +14,7 @@ from pathlib import Path
 
 from eai.base.errors import InputError, did_you_mean, prefix_errors
 from eai.base.files import read_content
-from eai.logic.signature import line_and_column
+from eai.logic.signature import find_line_and_column
 from eai.pddl.check import (
     MENDABLE_BY_PROBLEMS,
     Declarations,
@@ -168,7 +168,7 @@ def _refuse_other_types(
             if declared is not None:
                 finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":constants")
                 offset = offset_of(finding, _read_group(declared[1]), Declarations.of_domain(domain))
-                where = f"of {declared[0]}, line {line_and_column(declared[1], offset)[0]}"
+                where = f"of {declared[0]}, line {find_line_and_column(declared[1], offset)[0]}"
             expected = f"{_write_typed(constant)}, as among the constants {where}, not {_write_typed(item)}"
             finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":objects")
             raise error_at(
@@ -204,7 +204,7 @@ def _read_definition(text: str, kind: str) -> Group:
     rest = _BLANK.match(text, group.end)
     offset = len(text) if rest is None else rest.end()
     if offset < len(text):
-        line, column = line_and_column(text, group.end - 1)
+        line, column = find_line_and_column(text, group.end - 1)
         expected = f"the end of the file, as the definition ends at line {line}, column {column}"
         if (second := _DEFINITION.match(text, offset)) is not None:
             expected = f"one definition in a file; put this {second[1].lower()} into a file of its own"
@@ -247,7 +247,7 @@ def read_text(path: Path) -> str:
     text = io.TextIOWrapper(content, encoding="utf-8-sig", errors="surrogateescape").read()
     text = _COMMENT.sub(lambda match: _UNDECODED.sub(lambda byte: chr(ord(byte[0]) - 0xDC00), match[0]), text)
     if (undecoded := _UNDECODED.search(text)) is not None:
-        line, column = line_and_column(text, undecoded.start())
+        line, column = find_line_and_column(text, undecoded.start())
         byte = ord(undecoded[0]) - 0xDC00
         raise InputError(f"{path}: line {line}, column {column}: expected UTF-8, found the byte 0x{byte:02x}")
     return text

@@ -17,7 +17,7 @@ from itertools import chain
 
 import eai.logic.formula as f
 from eai.base.errors import DomainError
-from eai.logic.traversal import map_parts, predicates_of, quantify
+from eai.logic.traversal import find_predicates, map_subformulas, quantify
 from eai.pddl.reader import CONNECTIVES
 from eai.world.derived import Defined, find_definition, find_stored_predicates
 from eai.world.relation import bits
@@ -70,7 +70,7 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
         case f.Or(operands):
             return disjunction([substitute(operand, terms) for operand in operands])
         case f.Implies() | f.ForAll() | f.Exists():
-            return map_parts(formula, lambda part: substitute(part, terms))
+            return map_subformulas(formula, lambda part: substitute(part, terms))
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
@@ -82,7 +82,7 @@ def substitute_term(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
 
 def _junction(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
     """Return a conjunction or disjunction, simplified if a part decides it or two parts are opposites."""
-    unique = dict.fromkeys(chain.from_iterable(f.operands(part, connective) for part in parts))
+    unique = dict.fromkeys(chain.from_iterable(f.get_operands(part, connective) for part in parts))
     decisive = negation(connective(()))
     if any(part == decisive or negation(part) in unique for part in unique):
         return decisive
@@ -379,6 +379,6 @@ def replace_hidden(formula: f.Formula, hidden: frozenset[str], *, positive: bool
             inner = replace_hidden(body, hidden, positive=positive)
             return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
         case _:
-            if hidden.isdisjoint(predicates_of(formula)):
+            if hidden.isdisjoint(find_predicates(formula)):
                 return formula
             return f.TRUE if positive else f.FALSE

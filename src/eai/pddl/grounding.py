@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import free_variables, object_names
+from eai.logic.traversal import find_free_variables, find_object_names
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.planning.search import Effort
 
@@ -116,7 +116,7 @@ class Grounder:
 
     def central_objects(self) -> frozenset[str]:
         """Return the objects that the goal names, and all objects of parameter types except the root."""
-        named = {*object_names(self._problem.goal)}
+        named = {*find_object_names(self._problem.goal)}
         asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
         for members in (self._objects[name] for name in asked):
             if self.objects != set(members):
@@ -130,7 +130,7 @@ class Grounder:
         for it.
         """
         tests = self._tests(action)
-        mentioned = free_variables(action.precondition) | m.effect_variables(action.effect)
+        mentioned = find_free_variables(action.precondition) | m.effect_variables(action.effect)
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
             members = self._objects[m.type_of(parameter)]
@@ -149,7 +149,7 @@ class Grounder:
         """Return for each parameter the static atoms that can be tested as soon as it is bound."""
         tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
         order, may_become_true = list(tests), self._added.union(self._axioms)
-        for part in f.operands(action.precondition, f.And):
+        for part in f.get_operands(action.precondition, f.And):
             if isinstance(part, f.Atom) and part.predicate not in may_become_true:
                 places = [order.index(term.name) for term in part.arguments if isinstance(term, f.Variable)]
                 if places:

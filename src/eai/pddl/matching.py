@@ -29,8 +29,8 @@ from typing_extensions import assert_never
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.matching import heaviest_pairs
-from eai.logic.traversal import map_parts, walk
+from eai.logic.matching import find_heaviest_pairs
+from eai.logic.traversal import map_subformulas, walk_subformulas
 from eai.pddl.writer import write_formula
 
 _T = TypeVar("_T")
@@ -118,7 +118,7 @@ def condition_clause(formula: f.Formula) -> Clause:
         case f.Implies(premise, conclusion):
             return condition_clause(f.Or((f.Not(premise), conclusion)))
         case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
-            return map_parts(formula, condition_clause)
+            return map_subformulas(formula, condition_clause)
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
@@ -147,7 +147,7 @@ def _negate(clause: Clause) -> Clause:
 def _join(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clause:
     flat: list[Clause] = []
     for part in parts:
-        flat.extend(f.operands(part, connective))
+        flat.extend(f.get_operands(part, connective))
     return flat[0] if len(flat) == 1 else connective(tuple(flat))
 
 
@@ -337,7 +337,7 @@ def _match_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
         around = [_match_literals(ours, part, renaming) for part in _lists_in(theirs)]
         return max([*inside, *around], default=0)
     grid = [[_match_literals(a, b, renaming) for b in _parts_of(theirs)] for a in _parts_of(ours)]
-    return sum(grid[row][column] for row, column in heaviest_pairs(grid))
+    return sum(grid[row][column] for row, column in find_heaviest_pairs(grid))
 
 
 def _lists_in(clause: Clause) -> list[Clause]:
@@ -349,7 +349,7 @@ def _is_leaf(clause: Clause) -> bool:
 
 
 def _size(clause: Clause) -> int:
-    return sum(map(_is_leaf, walk(clause)))
+    return sum(map(_is_leaf, walk_subformulas(clause)))
 
 
 def _agree(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:

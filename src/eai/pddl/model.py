@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables
+from eai.logic.traversal import find_free_variables
 from eai.world.effect import Add as Add
 from eai.world.effect import Delete as Delete
 
@@ -200,7 +200,9 @@ def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
 
 def effect_variables(effect: PddlEffect) -> frozenset[str]:
     """Return the names of the variables in an effect's atoms, and of the free variables of its conditions."""
-    return frozenset[str]().union(*map(free_variables, (*effect_atoms(effect), *effect_conditions(effect))))
+    return frozenset[str]().union(
+        *map(find_free_variables, (*effect_atoms(effect), *effect_conditions(effect)))
+    )
 
 
 def map_effect_parts(

@@ -18,7 +18,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.base.errors import did_you_mean
-from eai.logic.signature import join_with_or, line_and_column
+from eai.logic.signature import find_line_and_column, join_with_or
 from eai.logic.traversal import quantify
 from eai.pddl.check import PddlError, Violation
 
@@ -50,7 +50,7 @@ SExpr: TypeAlias = Symbol | Group
 
 def error_at(text: str, offset: int, offence: Violation, expected: str) -> PddlError:
     """Return a `PddlError` that states the position of an offset in a text."""
-    return PddlError(offence, *line_and_column(text, offset), expected)
+    return PddlError(offence, *find_line_and_column(text, offset), expected)
 
 
 def read_group(text: str) -> Group:

@@ -34,7 +34,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import free_variables, map_parts, predicates_of
+from eai.logic.traversal import find_free_variables, find_predicates, map_subformulas
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem, bits
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, check_plan
@@ -110,12 +110,12 @@ def _relevant_predicates(
     """Return the predicates that the goal depends on, directly or through effects and axioms."""
     waiting = [(part.atom.predicate, conditions) for _, parts in operators for part, conditions in parts]
     waiting += [(axiom.name, (axiom.condition,)) for axiom in domain.axioms]
-    relevant_ones, new = set[str](), {*predicates_of(problem.goal)}
+    relevant_ones, new = set[str](), {*find_predicates(problem.goal)}
     while new - relevant_ones:
         relevant_ones |= new
         matter = [conditions for name, conditions in waiting if name in relevant_ones]
         waiting = [(name, conditions) for name, conditions in waiting if name not in relevant_ones]
-        new = {name for conditions in matter for name in predicates_of(*conditions)}
+        new = {name for conditions in matter for name in find_predicates(*conditions)}
     return relevant_ones
 
 
@@ -151,9 +151,9 @@ def drop_idle_quantifiers(task: PlanningTask) -> PlanningTask:
 
 
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
-    mapped = map_parts(formula, lambda part: _condition(part, objects))
+    mapped = map_subformulas(formula, lambda part: _condition(part, objects))
     if isinstance(mapped, (f.ForAll, f.Exists)) and objects[m.type_of(mapped.variable)]:
-        return mapped if mapped.variable.name in free_variables(mapped.body) else mapped.body
+        return mapped if mapped.variable.name in find_free_variables(mapped.body) else mapped.body
     return mapped
 
 

@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from eai.base.errors import DataError, install_command
+from eai.base.errors import DataError, make_install_command
 from eai.pddl.execute import PlanStep
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.writer import write_domain, write_problem
@@ -41,7 +41,7 @@ def find_val() -> Path:
     candidates = [*wheels, *([] if on_path is None else [Path(on_path)])]
     program = next((candidate for candidate in candidates if candidate.is_file()), None)
     if program is None:
-        raise DataError(f"VAL is not installed: {install_command('val')}, or put {_PROGRAM} on the path")
+        raise DataError(f"VAL is not installed: {make_install_command('val')}, or put {_PROGRAM} on the path")
     return program
 
 

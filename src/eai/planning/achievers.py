@@ -12,7 +12,7 @@ from itertools import islice
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables, predicates_of, walk
+from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
 from eai.planning.effect_schema import EffectSchema, effect_schemas, make_operator_schema, match_atom
 from eai.planning.search import Effort
 from eai.planning.subgoal import GroundAtom, find_object
@@ -166,15 +166,15 @@ class Achiever:
         pending = list(filters)
         determined = set(self.schema.variables) - set(unbound)
         bound = set(determined)
-        first = [c for c in pending if free_variables(c) <= determined]
+        first = [c for c in pending if find_free_variables(c) <= determined]
         pending = [c for c in pending if c not in first]
         steps: list[_JoinStep] = []
         for name in unbound:
             bound.add(name)
-            ready = [c for c in pending if free_variables(c) <= bound]
+            ready = [c for c in pending if find_free_variables(c) <= bound]
             pending = [c for c in pending if c not in ready]
             plain = [c for c in ready if _is_plain(c, self._vocabulary)]
-            own_conditions = [c for c in plain if free_variables(c) <= determined | {name}]
+            own_conditions = [c for c in plain if find_free_variables(c) <= determined | {name}]
             step = _JoinStep(
                 scope[name],
                 scope[name] <= self.schema.operator.arity,
@@ -185,7 +185,7 @@ class Achiever:
                 tuple(self._compiler.truth(c) for c in ready if c not in plain),
             )
             steps.append(step)
-        needed = tuple(holds for c, holds in self.conditions if free_variables(c) <= determined)
+        needed = tuple(holds for c, holds in self.conditions if find_free_variables(c) <= determined)
         return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps), needed)
 
 
@@ -322,10 +322,12 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
 def _find_own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
     """Return an effect's conditions about objects of its atom, or (``wide``) of the operator."""
     atom_variables = _find_atom_variables(schema)
-    conditions = [c for c in schema.conditions if free_variables(c) <= atom_variables]
+    conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
     if wide:
         variables = (atom_variables | {p.name for p in schema.operator.parameters}) - schema.read_variables
-        conditions += [c for c in schema.conditions if c not in conditions and free_variables(c) <= variables]
+        conditions += [
+            c for c in schema.conditions if c not in conditions and find_free_variables(c) <= variables
+        ]
     return conditions
 
 
@@ -345,7 +347,7 @@ def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
         isinstance(part, f.Not | f.And | f.Or)
         or (isinstance(part, f.Exists) and isinstance(part.body, f.And))
         or (isinstance(part, f.Atom) and _is_plain_predicate(part.predicate, vocabulary))
-        for part in walk(formula)
+        for part in walk_subformulas(formula)
     )
 
 
@@ -361,7 +363,7 @@ def _is_plain_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 def _is_fixed(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    return all(_is_fixed_predicate(name, vocabulary) for name in predicates_of(formula))
+    return all(_is_fixed_predicate(name, vocabulary) for name in find_predicates(formula))
 
 
 def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
+from eai.logic.choice import AllOf, AnyOf, ExactlyOf, PairingChoice
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.search import Effort, Limits
@@ -336,9 +336,9 @@ class Estimates:
             case AnyOf(conditions):
                 cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
-            case Choose(number, conditions):
+            case ExactlyOf(number, conditions):
                 return choose_exactly(number, conditions, self.estimate)
-            case Pairing(number, cells):
+            case PairingChoice(number, cells):
                 return choose_pairs(number, cells, self.estimate)
 
     def _find_cheapest(self, conditions: Sequence[Subgoal]) -> Subgoal | None:

@@ -12,7 +12,7 @@ from functools import cache, cached_property
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables, predicates_of
+from eai.logic.traversal import find_free_variables, find_predicates
 from eai.planning.achievers import Achievers, complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
@@ -229,7 +229,7 @@ class ConflictChanges:
                 return self.changes_for_skipping(action, state, executed=False), False
             tried = schema.checks if schema.operator.tries else ()
             parts = [(condition, scope) for condition in (*schema.conditions, *tried)]
-            closed_parts = [part for part in parts if free_variables(part[0]) <= scope.keys()]
+            closed_parts = [part for part in parts if find_free_variables(part[0]) <= scope.keys()]
             fails = any(not self.holds(*part, state) for part in closed_parts)
             if helps and fails:
                 earlier_changes |= self._changes_of_parts(closed_parts, state, True, all_needed=True)
@@ -355,7 +355,7 @@ class ConflictChanges:
         """Count the predicates that a condition reads and actions change. Few make its changes precise."""
         cached = self._depths.get(id(formula))
         if cached is None:
-            names = find_stored_predicates(predicates_of(formula), self._domain.vocabulary)
+            names = find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
             cached = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
         return cached[0]
 
@@ -388,7 +388,7 @@ class ConflictChanges:
 
     def all_changes(self, formula: f.Formula) -> Iterator[FactChange]:
         """Yield all possible changes of the predicates that a condition reads."""
-        return self._all_changes_of(find_stored_predicates(predicates_of(formula), self._domain.vocabulary))
+        return self._all_changes_of(find_stored_predicates(find_predicates(formula), self._domain.vocabulary))
 
     def _all_changes_of(self, names: Iterable[str]) -> Iterator[FactChange]:
         for name in names:
@@ -399,7 +399,7 @@ class ConflictChanges:
 
 def _schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
     conditions = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
-    return [(condition, free_variables(condition)) for condition in conditions]
+    return [(condition, find_free_variables(condition)) for condition in conditions]
 
 
 def _select_closed(

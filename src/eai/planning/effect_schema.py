@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import NamedTuple, TypeAlias, TypeVar
 
 import eai.logic.formula as f
-from eai.logic.traversal import children
+from eai.logic.traversal import get_subformulas
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import find_definition
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
@@ -163,7 +163,7 @@ def _specialize_check(check: f.Formula, variable: f.Variable, condition: f.Formu
             same = zip(arguments, condition.arguments, strict=True)
             return f.Or((check, _conjoin([f.Equals(one, other) for one, other in same])))
         case f.Exists(quantified, body) if quantified == variable:
-            parts = f.operands(body, f.And)
+            parts = f.get_operands(body, f.And)
             return _conjoin([part for part in parts if part != condition]) if condition in parts else check
         case f.Not(operand):
             inner = _specialize_check(operand, variable, condition)
@@ -258,12 +258,12 @@ def _atoms(
             yield from _atoms(premise, scope, not truth, find_object)
             yield from _atoms(conclusion, scope, truth, find_object)
         case f.Exactly() | f.ForPairs():
-            for part in children(formula):
+            for part in get_subformulas(formula):
                 yield from _atoms(part, {}, True, find_object)
                 yield from _atoms(part, {}, False, find_object)
         case f.ForAll(variable, body) | f.Exists(variable, body):
             inner = {name: value for name, value in scope.items() if name != variable.name}
             yield from _atoms(body, inner, truth, find_object)
         case _:
-            for part in children(formula):
+            for part in get_subformulas(formula):
                 yield from _atoms(part, scope, truth, find_object)

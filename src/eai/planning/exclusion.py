@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import predicates_of, walk
+from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.planning.effect_schema import (
     EffectSchema,
     effect_schemas,
@@ -422,10 +422,10 @@ def _find_denied_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabular
     """Return the stored predicates that occur negated in formulas or in the definitions of predicates."""
     pending, seen, denied = [*formulas], set[str](), set[str]()
     while pending:
-        for part in walk(pending.pop()):
+        for part in walk_subformulas(pending.pop()):
             match part:
                 case f.Not(operand):
-                    denied |= {*predicates_of(operand)}
+                    denied |= {*find_predicates(operand)}
                 case f.Atom(name) if name in vocabulary.derived_by_name and name not in seen:
                     seen.add(name)
                     defined = find_definition(vocabulary.derived_by_name[name])

@@ -14,7 +14,7 @@ from functools import cache
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables, predicates_of
+from eai.logic.traversal import find_free_variables, find_predicates
 from eai.planning.search import Effort
 from eai.planning.subgoal import find_object
 from eai.world.condition import Scope
@@ -79,7 +79,7 @@ class PossibleFacts:
 
     def _is_static(self, check: Check) -> bool:
         vocabulary = self.domain.vocabulary
-        read = find_stored_predicates(predicates_of(check.condition), vocabulary)
+        read = find_stored_predicates(find_predicates(check.condition), vocabulary)
         stored = map(vocabulary.find_stored, read)
         return all(predicate is not None and predicate.static for predicate in stored)
 
@@ -237,7 +237,7 @@ def _variables_of(effect: Effect) -> tuple[str, ...]:
             parts = (*inner, *otherwise)
         case ForEach(_, condition, inner) | Let(_, condition, inner):
             parts = inner
-    names = dict.fromkeys(free_variables(condition)) | dict.fromkeys(
+    names = dict.fromkeys(find_free_variables(condition)) | dict.fromkeys(
         n for e in parts for n in _variables_of(e)
     )
     return tuple(sorted(names))

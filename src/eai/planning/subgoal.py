@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
+from eai.logic.choice import AllOf, AnyOf, ExactlyOf, PairingChoice
 from eai.world.condition import FormulaEvaluator, Scope
 from eai.world.frame import AGENT, UNBOUND
 from eai.world.relation import bits
@@ -34,7 +34,7 @@ class GroundAtom(NamedTuple):
     truth: bool
 
 
-SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
+SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | PairingChoice[Subgoal]
 """Choice among the parts of a condition: all, any, a number of them, or pairs. See `eai.logic.choice`."""
 
 
@@ -85,7 +85,7 @@ class Unfolding:
                 violating = self._violating_values(variable, body, scope, truth)
                 return AllOf(self._instances(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
-                return Choose(
+                return ExactlyOf(
                     count, self._instances(variable, body, scope, truth, self._all_values(variable))
                 )
             case f.ForPairs() if truth:
@@ -126,11 +126,11 @@ class Unfolding:
         held = set(holding)
         return [i for i in self._all_values(variable) if i not in held]
 
-    def _pairs(self, formula: f.ForPairs, scope: Scope) -> Pairing[Subgoal]:
+    def _pairs(self, formula: f.ForPairs, scope: Scope) -> PairingChoice[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._all_values(first), self._all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
-        return Pairing(
+        return PairingChoice(
             count,
             tuple(
                 tuple(

@@ -17,7 +17,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.files import parse_toml
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import Features, compute_features
-from eai.logic.traversal import predicates_of
+from eai.logic.traversal import find_predicates
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
 from eai.results.table import Column, NamedCells, Plain, Table
@@ -210,9 +210,9 @@ def _count_objects(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
 
 def _count_operators(library: OperatorLibrary) -> Iterator[_Figure]:
     gold = [read_action(text.pddl) for text in library.operators.values()]
-    condition_predicates = [{*predicates_of(action.precondition)} for action in gold]
+    condition_predicates = [{*find_predicates(action.precondition)} for action in gold]
     effect_predicates = [
-        {*predicates_of(*effect_conditions(action.effect))}
+        {*find_predicates(*effect_conditions(action.effect))}
         | {atom.predicate for atom in effect_atoms(action.effect)}
         for action in gold
     ]

@@ -16,7 +16,7 @@ from pydantic_core import from_json
 
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError, prefix_errors
-from eai.base.files import files_below, require_file, write_whole
+from eai.base.files import find_files_below, require_file, write_files_atomically
 from eai.base.json_value import Json
 from eai.results.codec import READABLE_SCHEMAS, experiment_to_json, record_from_json, record_to_json
 from eai.results.rate import Rate
@@ -144,7 +144,7 @@ def write_record_batches(
     def summary() -> Iterator[str]:
         yield json.dumps(_summary(totals, run or {}, stages), indent=2) + "\n"
 
-    write_whole({folder / RECORDS: lines(), folder / SUMMARY: summary()})
+    write_files_atomically({folder / RECORDS: lines(), folder / SUMMARY: summary()})
     return totals
 
 
@@ -214,7 +214,7 @@ def write_shard(folder: Path, shard: Shard, parts: Iterable[RecordBatch]) -> Non
     Raises:
         InputError: the folder cannot be written.
     """
-    write_whole({folder / shard.file_name: (lines for lines, _ in parts)})
+    write_files_atomically({folder / shard.file_name: (lines for lines, _ in parts)})
 
 
 def find_shards(path: Path) -> dict[Path, list[Path]]:
@@ -224,7 +224,7 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
         InputError: there are no shards, or a folder lacks a shard or has shards of two runs.
     """
     folders: dict[Path, dict[Shard, Path]] = {}
-    for file in files_below(path, "records.shard-*.jsonl"):
+    for file in find_files_below(path, "records.shard-*.jsonl"):
         match = _SHARD_FILE.fullmatch(file.name)
         if match is not None:
             folders.setdefault(file.parent, {})[Shard(int(match[1]), int(match[2]))] = file

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import files_below, read_content, require_file, write_whole
+from eai.base.files import find_files_below, read_content, require_file, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.results.parquet import read_columns
 
@@ -171,7 +171,7 @@ def find_response_files(path: Path) -> list[Path]:
         InputError: there is no such file.
     """
     if path.is_dir():
-        files = files_below(path, *(f"*{ending}" for ending in ENDINGS))
+        files = find_files_below(path, *(f"*{ending}" for ending in ENDINGS))
         response_files = [file for file in files if not _ATTEMPT_NAME.search(file.name)]
         if not response_files:
             raise InputError(f"{path}: expected a folder with <model>{SUFFIX} files, found none")
@@ -294,7 +294,7 @@ def write_responses(folder: Path, file: ResponseFile) -> None:
         InputError: the folder cannot be written.
     """
     rows = [{"identifier": r.task_id, "llm_output": r.text} for r in file.responses]
-    write_whole({folder / f"{file.model}{SUFFIX}": json.dumps(rows, indent=1) + "\n"})
+    write_files_atomically({folder / f"{file.model}{SUFFIX}": json.dumps(rows, indent=1) + "\n"})
 
 
 def model_name(path: Path) -> str:

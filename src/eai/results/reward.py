@@ -23,7 +23,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, exception_text
 from eai.abilities.verdict import Credit, ErrorReport, PlanVerdict, Verdict, compute_condition_gain
-from eai.base.errors import EaiError, InputError, find_member
+from eai.base.errors import EaiError, InputError, find_enum_member
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -148,7 +148,7 @@ class Reward:
         self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = MAX_ANSWER_CHARACTERS
     ) -> None:
         self.suite = _drop_planner(suite)
-        self.shaping = find_member(Shaping, shaping, "shaping")
+        self.shaping = find_enum_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
             raise InputError(f"the shaping repair is for {plans} only, not for {suite.ability.value}")
@@ -259,7 +259,7 @@ def open_reward(task: TaskReference, shaping: Shaping | str) -> Reward:
         InputError: there is no such suite or shaping.
         DataError: the data cannot be obtained or is damaged.
     """
-    return _open_reward(task.benchmark, task.ability, find_member(Shaping, shaping, "shaping"))
+    return _open_reward(task.benchmark, task.ability, find_enum_member(Shaping, shaping, "shaping"))
 
 
 @cache

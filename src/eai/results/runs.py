@@ -18,7 +18,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, ability_rank
 from eai.base.errors import InputError
-from eai.base.files import files_below, read_content, write_whole
+from eai.base.files import find_files_below, read_content, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import find_implementation
@@ -149,7 +149,7 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
     record_files: dict[Path, None] = {}
     for path in paths:
         if path.is_dir():
-            files = files_below(path, RECORDS)
+            files = find_files_below(path, RECORDS)
             if not files:
                 raise InputError(f"{path}: expected a folder with {RECORDS} somewhere below, found none")
             record_files |= dict.fromkeys(files)
@@ -190,7 +190,7 @@ def write_log_samples(folder: Path, log: Path, epoch: int | Mapping[str, int]) -
     Raises:
         InputError: the folder cannot be written.
     """
-    write_whole({folder / _LOG_FILE: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
+    write_files_atomically({folder / _LOG_FILE: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
 
 
 def _log_beside(records: Path) -> LogSamples | None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import get_type_hints
 
 from eai.base.errors import InputError
-from eai.base.files import escape_unprintable, write_whole
+from eai.base.files import escape_unprintable, write_files_atomically
 from eai.base.json_value import Json
 from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyLine
 from eai.results.markdown import rows_markdown
@@ -49,7 +49,7 @@ def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
     Raises:
         InputError: the folder cannot be written.
     """
-    write_whole({folder / file: text for file, text in contents.items()})
+    write_files_atomically({folder / file: text for file, text in contents.items()})
     return [folder / file for file in contents]
 
 

@@ -21,7 +21,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.benchmarks.registry import REFERENCES
 from eai.results.options import ScoringOptions
 from eai.run.job import DecodingOptions, RequestOptions
@@ -51,7 +51,7 @@ def save_spec(spec: RunSpec, folder: Path) -> Path:
     ).encode("utf-8", "backslashreplace")
     files = (folder / f"run{'' if number == 1 else f'-{number}'}.toml" for number in count(1))
     file = next(file for file in files if not file.is_file() or file.read_bytes() == content)
-    write_whole({file: content})
+    write_files_atomically({file: content})
     return file
 
 

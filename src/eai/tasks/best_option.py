@@ -24,9 +24,9 @@ from typing import NamedTuple, TypeAlias
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AnyOf, Choice, Choose, Literal, LiteralChoice, Pairing
-from eai.logic.matching import heaviest_matching
-from eai.logic.trace import positions_in
+from eai.logic.choice import AllOf, AnyOf, Choice, ExactlyOf, Literal, LiteralChoice, PairingChoice
+from eai.logic.matching import find_heaviest_matching
+from eai.logic.trace import iterate_positions
 
 _MAX_SETS = 2_000
 """Maximum number of sets of common conditions that are kept; with more sets the share is a lower bound."""
@@ -126,7 +126,9 @@ class _BestOption:
         return _MetShare((gain + before.met * total) // before.total, total, not search.is_cut)
 
 
-_Counted: TypeAlias = "int | AllOf[_Counted] | AnyOf[_Counted] | Choose[_Counted] | Pairing[_Counted]"
+_Counted: TypeAlias = (
+    "int | AllOf[_Counted] | AnyOf[_Counted] | ExactlyOf[_Counted] | PairingChoice[_Counted]"
+)
 """A choice whose conditions are represented by their numbers."""
 
 _SetValues: TypeAlias = dict[int, int]
@@ -149,7 +151,7 @@ class _OptionSearch:
 
     def value(self, conditions: int) -> int:
         """Return the value of a set of conditions."""
-        return sum([self.values[number] for number in positions_in(conditions)])
+        return sum([self.values[number] for number in iterate_positions(conditions)])
 
 
 _FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
@@ -166,11 +168,11 @@ def _simplify(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted
             return AllOf(tuple([part for group in nested for part in group]))
         case AnyOf(parts):
             return AnyOf(tuple([_simplify(part, numbers) for part in parts]))
-        case Choose(count, parts):
-            return Choose(count, tuple([_simplify(part, numbers) for part in parts]))
-        case Pairing(count, cells):
+        case ExactlyOf(count, parts):
+            return ExactlyOf(count, tuple([_simplify(part, numbers) for part in parts]))
+        case PairingChoice(count, cells):
             rows = [[None if cell is None else _simplify(cell, numbers) for cell in row] for row in cells]
-            return Pairing(count, tuple(map(tuple, rows)))
+            return PairingChoice(count, tuple(map(tuple, rows)))
         case _:
             assert_never(choice)
 
@@ -206,9 +208,9 @@ def _members(part: _Counted) -> Sequence[_Counted]:
     match part:
         case int():
             return ()
-        case AllOf(parts) | AnyOf(parts) | Choose(_, parts):
+        case AllOf(parts) | AnyOf(parts) | ExactlyOf(_, parts):
             return parts
-        case Pairing(_, cells):
+        case PairingChoice(_, cells):
             return [cell for row in cells for cell in row if cell is not None]
         case _:
             assert_never(part)
@@ -249,9 +251,9 @@ class _Compiler:
                 return self._all_of(parts)
             case AnyOf(parts):
                 return self._close_table(_any_of([self.table(member) for member in parts]), part)
-            case Choose(count, parts):
+            case ExactlyOf(count, parts):
                 return self._close_table(self._some_of(count, [self.table(member) for member in parts]), part)
-            case Pairing(count, cells):
+            case PairingChoice(count, cells):
                 tables = [[None if cell is None else self.table(cell) for cell in row] for row in cells]
                 return self._close_table(self._pair(count, tables), part)
             case _:
@@ -338,7 +340,7 @@ class _Compiler:
             rows = [[{} if cell is None else cell(search) for cell in row] for row in cells]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
-                pairs = heaviest_matching(weights, count)
+                pairs = find_heaviest_matching(weights, count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
             return self._pair_by_sets(count, rows, search)
 

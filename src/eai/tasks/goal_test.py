@@ -7,10 +7,10 @@ from functools import cached_property
 from operator import mul
 
 from eai.base.errors import InputError
-from eai.logic.choice import Choice, ground
-from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, operands
+from eai.logic.choice import Choice, build_choice_tree
+from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, get_operands
 from eai.logic.semantics import holds
-from eai.logic.traversal import is_state_formula, walk
+from eai.logic.traversal import is_state_formula, walk_subformulas
 from eai.tasks.best_option import best_option
 from eai.tasks.share import GoalTallies, Share
 from eai.tasks.task import Goal, GoalKind, Task
@@ -224,7 +224,7 @@ def _choice(goal: Goal, scene: Scene) -> Choice | None:
     if goal.is_over_time:
         return None
     try:
-        return ground(goal.formula, scene.names_of_category)
+        return build_choice_tree(goal.formula, scene.names_of_category)
     except InputError:
         return None
 
@@ -240,7 +240,7 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
 
 def alternative_actions(goal: Goal) -> tuple[str, ...]:
     """Return the actions that meet an action goal."""
-    return tuple([part.action for part in operands(goal.formula, Or) if isinstance(part, Occurs)])
+    return tuple([part.action for part in get_operands(goal.formula, Or) if isinstance(part, Occurs)])
 
 
 def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
@@ -283,7 +283,7 @@ def _count_halves(goal: Goal) -> tuple[int, int, int]:
     """Return the numbers of halves with which a goal counts as a state, a relation and an action goal."""
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
-    binary = {len(part.arguments) > 1 for part in walk(goal.formula) if isinstance(part, Atom)}
+    binary = {len(part.arguments) > 1 for part in walk_subformulas(goal.formula) if isinstance(part, Atom)}
     if binary == {True, False}:
         return 1, 1, 0
     return (0, 2, 0) if binary == {True} else (2, 0, 0)

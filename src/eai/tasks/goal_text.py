@@ -8,9 +8,15 @@ import eai.logic.formula as f
 from eai.base.errors import InputError, did_you_mean, prefix_errors
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_variables, rewrite_in_time
+from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
 from eai.logic.signature import describe_arity
-from eai.logic.traversal import bound_variables, free_variables, is_state_formula, object_names, walk
+from eai.logic.traversal import (
+    find_free_variables,
+    find_object_names,
+    get_bound_variables,
+    is_state_formula,
+    walk_subformulas,
+)
 from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
 from eai.tasks.task import Task, goal
 from eai.world.domain import Domain
@@ -38,8 +44,8 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
         is_object = offence.kind == "unknown_object"
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(f"{offence}{did_you_mean(offence.name, known)}")
-    formula = rewrite_in_time(stated, lexicon.to_domain_names)
-    actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
+    formula = rewrite_state_subformulas(stated, lexicon.to_domain_names)
+    actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:
             wanted, actual = domain.arities[action.action], len(action.arguments)
@@ -58,23 +64,23 @@ def check_goal(formula: f.Formula, scene: Scene) -> None:
         InputError: a name is unknown. The message suggests a similar name.
     """
     kinds = {thing.category for thing in scene.objects}
-    for part in walk(formula):
+    for part in walk_subformulas(formula):
         if isinstance(part, f.Atom):
             scene.vocabulary.require_arity(part.predicate, len(part.arguments))
-        for variable in bound_variables(part):
+        for variable in get_bound_variables(part):
             kind = variable.category
             if kind is not None and kind not in kinds:
                 raise InputError(f"there is no object of the kind {kind}{did_you_mean(kind, kinds)}")
-    for name in object_names(formula):
+    for name in find_object_names(formula):
         if name != AGENT.name or scene.agent is None:
             scene.find(name)
-    for name in sorted(free_variables(formula)):
+    for name in sorted(find_free_variables(formula)):
         raise InputError(f"variable {name} is not bound")
 
 
 def _is_action_choice(formula: f.Formula) -> bool:
     """Whether a formula is one action, or a disjunction of actions, without objects."""
-    parts = f.operands(formula, f.Or)
+    parts = f.get_operands(formula, f.Or)
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
 
 

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.ltl import spell_names
-from eai.logic.rewriting import rewrite
+from eai.logic.ltl import map_spellings_to_names
+from eai.logic.rewriting import rewrite_leaves
 from eai.logic.signature import Signature
-from eai.logic.traversal import object_names, predicates_of
+from eai.logic.traversal import find_object_names, find_predicates
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.derived import is_a
@@ -117,8 +117,8 @@ class FormulaLexicon:
 
     def is_unobserved(self, formula: f.Formula) -> bool:
         """Whether a formula has a predicate or an object that the domain does not know."""
-        names = object_names(formula) if self.unobserved_objects else ()
-        return any(name in self.unobserved for name in predicates_of(formula)) or any(
+        names = find_object_names(formula) if self.unobserved_objects else ()
+        return any(name in self.unobserved for name in find_predicates(formula)) or any(
             name in self.unobserved_objects for name in names
         )
 
@@ -134,7 +134,7 @@ class FormulaLexicon:
                 return is_a(self._to_scene_term(leaf.arguments[0]), self.categories[leaf.predicate])
             return _rename_leaf(leaf, self.predicates, self.actions, self._to_scene_term)
 
-        return rewrite(formula, meant)
+        return rewrite_leaves(formula, meant)
 
     def to_text_names(self, formula: f.Formula) -> f.Formula:
         """Return a formula of the domain with the names of texts; the inverse of `to_domain_names`.
@@ -146,7 +146,7 @@ class FormulaLexicon:
         def worded(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             return _rename_leaf(leaf, self._predicate_words, self._action_words, self._to_text_term)
 
-        return rewrite(formula, worded)
+        return rewrite_leaves(formula, worded)
 
     def _to_text_term(self, term: f.Term) -> f.Term:
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
@@ -192,9 +192,9 @@ def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon with the names of a domain and of a scene's objects, spelled for formulas."""
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]
-    predicates = spell_names([*visible, *(derived.name for derived in vocabulary.derived)])
-    actions = spell_names([operator.name for operator in domain.operators])
-    names = spell_names([thing.name for thing in scene.objects])
+    predicates = map_spellings_to_names([*visible, *(derived.name for derived in vocabulary.derived)])
+    actions = map_spellings_to_names([operator.name for operator in domain.operators])
+    names = map_spellings_to_names([thing.name for thing in scene.objects])
     objects = {word: scene.index[name] for word, name in names.items()}
     signature = Signature(
         {word: vocabulary.arity(name) for word, name in predicates.items()},

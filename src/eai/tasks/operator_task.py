@@ -15,7 +15,7 @@ from functools import cached_property, lru_cache, partial
 from typing import TypeAlias
 
 from eai.logic.formula import Atom
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.pddl.execute import PlanStep
 from eai.pddl.export import ExportedProblem, ProblemSource, export_problems
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, effect_atoms
@@ -186,6 +186,6 @@ def _operators(plan: Sequence[Action], exported: ExportedProblem, library: Opera
 
 def _task_categories(exported: ExportedProblem, categories: Mapping[str, Category]) -> tuple[Category, ...]:
     """Return the categories of the predicates in the goal, the most frequent first."""
-    atoms = (part for part in walk(exported.problem.goal) if isinstance(part, Atom))
+    atoms = (part for part in walk_subformulas(exported.problem.goal) if isinstance(part, Atom))
     counts = Counter(categories[atom.predicate] for atom in atoms)
     return tuple([category for category, _ in counts.most_common()])

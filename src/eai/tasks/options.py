@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, JsonValue, PlainSerializer, ValidationError
 from typing_extensions import Self
 
-from eai.base.docstrings import read_meanings
+from eai.base.docstrings import read_docstring_entries
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import read_toml
 
@@ -124,7 +124,9 @@ class Options(BaseModel):
         """Return the meaning of an option."""
         described = cls.model_fields[option].description
         by_class = [
-            read_meanings(base.__doc__, "Attributes") for base in cls.__mro__ if issubclass(base, Options)
+            read_docstring_entries(base.__doc__, "Attributes")
+            for base in cls.__mro__
+            if issubclass(base, Options)
         ]
         return described or next((by_name[option] for by_name in by_class if option in by_name), "")
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.base.errors import DomainError, InputError, read_all
-from eai.base.files import files_below
+from eai.base.errors import DomainError, InputError, read_items_or_raise_all
+from eai.base.files import find_files_below
 from eai.logic.rewriting import map_terms
-from eai.logic.traversal import map_parts
+from eai.logic.traversal import map_subformulas
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.export import export
 from eai.pddl.files import (
@@ -44,7 +44,7 @@ def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
     Raises:
         InputError: not exactly one file begins with a domain, or a file cannot be read, as in `open_pddl`.
     """
-    files = files_below(folder, f"*{_SUFFIX}")
+    files = find_files_below(folder, f"*{_SUFFIX}")
     domains = [file for file in files if begins_with_domain(file)]
     if len(domains) != 1:
         listed = f"{len(domains)} of them: {', '.join(map(str, domains))}" if domains else "none"
@@ -76,7 +76,7 @@ def _open(domain_file: Path, problems: Callable[[], Sequence[Path]]) -> tuple[Do
         named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
         raise InputError(f"{domain_file}: line {find_line(text, f'({named}')}: {error}") from error
     declared = (domain_file, text)
-    files = read_all(problems(), lambda path: read_problem_file(path, domain, declared))
+    files = read_items_or_raise_all(problems(), lambda path: read_problem_file(path, domain, declared))
     names = Counter(file.problem.name for file in files)
     tasks: dict[str, Task] = {}
     for file in files:
@@ -214,7 +214,7 @@ class _DeclaredNames:
                 first, second = self._to_category(first), self._to_category(second)
                 return replace(formula, first=first, second=second, body=self._meaning(body, names))
             case _:
-                return map_parts(formula, lambda part: self._meaning(part, names))
+                return map_subformulas(formula, lambda part: self._meaning(part, names))
 
     def _to_category(self, variable: f.Variable) -> f.Variable:
         """Return a quantified variable with its category; without a category if its type is the root type."""

@@ -9,7 +9,7 @@ from itertools import groupby
 
 import eai.logic.formula as f
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.traversal import map_parts, predicates_of
+from eai.logic.traversal import find_predicates, map_subformulas
 from eai.planning.effect_schema import find_written_predicates
 from eai.world.condition import FormulaEvaluator
 from eai.world.derived import Defined, Lookup, find_definition, find_stored_predicates
@@ -86,7 +86,7 @@ class DomainRules:
         self, operators: Collection[str], formulas: Iterable[f.Formula] = ()
     ) -> frozenset[str]:
         """Return the stored predicates that operators read or change, or that formulas depend on."""
-        decisive = find_stored_predicates(predicates_of(*formulas), self.domain.vocabulary)
+        decisive = find_stored_predicates(find_predicates(*formulas), self.domain.vocabulary)
         return frozenset(decisive).union(*(self._predicates_of_operators[name] for name in operators))
 
     @cached_property
@@ -102,7 +102,7 @@ class DomainRules:
         shown = [operator for operator in self.operators if operator.name in operators]
         named = list(
             dict.fromkeys(
-                [*predicates_of(*formulas), *(n for operator in shown for n in self._reads[operator.name])]
+                [*find_predicates(*formulas), *(n for operator in shown for n in self._reads[operator.name])]
             )
         )
         lines = [
@@ -137,11 +137,11 @@ class DomainRules:
     @cached_property
     def _reads(self) -> Mapping[str, Sequence[str]]:
         """Mapping from each operator to the predicates in its conditions."""
-        return {operator.name: predicates_of(*conditions_of(operator)) for operator in self.operators}
+        return {operator.name: find_predicates(*conditions_of(operator)) for operator in self.operators}
 
     def _can_be_shown(self, operator: Operator) -> bool:
         vocabulary = self.domain.vocabulary
-        read = predicates_of(*conditions_of(operator))
+        read = find_predicates(*conditions_of(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._find_derived(read)]
         undefined = any(find_definition(predicate) is None for predicate in derived)
         return not (operator.tries or undefined or self._reads_memory(read))
@@ -160,7 +160,7 @@ class DomainRules:
                 continue
             derived_names[name] = None
             defined = find_definition(derived)
-            pending += [] if defined is None else predicates_of(defined.definition)
+            pending += [] if defined is None else find_predicates(defined.definition)
         return list(derived_names)
 
     def _operator(self, operator: Operator) -> str:
@@ -255,4 +255,4 @@ def _simplify(formula: f.Formula) -> f.Formula:
         case f.Not(f.Not(operand)):
             return _simplify(operand)
         case _:
-            return map_parts(formula, _simplify)
+            return map_subformulas(formula, _simplify)

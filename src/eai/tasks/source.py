@@ -11,7 +11,7 @@ from functools import cache, wraps
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
-from eai.base.errors import InputError, find_member
+from eai.base.errors import InputError, find_enum_member
 from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.tasks.task import Task
@@ -48,7 +48,7 @@ def errata_choice(name: ErrataChoice | str) -> ErrataChoice:
     Raises:
         InputError: no choice has this name.
     """
-    return find_member(ErrataChoice, name, "choice of errata")
+    return find_enum_member(ErrataChoice, name, "choice of errata")
 
 
 def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
@@ -57,7 +57,7 @@ def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
     Raises:
         InputError: no choice has this name.
     """
-    return find_member(PlannerChoice, name, "planner")
+    return find_enum_member(PlannerChoice, name, "planner")
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, NewType
 
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.traversal import is_state_formula, object_names, walk
+from eai.logic.traversal import find_object_names, is_state_formula, walk_subformulas
 from eai.tasks.special import Ambiguous, Hazards, Impossible, Special
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ class Task:
 
     def find_named_objects(self, goals: Iterable[Goal]) -> set[int]:
         """Return the indices of the objects that some goals of the task name."""
-        return {self.scene.index[name] for goal in goals for name in object_names(goal.formula)}
+        return {self.scene.index[name] for goal in goals for name in find_object_names(goal.formula)}
 
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
         """Return the goals of one kind, in order."""
@@ -178,7 +178,7 @@ def goal(formula: Formula) -> Goal:
     A formula with actions is an action goal, and a formula with relations is a relation goal. Any other
     formula is a state goal. A goal over time is never an action goal.
     """
-    parts = tuple(walk(formula))
+    parts = tuple(walk_subformulas(formula))
     if is_state_formula(formula) and any(isinstance(part, Occurs) for part in parts):
         return Goal(GoalKind.ACTION, formula)
     relates = any(isinstance(part, Atom) and len(part.arguments) > 1 for part in parts)

@@ -13,9 +13,9 @@ from functools import cache
 from pathlib import Path
 
 from eai.base.errors import InputError, prefix_errors
-from eai.base.files import number_lines, read_content, write_whole
+from eai.base.files import number_lines, read_content, write_files_atomically
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.start import is_broken
+from eai.logic.start import is_refuted_by_initial_state
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import is_impossible
 from eai.tasks.source import Finding, TaskSet
@@ -114,7 +114,7 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
     if not file.name.endswith(ENDINGS):
         raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
     content = task_file_content(lines)
-    write_whole({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
+    write_files_atomically({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
 
 
 def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[Finding]:
@@ -173,7 +173,7 @@ def _find_broken_goals(task: Task) -> Iterator[str]:
     """Yield a message for each goal over time that the initial state already breaks."""
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):
-        if goal.is_over_time and is_broken(goal.formula, start):
+        if goal.is_over_time and is_refuted_by_initial_state(goal.formula, start):
             yield f"goals.{number}: no plan reaches it: the start already breaks {print_ltl(goal.formula)}"
 
 

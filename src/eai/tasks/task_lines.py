@@ -15,11 +15,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
-from eai.base.docstrings import read_meanings
+from eai.base.docstrings import read_docstring_entries
 from eai.base.errors import InputError, prefix_errors
 from eai.base.json_value import Json
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_variables, rewrite_in_time
+from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
 from eai.logic.signature import describe_arity
 from eai.tasks.goal_text import lexicon_of_goals, read_goal
 from eai.tasks.options import describe_misfit
@@ -36,7 +36,7 @@ _NonEmptyText: TypeAlias = Annotated[str, Field(min_length=1)]
 def _add_descriptions(schema: dict[str, Any]) -> None:
     """Put the descriptions in the class's docstring into the JSON schema of a line."""
     schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
-    for name, meaning in read_meanings(_TaskLine.__doc__, "Attributes").items():
+    for name, meaning in read_docstring_entries(_TaskLine.__doc__, "Attributes").items():
         schema["properties"][name]["description"] = meaning
 
 
@@ -237,4 +237,4 @@ def write_goals(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> 
     """Return goals as texts in the format of task files."""
     lexicon = lexicon_of_goals(domain, scene)
     renamed = [rename_variables(formula) for formula in formulas]
-    return [print_ltl(rewrite_in_time(formula, lexicon.to_text_names)) for formula in renamed]
+    return [print_ltl(rewrite_state_subformulas(formula, lexicon.to_text_names)) for formula in renamed]

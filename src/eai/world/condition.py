@@ -16,8 +16,8 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.base.errors import DomainError
-from eai.logic.matching import maximum_matching
-from eai.logic.traversal import free_variables
+from eai.logic.matching import find_maximum_matching
+from eai.logic.traversal import find_free_variables
 from eai.world.derived import Computed, Defined, Lookup, to_evaluated_form
 from eai.world.frame import UNBOUND, Extension, Frame, FrameBinding, Truth
 from eai.world.relation import bits
@@ -178,8 +178,8 @@ class ConditionCompiler:
         The parts of the body that do not depend on the quantified variable are tested first.
         """
         names = {name for name, index in scope.items() if index == slot} - {variable.name}
-        parts = f.operands(body, f.And)
-        independent = tuple([part for part in parts if names.isdisjoint(free_variables(part))])
+        parts = f.get_operands(body, f.And)
+        independent = tuple([part for part in parts if names.isdisjoint(find_free_variables(part))])
         if not independent:
             return self._compile_by_trial(f.Exists(variable, body), slot, scope)
         inner = self._frame.new_slot()
@@ -235,7 +235,7 @@ class ConditionCompiler:
                 binding[slot] = x
                 adjacency.append([targets[y] for y in bits(partners(state, binding)) if y != x])
             needed = min(len(sources), len(targets)) if count is None else count
-            return sum(j is not None for j in maximum_matching(adjacency)) >= needed
+            return sum(j is not None for j in find_maximum_matching(adjacency)) >= needed
 
         return truth
 
@@ -369,7 +369,7 @@ class FormulaEvaluator:
     def _compile(self, formula: f.Formula) -> tuple[f.Formula, tuple[str, ...], Frame, Truth]:
         compiled = self._truths.get(id(formula))
         if compiled is None:
-            names = tuple(sorted(free_variables(formula)))
+            names = tuple(sorted(find_free_variables(formula)))
             frame = Frame([f.Variable(name) for name in names])
             truth = ConditionCompiler(self._vocabulary, frame).truth(formula)
             compiled = self._truths[id(formula)] = (formula, names, frame, truth)
@@ -380,7 +380,7 @@ class FormulaEvaluator:
         key = (id(body), variable.name)
         compiled = self._extensions.get(key)
         if compiled is None:
-            names = tuple(sorted(free_variables(body) - {variable.name}))
+            names = tuple(sorted(find_free_variables(body) - {variable.name}))
             frame = Frame([f.Variable(name) for name in (*names, variable.name)])
             conditions = ConditionCompiler(self._vocabulary, frame)
             extension = conditions.extension(body, len(names) + 1, frame.scope)

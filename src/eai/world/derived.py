@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import predicates_of
+from eai.logic.traversal import find_predicates
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, make_atom
 
@@ -139,6 +139,6 @@ def find_stored_predicates(predicates: Iterable[str], vocabulary: Vocabulary) ->
     for name in reached:  # the list grows during the loop, which then visits the appended predicates, too
         derived = vocabulary.derived_by_name.get(name)
         if derived is not None:
-            read = predicates_of(derived.definition) if isinstance(derived, Defined) else derived.reads
+            read = find_predicates(derived.definition) if isinstance(derived, Defined) else derived.reads
             reached += [other for other in dict.fromkeys(read) if other not in reached]
     return [name for name in reached if name not in vocabulary.derived_by_name]

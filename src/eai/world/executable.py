@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import And, Formula
-from eai.logic.traversal import free_variables
+from eai.logic.traversal import find_free_variables
 from eai.world.condition import ConditionCompiler
 from eai.world.effect import Apply, EffectCompiler
 from eai.world.frame import UNBOUND, Frame, FrameBinding, Truth
@@ -185,7 +185,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
     several: list[list[Formula]] = [[] for _ in names]
     closed: list[Formula] = []
     for check in operator.checks:
-        variables = free_variables(check.condition)
+        variables = find_free_variables(check.condition)
         positions = [position for position, name in enumerate(names) if name in variables]
         group = (single if len(positions) == 1 else several)[positions[-1]] if positions else closed
         group.append(check.condition)

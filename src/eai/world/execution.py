@@ -179,5 +179,5 @@ class _NamedState:
         scope = dict(zip(names, indices, strict=True))
         return self._readings.holds(self._atoms[predicate], scope, self._state)
 
-    def objects(self, category: str | None) -> Sequence[str]:
+    def list_objects(self, category: str | None) -> Sequence[str]:
         return self._state.scene.names_of_category(category)

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache, partial
 
 import eai.logic.formula as f
 from eai.base.errors import DomainError
-from eai.logic.traversal import children, predicates_of
+from eai.logic.traversal import find_predicates, get_subformulas
 from eai.world.derived import Computed, Defined, Lookup
 from eai.world.listing import FactListing, make_listing
 from eai.world.state import Fact, Scene, State
@@ -51,7 +51,7 @@ class _Recursion:
         self.predicates: list[DerivedPredicate] = [self._predicate(definition) for definition in circle]
 
     def _predicate(self, defined: Defined) -> DerivedPredicate:
-        reads = predicates_of(defined.definition)
+        reads = find_predicates(defined.definition)
         if defined.arity in (1, 2):
             return Lookup(defined.name, defined.arity, partial(self._mask, defined.name), reads, defined)
         return Computed(defined.name, defined.arity, partial(self._has, defined.name), reads, defined)
@@ -125,6 +125,6 @@ def _is_positive(formula: f.Formula, names: set[str], truth: bool = True) -> boo
         case f.Implies(premise, conclusion):
             return _is_positive(premise, names, not truth) and _is_positive(conclusion, names, truth)
         case f.And() | f.Or() | f.ForAll() | f.Exists():
-            return all(_is_positive(part, names, truth) for part in children(formula))
+            return all(_is_positive(part, names, truth) for part in get_subformulas(formula))
         case _:
-            return names.isdisjoint(predicates_of(formula))
+            return names.isdisjoint(find_predicates(formula))

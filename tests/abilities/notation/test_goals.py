@@ -14,7 +14,7 @@ from eai.abilities.notation.goals import (
 )
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Formula
-from eai.logic.signature import to_term
+from eai.logic.signature import make_term
 from eai.tasks.task import GoalKind
 from logic.bddl_text import print_condition
 
@@ -92,7 +92,7 @@ OPEN_JAR = ["open", "jar"]
 def literal(entry: object, variables: frozenset[str]) -> Formula | None:
     match entry:
         case [str(predicate), *names] if all(isinstance(name, str) for name in names):
-            return Atom(predicate, tuple(to_term(str(name), variables) for name in names))
+            return Atom(predicate, tuple(make_term(str(name), variables) for name in names))
         case _:
             return None
 

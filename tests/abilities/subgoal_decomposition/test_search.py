@@ -20,7 +20,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic import semantics
 from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable
 from eai.logic.ltl import parse, read_formula
-from eai.logic.rewriting import rewrite
+from eai.logic.rewriting import rewrite_leaves
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
 from eai.tasks.goal_test import StateTest
@@ -336,7 +336,7 @@ def in_scene(formula: Formula, scene: Scene) -> Formula:
         is_known = isinstance(term, Variable) or term.name in scene.index
         return term if is_known else Constant(scene.objects[len(term.name) % len(scene.objects)].name)
 
-    return rewrite(formula, known)
+    return rewrite_leaves(formula, known)
 
 
 @settings(deadline=None, max_examples=examples(400))

@@ -13,7 +13,7 @@ from eai.base.errors import DataError
 from eai.base.store import Store, ignore_progress
 from eai.benchmarks.behavior.convert import convert_tasks
 from eai.benchmarks.behavior.records import OPTIONS_MEMBER, TASKS_MEMBER, read_records
-from eai.logic.formula import And, operands
+from eai.logic.formula import And, get_operands
 
 TASK = "dusting_0_Nowhere_0_int_0_2021-01-01_00-00-00"
 DATA = "behavior_eval/evaluation/goal_interpretation/resources/data/"
@@ -109,7 +109,7 @@ def test_a_task_is_assembled_from_both_archives(tmp_path: Any) -> None:
     assert (floor.name, floor.is_floor, floor.states) == ("room_floor_kitchen_0", True, ("stained",))
     assert (jar.states, jar.half_names) == (("dusty", "open"), ())
     assert record.plan == (("CLEAN", ("jar_7",)), ("PUT", ("jar_7", "rag_0")))
-    assert len(operands(record.problem.goal, And)) == 1
+    assert len(get_operands(record.problem.goal, And)) == 1
     assert record.goal_options == (((("not", ("dusty", "jar.n.01_1")),),),)
     assert tasks[TASK] is record
 

@@ -24,7 +24,7 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.logic.formula import Atom
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.writer import write_formula
 from eai.planning.planner import Planner
@@ -205,7 +205,7 @@ def test_prompts_of_transition_modeling_show_the_facts_of_their_operators_and_li
         read = {
             formula.predicate
             for operator in task.gold.values()
-            for formula in walk(operator.precondition)
+            for formula in walk_subformulas(operator.precondition)
             if isinstance(formula, Atom)
         }
         assert all(f"({name}" in shown for name in read), task_id

@@ -24,7 +24,7 @@ from eai.benchmarks.generator.spec import LENGTHS, Generated, Reason, Tier
 from eai.benchmarks.generator.walk import Walk, find_lower_bound
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.pddl.val import VALID, find_val
 from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest
@@ -161,7 +161,7 @@ def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> Non
     for made in tasks(like):
         scene = made.task.scene
         for each in made.task.goals:
-            for part in walk(each.formula):
+            for part in walk_subformulas(each.formula):
                 if isinstance(part, f.Atom) and all(isinstance(t, f.Constant) for t in part.arguments):
                     categories = [scene.objects[scene.index[t.name]].category for t in part.arguments]
                     assert any(theme.issuperset(categories) for theme in together)

@@ -8,7 +8,7 @@ from eai.abilities.explanation import EXECUTED, Explanation, PartReport
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
 from eai.world.execution import attempt
@@ -56,7 +56,7 @@ def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> di
 
 def is_met(part: Formula, report: PartReport, explanation: Explanation, states: Mapping[int, State]) -> bool:
     """Whether a part is met at its reported step: by the state, or by an action of that name."""
-    actions = [formula.action for formula in walk(part) if isinstance(formula, Occurs)]
+    actions = [formula.action for formula in walk_subformulas(part) if isinstance(formula, Occurs)]
     if not actions:
         number = report.met_after
         at = f"after step {number}" if number else "at the start"

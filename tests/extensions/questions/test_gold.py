@@ -12,7 +12,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
 from eai.extensions.questions.writer import Writer
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 from extensions.questions.naive import answer_of, read_world
@@ -27,7 +27,7 @@ def recomputed(question: Question, benchmark: Benchmark, source: Source) -> froz
     goals = [
         goal.formula
         for goal in task.goals
-        if goal.kind is not GoalKind.ACTION and set(object_names(goal.formula)) <= names
+        if goal.kind is not GoalKind.ACTION and set(find_object_names(goal.formula)) <= names
     ]
     return answer_of(question, benchmark.domain, goals)
 

@@ -24,7 +24,7 @@ from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import Alternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
-from eai.logic.choice import Literal, best_overlap
+from eai.logic.choice import Literal, make_best_option_finder
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -69,7 +69,7 @@ class _GoldGoals:
         self.mask_of: dict[WrittenGoal, int] = {}
         self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = alternatives
-        self.best = [best_overlap(goal.options, self._number_of) for goal in alternatives]
+        self.best = [make_best_option_finder(goal.options, self._number_of) for goal in alternatives]
 
     def choose_options(self, stated: int) -> list[int]:
         """Return for each goal the mask of its option with most stated conditions; 0 if it has no option."""

@@ -17,10 +17,10 @@ from math import prod
 from eai.abilities.notation.goals import GoalNotation, WrittenGoal
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
-from eai.logic.choice import Literal, choice_options
+from eai.logic.choice import Literal, generate_tree_options
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Term
-from eai.logic.signature import to_term
-from eai.logic.traversal import object_names, walk
+from eai.logic.signature import make_term
+from eai.logic.traversal import find_object_names, walk_subformulas
 from eai.tasks.task import Goal, GoalKind, Task, goal
 from eai.world.domain import Domain
 
@@ -122,7 +122,7 @@ def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str
     """Return a right answer as written goals: the first option of each goal about the final state."""
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
-    options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
+    options = [next(generate_tree_options(goal.options), ()) for goal in notation.alternatives(task)]
     conditions = dict.fromkeys(condition for option in options for condition in option)
     return notation.write([lexicon.to_answer_goal(condition) for condition in conditions])
 
@@ -183,7 +183,7 @@ class _AnswerMeaning:
         """Return a goal as a formula, in which quantifiers bind some names; None if it is ill-formed."""
         if not self._lexicon.is_well_formed(said):
             return None
-        terms = tuple([to_term(name, variables) for name in self._objects(said, variables)])
+        terms = tuple([make_term(name, variables) for name in self._objects(said, variables)])
         if said.is_action:
             return Occurs(said.predicate, terms)
         atom = Atom(self._predicates.get((said.predicate, len(terms)), said.predicate), terms)
@@ -191,13 +191,13 @@ class _AnswerMeaning:
 
     def unknown(self, formula: Formula) -> Iterator[str]:
         """Yield the unknown names in a formula."""
-        for part in walk(formula):
+        for part in walk_subformulas(formula):
             match part:
                 case Atom(name, terms) if self._vocabulary.arity(name) != len(terms):
                     yield name
                 case Occurs(name) if name not in self._actions:
                     yield name
-        yield from (name for name in object_names(formula) if name not in self._known)
+        yield from (name for name in find_object_names(formula) if name not in self._known)
 
     def _objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
         """Return the names of the objects that a goal means. An unknown name is kept."""

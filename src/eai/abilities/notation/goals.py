@@ -21,7 +21,7 @@ from eai.abilities.answer_schema import Schema, list_schema, object_schema, text
 from eai.abilities.answer_text import AnswerForm, JsonObject, ParsedAnswer, holds_strings, read_json
 from eai.abilities.explanation import Statement
 from eai.abilities.verdict import Span, Unreadable
-from eai.logic.choice import Choice, ground
+from eai.logic.choice import Choice, build_choice_tree
 from eai.logic.formula import Formula
 from eai.logic.traversal import MAX_COUNT_DIGITS
 from eai.tasks.goal_text import write_goal
@@ -330,13 +330,13 @@ class GoalNotation(ABC):
         """Return the goals of the task for the comparison with answers.
 
         Raises:
-            InputError: a goal has infinitely many options (see `choice.ground`).
+            InputError: a goal has infinitely many options (see `choice.build_choice_tree`).
         """
         return tuple(
             Alternatives(
                 goal.kind.value,
                 write_goal(goal.formula),
-                ground(goal.formula, task.scene.names_of_category),
+                build_choice_tree(goal.formula, task.scene.names_of_category),
             )
             for goal in task.goals
         )

@@ -12,7 +12,7 @@ from eai.abilities.answer_schema import Schema, list_schema, object_schema, text
 from eai.abilities.answer_text import AnswerForm, JsonObject, holds_strings, read_json
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
-from eai.logic.ltl import spell_names
+from eai.logic.ltl import map_spellings_to_names
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
@@ -80,7 +80,7 @@ class SubgoalNotation:
         """Return the subgoals in an answer, or why it cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_output(text, frozenset(spell_names(alone)))
+        return read_output(text, frozenset(map_spellings_to_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return the subgoals of a plan: for each action the facts about its objects that it makes true.

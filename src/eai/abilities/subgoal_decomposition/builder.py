@@ -42,8 +42,8 @@ from eai.abilities.verdict import Unreadable
 from eai.base.errors import InputError, ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import negation_normal, substitute
-from eai.logic.traversal import children, is_state_formula, quantify, walk
+from eai.logic.rewriting import push_negations_inwards, substitute_terms
+from eai.logic.traversal import get_subformulas, is_state_formula, quantify, walk_subformulas
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.goal_test import StateTest
 from eai.tasks.lexicon import FormulaLexicon
@@ -97,7 +97,7 @@ class _QuantifierRange:
             case f.ForPairs(first, second, body):
                 number = self._size(first) * self._size(second) * self.count_literals(body)
             case _:
-                number = sum(map(self.count_literals, children(formula))) or 1
+                number = sum(map(self.count_literals, get_subformulas(formula))) or 1
         return _check_limit(number)
 
     def _size(self, variable: f.Variable) -> int:
@@ -261,7 +261,7 @@ class Programs:
         start = 0
         for number in reversed(range(len(subgoals))):
             start = builder.add_subgoal(
-                negation_normal(builder.quantify_classes(subgoals[number])), number, start
+                push_negations_inwards(builder.quantify_classes(subgoals[number])), number, start
             )
         return builder.program[: start + 1]
 
@@ -340,14 +340,14 @@ class _ProgramBuilder:
         """Replace each name of a class in a subgoal by a variable for an object of the class."""
         names = dict.fromkeys(
             term
-            for part in walk(subgoal)
+            for part in walk_subformulas(subgoal)
             if isinstance(part, (f.Atom, f.Occurs))
             for term in part.arguments
             if isinstance(term, f.Constant) and self._lexicon.is_class(term.name)
         )
         if not names:
             return subgoal
-        subgoal = substitute(subgoal, {name: f.Variable(name.name) for name in names})
+        subgoal = substitute_terms(subgoal, {name: f.Variable(name.name) for name in names})
         return quantify(
             f.Exists, [f.Variable(class_name.name, class_name.name) for class_name in names], subgoal
         )
@@ -464,7 +464,7 @@ class _ProgramBuilder:
         self, variable: f.Variable, body: f.Formula, indices: Iterable[int]
     ) -> Iterator[f.Formula]:
         for index in indices:
-            yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
+            yield substitute_terms(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
     def _fork(self, entries: Sequence[int], number: int) -> int:
         return entries[0] if len(entries) == 1 else self._add(Fork(lambda state: entries, number))
@@ -482,7 +482,9 @@ def _require(required: _Requirement, number: int, then: int) -> Require:
 
 def _speaks_of_states(formula: f.Formula) -> bool:
     """Whether a formula concerns a single state and contains no action."""
-    return is_state_formula(formula) and not any(isinstance(part, f.Occurs) for part in walk(formula))
+    return is_state_formula(formula) and not any(
+        isinstance(part, f.Occurs) for part in walk_subformulas(formula)
+    )
 
 
 def _not_executable(formula: f.Formula) -> InputError:

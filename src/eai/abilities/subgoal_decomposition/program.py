@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import ErrorReport, Span
 from eai.logic.formula import TRUE, Formula
-from eai.logic.signature import Misuse
+from eai.logic.signature import NameMisuse
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
@@ -127,7 +127,7 @@ class CompiledAnswer:
     spans: tuple[Span, ...] = ()
 
 
-MisusedName: TypeAlias = tuple[int, Misuse]
+MisusedName: TypeAlias = tuple[int, NameMisuse]
 """A misused name: the number of its subgoal, from 0, and the use that is not allowed."""
 
 

@@ -15,7 +15,7 @@ from itertools import islice, product
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
-from eai.logic.traversal import free_variables, predicates_of
+from eai.logic.traversal import find_free_variables, find_predicates
 from eai.planning.achievers import Achiever, complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
@@ -279,7 +279,7 @@ class Repertoire:
     def _classify(self, check: Check, moved: bool) -> _CheckKind:
         if self._changed.isdisjoint(self._sources([check.condition])):
             return _CheckKind.FIXED
-        return _CheckKind.REST if moved or free_variables(check.condition) else _CheckKind.COMMON
+        return _CheckKind.REST if moved or find_free_variables(check.condition) else _CheckKind.COMMON
 
     def _find_supporting(
         self,
@@ -301,7 +301,7 @@ class Repertoire:
         return [operator for operator in candidates if operator in supporting]
 
     def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
-        return frozenset(find_stored_predicates(predicates_of(*formulas), self._domain.vocabulary))
+        return frozenset(find_stored_predicates(find_predicates(*formulas), self._domain.vocabulary))
 
 
 def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:

@@ -24,7 +24,7 @@ from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind, Task
@@ -49,7 +49,9 @@ def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None
     if last is not None and last.step.fault is failure:
         return error_report(failure, branch.subgoal, domain, last.step.action, scene)
     check = failure.check
-    return ErrorReport(failure.kind, branch.subgoal, check.reason, check.id, object_names(check.condition))
+    return ErrorReport(
+        failure.kind, branch.subgoal, check.reason, check.id, find_object_names(check.condition)
+    )
 
 
 class SubgoalDecomposition(Scorer):
@@ -229,7 +231,7 @@ class SubgoalDecomposition(Scorer):
             if steps and steps[-1].outcome == error.kind.value:
                 why = steps[-1].reason
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {why}")
-            named = object_names(self.lexicon.to_domain_names(compiled.subgoals[error.step]))
+            named = find_object_names(self.lexicon.to_domain_names(compiled.subgoals[error.step]))
             if error.kind is FaultKind.AFFORDANCE and not {*error.objects} <= {*named}:
                 notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")
         if best is not branch:

@@ -33,8 +33,8 @@ from eai.abilities.subgoal_decomposition.program import (
     Require,
 )
 from eai.base.errors import InputError
-from eai.logic.rewriting import rewrite
-from eai.logic.traversal import is_state_formula, walk
+from eai.logic.rewriting import rewrite_leaves
+from eai.logic.traversal import is_state_formula, walk_subformulas
 from eai.planning.search import Effort
 from eai.tasks.goal_test import ACTION_ARGUMENTS, StateTest
 from eai.world.action import Action, Fault
@@ -54,7 +54,9 @@ class _GoalPart:
     def __init__(self, formula: f.Formula, scene: Scene) -> None:
         self._formula = formula
         self._scene = scene
-        self._actions = frozenset([part.action for part in walk(formula) if isinstance(part, f.Occurs)])
+        self._actions = frozenset(
+            [part.action for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
+        )
         self._test = cache(self._compile)
 
     def holds(self, state: State, action: Action | None) -> bool:
@@ -66,7 +68,9 @@ class _GoalPart:
     def _compile(self, name: str | None) -> StateTest:
         """Return the part's test at positions with an action; None stands for any action not in the part."""
         formula = self._formula
-        at_action = rewrite(formula, lambda leaf, _: _fix_action(leaf, name)) if self._actions else formula
+        at_action = (
+            rewrite_leaves(formula, lambda leaf, _: _fix_action(leaf, name)) if self._actions else formula
+        )
         return StateTest(at_action, self._scene)
 
 
@@ -112,7 +116,9 @@ class GoalProgress:
         self._parts = tuple(_GoalPart(part, scene) for part in parts)
         self._at_end = final_test
         self.trajectory_test = trajectory_test
-        self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
+        self.actions = frozenset(
+            [e.action for part in parts for e in walk_subformulas(part) if isinstance(e, f.Occurs)]
+        )
 
     def advance(self, met: int, state: State, action: Action) -> int:
         """Return the number of goal parts that are met after a position; ``met`` is the number before it."""

@@ -23,7 +23,7 @@ from eai.benchmarks.behavior.evidence import load_evidence
 from eai.benchmarks.behavior.records import STATE_OF_ABILITY, BehaviorObject, BehaviorRecord
 from eai.benchmarks.behavior.tasks import RELATIONS, BehaviorTask, build_task
 from eai.logic.rewriting import map_terms, rename_objects
-from eai.logic.traversal import object_names, predicates_of
+from eai.logic.traversal import find_object_names, find_predicates
 from eai.pddl.model import PddlProblem, TypedName
 from eai.pddl.writer import write_problem
 from eai.tasks.problem_world import Meaning, ProblemWorld, make_header
@@ -144,17 +144,17 @@ def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlPro
     """Return the planning problem with these goals, which name objects as the problem file does."""
     problem = record.problem
     categories = {item.name: item.type for item in problem.objects}
-    needed = {name for goal in goals for name in object_names(goal)}
-    helping = {category for name in predicates_of(*goals) for category in _HELPERS.get(name, ())}
+    needed = {name for goal in goals for name in find_object_names(goal)}
+    helping = {category for name in find_predicates(*goals) for category in _HELPERS.get(name, ())}
     needed |= {name for name, category in categories.items() if category in helping}
 
     def select_facts(facts: Iterable[f.Atom]) -> list[f.Atom]:
         """Return the facts about at least one needed object, without facts about rooms."""
-        about = ((fact, {*object_names(fact)}) for fact in facts)
+        about = ((fact, {*find_object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 
     initial, denied = select_facts(problem.initial), select_facts(problem.denied)
-    mentioned = needed.union(*map(object_names, (*initial, *denied)))
+    mentioned = needed.union(*map(find_object_names, (*initial, *denied)))
     initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(mentioned)]
     pddl = {name: name.replace(".", "_") for name in categories}
     mentioned |= {name for name in categories if name.startswith(AGENT_CATEGORY)}

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from eai.base.errors import DataError, ParseError
-from eai.base.source import Bundle
+from eai.base.source import ArchiveFiles
 from eai.base.store import ReportProgress
 from eai.benchmarks.behavior.records import FLOOR, OPTIONS_MEMBER, STATE_OF_ABILITY, TASKS_MEMBER
 from eai.pddl.bddl import parse_problem
@@ -38,7 +38,7 @@ class _TaxonomyEntry(NamedTuple):
     abilities: tuple[str, ...]
 
 
-def convert_tasks(wheel: Bundle, bddl: Bundle, report: ReportProgress) -> dict[str, bytes]:
+def convert_tasks(wheel: ArchiveFiles, bddl: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
     """Return the members of the pack `behavior`: content by file name.
 
     Raises:
@@ -62,7 +62,7 @@ def _format_line(task_id: str, value: object) -> bytes:
 class _Converter:
     """Reads the files that all tasks share, and makes the line that the pack stores for each task."""
 
-    def __init__(self, wheel: Bundle, bddl: Bundle) -> None:
+    def __init__(self, wheel: ArchiveFiles, bddl: ArchiveFiles) -> None:
         self._wheel = wheel
         self._bddl = bddl
         prompts = json.loads(wheel.read(f"{_SEQUENCING}prompts/helm_prompts.json"))

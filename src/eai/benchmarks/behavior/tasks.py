@@ -12,9 +12,9 @@ from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, l
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.benchmarks.behavior.records import PACK, BehaviorRecord, read_records
 from eai.benchmarks.packs import open_pack
-from eai.logic.formula import And, Formula, operands
+from eai.logic.formula import And, Formula, get_operands
 from eai.logic.rewriting import rename_objects
-from eai.logic.traversal import predicates_of
+from eai.logic.traversal import find_predicates
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
@@ -173,7 +173,7 @@ class _BehaviorTaskBuilder:
         """Yield the goals of the problem file, with object names of the scene."""
         problem = self._record.problem
         names = {obj.instance: obj.name for obj in self._record.objects}
-        for formula in operands(rename_objects(problem.goal, names), And):
+        for formula in get_operands(rename_objects(problem.goal, names), And):
             yield Goal(_classify_goal(formula), formula)
 
     def yield_script(self) -> Iterator[Action]:
@@ -225,4 +225,4 @@ class _BehaviorTaskBuilder:
 
 def _classify_goal(formula: Formula) -> GoalKind:
     """Return the kind of a goal: relation if the goal contains a relation, or else state."""
-    return GoalKind.STATE if RELATIONS.isdisjoint(predicates_of(formula)) else GoalKind.RELATION
+    return GoalKind.STATE if RELATIONS.isdisjoint(find_predicates(formula)) else GoalKind.RELATION

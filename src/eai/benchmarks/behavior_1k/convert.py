@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from eai.base.errors import DataError
-from eai.base.source import Bundle
+from eai.base.source import ArchiveFiles
 from eai.base.store import ReportProgress
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, RULES
 
@@ -39,7 +39,7 @@ _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temp
 """Ability -> parameter with its threshold temperature, and the default threshold in degrees Celsius."""
 
 
-def convert_tasks(files: Bundle, report: ReportProgress) -> dict[str, bytes]:
+def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
     """Return the members of the pack `behavior_1k`: content by file name. No progress is reported.
 
     Raises:
@@ -79,14 +79,14 @@ def _number_value(values: list[object], value: object) -> int:
     return values.index(value)
 
 
-def _read_json(files: Bundle, path: str) -> Any:
+def _read_json(files: ArchiveFiles, path: str) -> Any:
     try:
         return json.loads(files.read(path))
     except ValueError as error:
         raise DataError(f"{path}: expected JSON ({error})") from error
 
 
-def _read_definitions(files: Bundle) -> Iterator[tuple[str, str]]:
+def _read_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
     """Yield the name and the definition of each activity, in alphabetical order. A definition is one line."""
     for path in sorted(files.names):
         match = _DEFINITION.fullmatch(path)
@@ -144,7 +144,7 @@ def _read_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] 
     return [solvent for _, solvent in conditions]
 
 
-def _read_rules(files: Bundle) -> dict[str, object]:
+def _read_rules(files: ArchiveFiles) -> dict[str, object]:
     def rules(name: str) -> Any:
         return _read_json(files, f"{_RULES}/{name}.json")
 

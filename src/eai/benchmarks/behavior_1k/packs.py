@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from eai.base.source import Archive
+from eai.base.source import PackageArchive
 from eai.benchmarks.behavior_1k.convert import convert_tasks
 from eai.benchmarks.behavior_1k.kinds import PACK
 from eai.benchmarks.packs import Pack
 
-BDDL = Archive(
+BDDL = PackageArchive(
     name="bddl",
     version="3.6.0",
     filename="bddl-3.6.0.tar.gz",

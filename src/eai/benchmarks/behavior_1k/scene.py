@@ -18,7 +18,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import kinds as k
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.logic.traversal import bound_variables, walk
+from eai.logic.traversal import get_bound_variables, walk_subformulas
 from eai.pddl.bddl import parse_problem
 from eai.world.state import Scene, State
 from eai.world.vocabulary import Predicate
@@ -90,7 +90,7 @@ class _Activity:
 
     def yield_goal_categories(self) -> Iterator[str]:
         """Yield the category of each object and each variable in the goal."""
-        for formula in walk(self.problem.goal):
+        for formula in walk_subformulas(self.problem.goal):
             if isinstance(formula, f.Atom):
                 yield from (self.objects[t.name] for t in formula.arguments if t.name in self.objects)
         yield from self._variables.values()
@@ -98,12 +98,12 @@ class _Activity:
     @cached_property
     def _variables(self) -> Mapping[str, str]:
         """Category of each variable of the goal. Variables of one name in a definition have one category."""
-        bound = chain.from_iterable(map(bound_variables, walk(self.problem.goal)))
+        bound = chain.from_iterable(map(get_bound_variables, walk_subformulas(self.problem.goal)))
         return {variable.name: str(variable.category) for variable in bound}
 
     def _yield_binary_atoms(self) -> Iterator[tuple[str, f.Term, f.Term]]:
         """Yield the predicate and both arguments of each atom of the goal that has two arguments."""
-        for formula in walk(self.problem.goal):
+        for formula in walk_subformulas(self.problem.goal):
             if isinstance(formula, f.Atom) and len(formula.arguments) == 2:
                 yield formula.predicate, *formula.arguments
 

@@ -73,7 +73,7 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
     def build(task_id: str) -> Task:
         activity, initial = set_up()(task_id)
         title = task_id.replace("_", " ")
-        formulas = tuple(dict.fromkeys(f.operands(activity.problem.goal, f.And)))
+        formulas = tuple(dict.fromkeys(f.get_operands(activity.problem.goal, f.And)))
         indices = range(len(initial.scene.objects))
         nameable = len(indices) - initial.scene.category(RECIPE).bit_count()
         return Task(

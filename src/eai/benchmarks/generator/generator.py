@@ -47,7 +47,7 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import Balance, make_ambiguous_pair, make_possible_pair
 from eai.benchmarks.generator.walk import TemporalGoalFinder, Walk, find_lower_bound, make_certificate
 from eai.benchmarks.generator.words import Words
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest, solves
 from eai.tasks.goal_text import make_task
@@ -147,7 +147,7 @@ class _ObjectionFinder:
         give exactly the goals.
         """
         goals = tuple([goal.formula for goal in task.goals])
-        named = (name for goal in goals for name in object_names(goal))
+        named = (name for goal in goals for name in find_object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
         has_hazards = len(task.asked_goals) < len(

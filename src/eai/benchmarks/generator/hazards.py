@@ -14,8 +14,8 @@ import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.benchmarks.generator.walk import Walk, make_certificate, reach_all
 from eai.benchmarks.generator.words import Words
-from eai.logic.traversal import is_state_formula, object_names
-from eai.logic.traversal import walk as parts_of
+from eai.logic.traversal import find_object_names, is_state_formula
+from eai.logic.traversal import walk_subformulas as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
 from eai.tasks.english import Hazard
@@ -67,7 +67,7 @@ class _HazardGoal(NamedTuple):
             return False
         if self.safe is None:
             return True
-        named, steps_unsafe = {execution.final.scene.index[name] for name in object_names(self.safe)}, 0
+        named, steps_unsafe = {execution.final.scene.index[name] for name in find_object_names(self.safe)}, 0
         for step, state in zip(execution.steps, execution.states[1:], strict=True):
             is_left = named.isdisjoint(step.action.arguments) and not planner.holds(self.safe, state)
             steps_unsafe = steps_unsafe + 1 if is_left else 0

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.benchmarks.features import find_tool_operators
-from eai.logic.traversal import bound_variables, children, object_names, walk
+from eai.logic.traversal import find_object_names, get_bound_variables, get_subformulas, walk_subformulas
 from eai.tasks.task import Task
 from eai.world.derived import Defined
 from eai.world.domain import Domain
@@ -167,7 +167,7 @@ def make_presence_condition(domain: Domain) -> f.Formula:
     apple, for example, does not exist before the apple is cut.
     """
     visible = domain.visible or f.TRUE
-    parts = f.operands(visible, f.And)
+    parts = f.get_operands(visible, f.And)
     return f.And(tuple([part for part in parts if _is_intrinsic(domain.vocabulary, part)]))
 
 
@@ -182,7 +182,7 @@ def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
     """Yield the atoms of a formula, and of the definitions of its derived predicates."""
     pending, defined = [formula], set[str]()
     while pending:
-        for part in walk(pending.pop()):
+        for part in walk_subformulas(pending.pop()):
             if isinstance(part, f.Atom):
                 yield part
                 derived = vocabulary.derived_by_name.get(part.predicate)
@@ -212,7 +212,7 @@ def _find_lids(
                 inner = frozenset([parameter.name for parameter, name in pairs if name in own])
                 yield from _find_lids(vocabulary, derived.definition, inner, (*within, name), reveals=reveals)
         case _:
-            for part in children(formula):
+            for part in get_subformulas(formula):
                 yield from _find_lids(vocabulary, part, own, within, reveals=reveals)
 
 
@@ -228,7 +228,7 @@ def find_needed_objects(task: Task) -> set[int]:
 
 def find_goal_objects(goal: f.Formula, scene: Scene) -> Iterator[int]:
     """Yield the objects that a goal names or over which its quantifiers range."""
-    yield from (scene.index[name] for name in object_names(goal))
-    for part in walk(goal):
-        for variable in bound_variables(part):
+    yield from (scene.index[name] for name in find_object_names(goal))
+    for part in walk_subformulas(goal):
+        for variable in get_bound_variables(part):
             yield from bits(scene.category(variable.category))

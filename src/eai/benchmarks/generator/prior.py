@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import bound_variables, children, walk
+from eai.logic.traversal import get_bound_variables, get_subformulas, walk_subformulas
 from eai.world.action import Action
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -60,8 +60,10 @@ class _MaskedLiteral(NamedTuple):
 
 def _find_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLiteral]:
     ranges: dict[str, int] = {}
-    for formula in walk(goal):
-        ranges |= {variable.name: scene.category(variable.category) for variable in bound_variables(formula)}
+    for formula in walk_subformulas(goal):
+        ranges |= {
+            variable.name: scene.category(variable.category) for variable in get_bound_variables(formula)
+        }
         if isinstance(formula, f.Atom):
             masks = [
                 ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
@@ -101,7 +103,7 @@ def _find_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
     The pair of a relation has an empty string as predicate. The pair of an action has its name, and -1 as
     object.
     """
-    subjects = {(formula.action, -1) for formula in walk(goal) if isinstance(formula, f.Occurs)}
+    subjects = {(formula.action, -1) for formula in walk_subformulas(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (literal for literal in _find_literals(goal, scene) if literal.terms):
         subjects.update(("" if others else predicate, i) for i in bits(first))
     return subjects
@@ -218,7 +220,10 @@ def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[Pattern]:
     """Yield the patterns of the literals of a goal. Literals with a variable without category are skipped."""
-    bound = {**(bound or {}), **{variable.name: variable.category for variable in bound_variables(formula)}}
+    bound = {
+        **(bound or {}),
+        **{variable.name: variable.category for variable in get_bound_variables(formula)},
+    }
     if isinstance(formula, f.Atom):
         categories = [
             bound.get(t.name) if isinstance(t, f.Variable) else scene.objects[scene.index[t.name]].category
@@ -227,5 +232,5 @@ def find_patterns(
         known = [category for category in categories if category is not None]
         if len(known) == len(categories):
             yield Pattern(formula.predicate, tuple(known), truth)
-    for part in children(formula):
+    for part in get_subformulas(formula):
         yield from find_patterns(part, scene, bound, truth=truth != isinstance(formula, f.Not))

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import eai.logic.formula as f
-from eai.base.errors import InputError, prefix_errors, read_all
-from eai.base.files import files_below
+from eai.base.errors import InputError, prefix_errors, read_items_or_raise_all
+from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.words import Words
 from eai.logic.ltl_printer import print_ltl
@@ -44,7 +44,7 @@ def find_problem_files(paths: Iterable[Path]) -> list[Path]:
     problem_files: list[Path] = []
     for path in paths:
         if path.is_dir():
-            inside = files_below(path, f"*{BDDL}", f"*{PDDL}")
+            inside = find_files_below(path, f"*{BDDL}", f"*{PDDL}")
             files = [file for file in inside if not is_domain_file(file)]
             if not files:
                 raise InputError(f"{path}: expected problems in files *{BDDL} or *{PDDL}")
@@ -69,7 +69,7 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     """
     endings = dict.fromkeys(path.suffix for path in paths)
     worlds = {ending: _open_world(ending, benchmark, source) for ending in endings}
-    files = read_all(paths, lambda path: _read(path, worlds[path.suffix][0]))
+    files = read_items_or_raise_all(paths, lambda path: _read(path, worlds[path.suffix][0]))
     times = Counter(file.problem.name for file in files)
     tasks: dict[str, Path] = {}
     made = []
@@ -102,7 +102,7 @@ def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Ben
             expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
             raise InputError(f"{file.path}: line {_find_line(file.text, each)}: {expected}")
     asked = file.problem.goal
-    parts = f.operands(asked, f.And)
+    parts = f.get_operands(asked, f.And)
     line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
     goals = list(dict.fromkeys([_check_meaning(meaning(part), initial, file, line) for part in parts]))
     if not goals:

@@ -15,7 +15,7 @@ import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.measures import find_lids
 from eai.benchmarks.generator.prior import Pattern, Prior, Theme
-from eai.logic.traversal import predicates_of
+from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd
@@ -36,7 +36,7 @@ def find_hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pa
     A task allows a way only if public tasks usually put such an object there, and their plans open the
     container. Tasks of its title must also have another goal about such an object.
     """
-    decisive = find_stored_predicates(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
+    decisive = find_stored_predicates(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_lids(domain)}
     opening = {
         operator.name

@@ -14,7 +14,7 @@ from typing import Any
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.base.files import read_content, write_whole
+from eai.base.files import read_content, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.copied_answers import LookupTable
 from eai.benchmarks.generator.measures import find_goal_objects
@@ -332,4 +332,4 @@ def write_manifest(
         common.setdefault(name, {})[other] = counts
     common = {name: others for name, others in common.items() if others}
     content = {"canary": CANARY, "sets": {**sets, split: entry}, "overlap": common}
-    write_whole({file: f"{json.dumps(content, indent=2)}\n"})
+    write_files_atomically({file: f"{json.dumps(content, indent=2)}\n"})

@@ -30,7 +30,7 @@ from eai.benchmarks.generator.scene import add_double, find_placement, is_empty,
 from eai.benchmarks.generator.spec import Generated
 from eai.benchmarks.generator.words import Words
 from eai.logic.rewriting import rename_objects
-from eai.logic.traversal import bound_variables, object_names, walk
+from eai.logic.traversal import find_object_names, get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves
@@ -105,8 +105,8 @@ def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> I
 def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     """Return a fact's property, and whether goals name its object or quantify over the object's category."""
     (thing,) = fact.arguments
-    parts = (part for task_goal in task.goals for part in walk(task_goal.formula))
-    kinds = {variable.category for part in parts for variable in bound_variables(part)}
+    parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))
+    kinds = {variable.category for part in parts for variable in get_bound_variables(part)}
     return fact.predicate, thing in task.find_named_objects(task.goals), _get_kind(fact, task)[1] in kinds
 
 
@@ -227,7 +227,7 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 
 def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """Return the goal that the second object is not treated as the instruction asks for the first object."""
-    asked = [task_goal for task_goal in goals if names[0] in object_names(task_goal.formula)]
+    asked = [task_goal for task_goal in goals if names[0] in find_object_names(task_goal.formula)]
     done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 

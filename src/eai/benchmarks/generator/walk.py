@@ -20,7 +20,7 @@ import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.benchmarks.generator.goals import Proposals
 from eai.logic.trace import Trace
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner, PlanningGoal, drop_needless_actions
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
@@ -127,7 +127,7 @@ class Walk:
 
 def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
     """Return the operators among which a goal for actions chooses; empty for a goal about states."""
-    parts = f.operands(wanted, f.Or)
+    parts = f.get_operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
@@ -351,9 +351,9 @@ class TemporalGoalFinder:
         for first, then in permutations(both, 2):
             if ours.comes_first(first, then) and not other.comes_first(first, then):
                 yield _have_no_common_object(then, first), f.Until(f.Not(then), first)
-            if object_names(first) < object_names(then) and other.has_both(first, then) > ours.has_both(
+            if find_object_names(first) < find_object_names(then) and other.has_both(
                 first, then
-            ):
+            ) > ours.has_both(first, then):
                 yield _have_no_common_object(first, then), f.Always(f.Not(f.And((first, then))))
         wanted = {name for alternatives in self.proposals.prior.action_counts for name in alternatives}
         for action in ours.plan:
@@ -407,4 +407,4 @@ def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
 
 def _have_no_common_object(one: f.Formula, other: f.Formula) -> bool:
     """Whether no object occurs in both formulas."""
-    return set(object_names(one)).isdisjoint(object_names(other))
+    return set(find_object_names(one)).isdisjoint(find_object_names(other))

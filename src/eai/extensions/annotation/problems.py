@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.logic.choice import count_options, options
+from eai.logic.choice import count_options, generate_options
 from eai.logic.formula import Formula
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.pddl.export import ProblemSource, export_problems
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
@@ -105,7 +105,7 @@ def draw_conditions(task: Task, conditions: int, dice: random.Random) -> tuple[F
     formulas: dict[Formula, None] = {}
     for formula in wanted:
         number = dice.randrange(min(count_options(formula, objects), _MAX_LISTED_OPTIONS) or 1)
-        formulas |= dict.fromkeys(next(islice(options(formula, objects), number, None), ()))
+        formulas |= dict.fromkeys(next(islice(generate_options(formula, objects), number, None), ()))
     return tuple(dice.sample(tuple(formulas), min(conditions, len(formulas))))
 
 
@@ -133,7 +133,7 @@ def _find_relevant_object_bits(task: Task, goals: Sequence[Formula], domain: Dom
     """Return a bit mask of the relevant objects, the objects of goals, and all objects that carry them."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in spatial_predicates(domain)[1]]
-    pending = [*task.relevant, *[scene.index[name] for goal in goals for name in object_names(goal)]]
+    pending = [*task.relevant, *[scene.index[name] for goal in goals for name in find_object_names(goal)]]
     mask = 0
     while pending:
         index = pending.pop()

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from eai.base.errors import InputError
-from eai.base.files import convert_write_errors, write_whole
+from eai.base.files import convert_write_errors, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.cli import options
@@ -74,7 +74,7 @@ def board(
     with open_source(data) as source:
         page, number = build_board(submissions, source, told=lambda name: note(f"scoring {name}"))
     with convert_write_errors(out):
-        write_whole({out / BOARD_FILE: page})
+        write_files_atomically({out / BOARD_FILE: page})
     made: Json = {"folder": str(out), "submissions": number}
     tell(f"{format_count(number, 'submission')} in {out / BOARD_FILE}", value=made, as_json=as_json)
 
@@ -104,7 +104,7 @@ def results(
     if not files:
         raise InputError(f"{about}: none of its models answered a whole suite")
     with convert_write_errors(out):
-        write_whole({out / name: content for name, content in files.items()})
+        write_files_atomically({out / name: content for name, content in files.items()})
     made: Json = {"folder": str(out), "files": [*files]}
     tell(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)
 

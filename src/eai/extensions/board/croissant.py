@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.reports import action_text, fact_text
-from eai.base.errors import EaiError, install_command
-from eai.base.files import write_whole
+from eai.base.errors import EaiError, make_install_command
+from eai.base.files import write_files_atomically
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.reference_wheel import EAI_EVAL, SCENE_PREFIX
 from eai.tasks.source import Source
@@ -67,7 +67,7 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
         import mlcroissant
     except ImportError as error:
         raise EaiError(
-            f"Croissant needs mlcroissant ({error.name} is missing): {install_command('croissant')}"
+            f"Croissant needs mlcroissant ({error.name} is missing): {make_install_command('croissant')}"
         ) from error
     tables: dict[str, tuple[Mapping[str, str], list[Row]]] = {}
     for benchmark in benchmarks:
@@ -92,7 +92,7 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
     described = json.dumps(metadata.to_json(), indent=2, ensure_ascii=False, default=str) + "\n"
     files = {f"{name}.jsonl": content for name, content in contents.items()}
     files["croissant.json"] = described.encode()
-    write_whole({out / name: content for name, content in files.items()})
+    write_files_atomically({out / name: content for name, content in files.items()})
     return [out / name for name in files]
 
 

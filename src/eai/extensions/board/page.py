@@ -24,7 +24,7 @@ from eai import __version__
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.files import MAX_UNPACKED, files_below, read_toml
+from eai.base.files import MAX_UNPACKED, find_files_below, read_toml
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import MANIFEST, find_false_claims, find_set_file, read_secret_set
@@ -143,7 +143,7 @@ def _unpack_checked(place: Path) -> Iterator[Path]:
     if place.is_symlink():
         raise InputError(f"{place}: is a link; a submission must be a folder or a zip")
     with unpack_answers(place, (DESCRIPTION, SPECIFICATION)) as folder:
-        described = files_below(folder, DESCRIPTION)
+        described = find_files_below(folder, DESCRIPTION)
         if len(described) != 1:
             raise InputError(f"{place}: expected one {DESCRIPTION} in it, found {len(described)}")
         files = list(folder.rglob("*"))

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
-from eai.base.files import MAX_UNPACKED, require_file, write_whole
+from eai.base.files import MAX_UNPACKED, require_file, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.reference_wheel import SCENE_PREFIX, task_id_of
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
@@ -95,7 +95,7 @@ def build_submission(
         for name, content in members.items():
             info = zipfile.ZipInfo(name if folder is None else f"{folder}/{name}", date_time=_EPOCH)
             archive.writestr(info, content, zipfile.ZIP_DEFLATED)
-    write_whole({out: made.getvalue()})
+    write_files_atomically({out: made.getvalue()})
 
 
 def check_submission(path: Path, store: Store | None = None, prompts: Path | None = None) -> list[Finding]:

@@ -16,7 +16,7 @@ from eai import __version__
 from eai.abilities.declaration import declaration_of
 from eai.agents.command import DONE
 from eai.base.errors import InputError
-from eai.base.files import files_below, read_content, write_whole
+from eai.base.files import find_files_below, read_content, write_files_atomically
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import PDDL, list_benchmarks
@@ -203,13 +203,13 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
     if kind == PDDL:
         if "," not in location:
             folder = Path(location).resolve()
-            files = files_below(folder, "*.pddl")
+            files = find_files_below(folder, "*.pddl")
             contents: _Files = {
                 file.relative_to(folder.parent).as_posix(): read_content(file) for file in files
             }
             return f"{PDDL}:{folder.name}", contents
         domain, problems = map(Path, location.split(",", 1))
-        files = [problems] if problems.is_file() else files_below(problems, "*.pddl")
+        files = [problems] if problems.is_file() else find_files_below(problems, "*.pddl")
         beside = {file.relative_to(problems.parent).as_posix(): read_content(file) for file in files}
         return f"{PDDL}:{domain.name},{problems.name}", {domain.name: read_content(domain), **beside}
     path = Path(reference)
@@ -227,12 +227,12 @@ def _fill_templates(groups: Sequence[str], values: Mapping[str, str]) -> _Files:
     return {
         file.relative_to(folder).as_posix(): Template(file.read_text("utf-8")).substitute(values)
         for folder in [Path(__file__).parent / "templates" / group for group in groups]
-        for file in files_below(folder, "*")
+        for file in find_files_below(folder, "*")
     }
 
 
 def _write(folder: Path, contents: _Files) -> None:
-    write_whole({folder / name: content for name, content in contents.items()})
+    write_files_atomically({folder / name: content for name, content in contents.items()})
     for name in contents:
         if Path(name).name in _EXECUTABLE:
             (folder / name).chmod(0o755)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, TypeAlias
 
 from eai.base.errors import InputError
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
@@ -64,7 +64,7 @@ def questions(
         )
     if not written_questions:
         raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
-    write_whole({out: questions_to_bytes(written_questions)})
+    write_files_atomically({out: questions_to_bytes(written_questions)})
     chances = _shortcut_rates(written_questions)
     if not as_json:
         _print_balance(written_questions)

@@ -19,7 +19,7 @@ from eai.abilities.reports import action_text, fact_text
 from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.scene import restrict_state
 from eai.extensions.questions.question import Accept
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
@@ -200,7 +200,9 @@ def _restrict_to_shown_objects(task: Task) -> Task:
     number = {index: i for i, index in enumerate(kept)}
     initial = restrict_state(task.initial, kept)
     conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
-    goals = [goal for goal in conditions if set(object_names(goal.formula)) <= initial.scene.index.keys()]
+    goals = [
+        goal for goal in conditions if set(find_object_names(goal.formula)) <= initial.scene.index.keys()
+    ]
     return Task(
         task.id,
         task.title,

@@ -33,7 +33,7 @@ from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.domain import domain_in_reference_order
 from eai.benchmarks.behavior.predicates import X, Y
-from eai.logic.choice import ObjectsByCategory, Option, value_of
+from eai.logic.choice import ObjectsByCategory, Option, resolve_term
 from eai.logic.formula import FALSE, Exists
 from eai.logic.rewriting import map_leaves
 from eai.tasks.goal_test import GoalTest
@@ -255,7 +255,7 @@ class _Truncation:
     def options(self, formula: f.Formula, binding: _NamesOfVariables) -> list[Option]:
         match formula:
             case f.Atom(predicate, arguments):
-                return [(f.Atom(predicate, tuple(value_of(term, binding) for term in arguments)),)]
+                return [(f.Atom(predicate, tuple(resolve_term(term, binding) for term in arguments)),)]
             case f.And(operands):
                 return _join_options(product(*[self.options(operand, binding) for operand in operands]))
             case f.Or(operands):

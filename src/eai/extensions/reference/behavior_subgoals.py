@@ -45,7 +45,7 @@ from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
 from eai.extensions.reference.subgoals import ReferenceSubgoals
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature, describe_arity
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk_subformulas
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.lexicon import FormulaLexicon
 from eai.world.action import Action
@@ -232,7 +232,7 @@ def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer
     if no table holds the arity of a predicate or action, unless it has already found a wrong number of
     objects.
     """
-    parts = tuple(walk(formula))
+    parts = tuple(walk_subformulas(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [
         *((p.predicate, PREDICATE_ARITIES.get(p.predicate), p) for p in parts if isinstance(p, Atom)),
         *((p.action, ACTION_ARITIES[p.action], p) for p in parts if isinstance(p, Occurs)),

@@ -54,7 +54,7 @@ from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, Matching
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
-from eai.logic.matching import maximum_matching
+from eai.logic.matching import find_maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText, PddlAction
@@ -382,7 +382,7 @@ def _score_connective(predicted: _Connective, gold: _Connective) -> float:
 def _compare_lists(predicted: _Connective, gold: _Connective) -> _Comparison:
     grid = [[_compare(ours, theirs) for theirs in gold.arguments] for ours in predicted.arguments]
     edges = [[column for column, cell in enumerate(row) if int(cell.score) == 1] for row in grid]
-    partner = maximum_matching(edges)
+    partner = find_maximum_matching(edges)
     columns = {column for column in partner if column is not None}
     shorter = min(len(predicted.arguments), len(gold.arguments))
     additional = (

@@ -31,8 +31,8 @@ from dataclasses import dataclass, field, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.rewriting import map_leaves, negation_normal
-from eai.logic.traversal import bound_variables, map_parts, quantify, terms_of
+from eai.logic.rewriting import map_leaves, push_negations_inwards
+from eai.logic.traversal import get_bound_variables, get_terms, map_subformulas, quantify
 from eai.pddl.check import Declarations, PddlError, PddlFinding, Violation, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -52,7 +52,9 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
     leaked: list[f.Variable] = []
-    precondition = _remove_leaking_quantifiers(negation_normal(action.precondition), parameters, leaked)
+    precondition = _remove_leaking_quantifiers(
+        push_negations_inwards(action.precondition), parameters, leaked
+    )
     scope = parameters.union([variable.name for variable in leaked])
     binder = _Binder()
     bound = m.PddlAction(
@@ -73,7 +75,7 @@ def _remove_leaking_quantifiers(formula: f.Formula, scope: Names, leaked: list[f
             leaked.append(variable)
             return _remove_leaking_quantifiers(body, scope, leaked)
         case f.And() | f.Exists():
-            return map_parts(formula, lambda part: _remove_leaking_quantifiers(part, scope, leaked))
+            return map_subformulas(formula, lambda part: _remove_leaking_quantifiers(part, scope, leaked))
         case _:
             return formula
 
@@ -88,13 +90,13 @@ class _Binder:
     refused: list[str] = field(default_factory=list)
 
     def bind_condition(self, formula: f.Formula, scope: Names, *, universal: bool = False) -> f.Formula:
-        loose = _list_unbound_names(terms_of(formula), scope)
+        loose = _list_unbound_names(get_terms(formula), scope)
         if loose:
             self.refused += loose if universal else ()
             return f.FALSE
-        scope = scope.union([variable.name for variable in bound_variables(formula)])
+        scope = scope.union([variable.name for variable in get_bound_variables(formula)])
         inside = universal or isinstance(formula, f.ForAll)
-        return map_parts(formula, lambda part: self.bind_condition(part, scope, universal=inside))
+        return map_subformulas(formula, lambda part: self.bind_condition(part, scope, universal=inside))
 
     def bind_effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
@@ -111,7 +113,7 @@ class _Binder:
 
     def _bind_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
-        condition = _remove_leaking_quantifiers(negation_normal(effect.condition), scope, leaked)
+        condition = _remove_leaking_quantifiers(push_negations_inwards(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(
             self.bind_condition(condition, inner), self.bind_effect(effect.part, inner)
@@ -265,7 +267,7 @@ class _UnknownNames:
     def rewrite_leaf(self, leaf: f.Leaf) -> f.Formula:
         if isinstance(leaf, f.Atom):
             return self.rewrite_atom(leaf)
-        return f.FALSE if any(map(self._is_unknown, terms_of(leaf))) else leaf
+        return f.FALSE if any(map(self._is_unknown, get_terms(leaf))) else leaf
 
     def rewrite_atom(self, atom: f.Atom) -> f.Atom:
         unknown = [(place, term) for place, term in enumerate(atom.arguments) if self._is_unknown(term)]

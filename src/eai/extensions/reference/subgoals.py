@@ -36,7 +36,7 @@ from eai.abilities.verdict import SummaryCounts, Unreadable
 from eai.base.errors import ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
-from eai.logic.traversal import children, temporal_parts
+from eai.logic.traversal import find_temporal_ids, get_subformulas
 from eai.world.action import Fault
 from eai.world.fault import FaultKind
 from eai.world.state import State
@@ -175,7 +175,7 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
     """Whether an ``and`` whose operands contain ``then`` only in part ends before any unknown name."""
-    temporal = temporal_parts(formula)
+    temporal = find_temporal_ids(formula)
     if not temporal:
         return False
     for part in _list_parts_by_end(formula):
@@ -191,7 +191,7 @@ def _list_parts_by_end(formula: f.Formula) -> Iterable[f.Formula]:
     parts, pending = [], [formula]
     while pending:
         parts.append(pending.pop())
-        pending += children(parts[-1])
+        pending += get_subformulas(parts[-1])
     return reversed(parts)
 
 
@@ -227,7 +227,7 @@ def draw_literals(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
     if not isinstance(formula, (f.And, f.Then)):
         return None
     literals_so_far: list[f.Formula] = []
-    for part in children(formula):
+    for part in get_subformulas(formula):
         inner = draw_literals(part, rng)
         if inner is None:
             return None

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
 from eai.cli.console import format_count, tell
@@ -64,7 +64,7 @@ def export_pictures(
             refused.append(error)
             continue
         beside = out / f"{task_id}.json"
-        write_whole(
+        write_files_atomically(
             {**{out / f"{task_id}{end}": each for end, each in drawn.items()}, beside: f"{truth.text}\n"}
         )
     if refused and len(refused) == len(chosen):

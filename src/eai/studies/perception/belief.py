@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
-from eai.logic.traversal import object_names
+from eai.logic.traversal import find_object_names
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 from eai.tasks.task import Task
 from eai.tasks.wording import prompt_objects
@@ -43,7 +43,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
             return task
         seen = apply_scene_graph(task, words, graph)
         unseen = {item.name for item in seen.scene.objects if item.category == UNSEEN}
-        goals = [goal for goal in seen.goals if unseen.isdisjoint(object_names(goal.formula))]
+        goals = [goal for goal in seen.goals if unseen.isdisjoint(find_object_names(goal.formula))]
         return replace(seen, goals=tuple(goals))
 
     return benchmark.with_changed(apply_graph)

@@ -18,7 +18,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import add_confusions, confusion_shares, share_of_one
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import load_from_extension
 from eai.studies.perception.verdict import Perceived, SceneGraphVerdict
 from eai.tasks.share import Share
 
@@ -76,7 +76,7 @@ def _make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
 def _pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
     from eai.studies.perception.scene_graph import SceneWords
 
-    diagrams = load_offer("diagrams", "questions of scene_graph")
+    diagrams = load_from_extension("diagrams", "questions of scene_graph")
     return (diagrams.draw_task_image(task, SceneWords(world.observation_wording())),)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment, make_name_choice
 from eai.abilities.protocol import SCENE_GRAPH
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.base.files import read_content
 from eai.base.grouping import group_pairs
@@ -189,7 +189,7 @@ def _describe_pictures(scene: SceneFormat, task: Task, benchmark: Benchmark, tem
 
 
 def _load_scene_offer(name: str, scene: SceneFormat) -> Any:
-    return load_offer(name, f"perception.scene {scene}")
+    return load_from_extension(name, f"perception.scene {scene}")
 
 
 def _pictures(

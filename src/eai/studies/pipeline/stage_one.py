@@ -19,7 +19,7 @@ from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.base.errors import InputError
-from eai.base.files import files_below, to_file_name
+from eai.base.files import find_files_below, to_file_name
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
@@ -145,7 +145,7 @@ def read_interpretations(
         InputError: there are no answers, no model has the wanted name, or the model has several runs.
     """
     are_records = path.suffix == ".jsonl"
-    records = files_below(path, RECORDS) if path.is_dir() else [path] * are_records
+    records = find_files_below(path, RECORDS) if path.is_dir() else [path] * are_records
     answers = list(_read_from_records(records, benchmark))
     if not answers and not are_records:
         answers = list(_read_from_responses(path, benchmark, source))

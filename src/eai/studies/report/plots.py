@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability
-from eai.base.files import to_file_name, write_whole
+from eai.base.files import to_file_name, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results import plots
@@ -104,7 +104,7 @@ def add_plots(
             progressed(number)
     page = out / "report.md"
     if shown:
-        write_whole({page: "\n".join((f"{page.read_text(encoding='utf-8')}\n## Plots\n", *shown))})
+        write_files_atomically({page: "\n".join((f"{page.read_text(encoding='utf-8')}\n## Plots\n", *shown))})
     return len(shown)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from eai.abilities.declaration import MetricColumn
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import write_whole
+from eai.base.files import write_files_atomically
 from eai.base.json_value import Json
 from eai.results import latex
 from eai.results.cost import PriceList
@@ -74,7 +74,7 @@ def write_tables(
     }
     if (paid := cost_csv(runs, prices)) is not None:
         contents["cost.csv"] = paid
-    write_whole({folder / name: text for name, text in contents.items()})
+    write_files_atomically({folder / name: text for name, text in contents.items()})
     return len(written)
 
 

@@ -14,7 +14,7 @@ from string import Template
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import predicates_of, walk
+from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.pddl.model import PddlDomain
 from eai.pddl.writer import write_domain, write_problem
 from eai.tasks.operator_task import TransitionTask
@@ -158,7 +158,7 @@ def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> lis
     """
     about = [task.prompted for task in tasks]
     goals = [goal for task in about for goal in task.goals]
-    forms = {type(part) for goal in goals for part in walk(goal.formula)}
+    forms = {type(part) for goal in goals for part in walk_subformulas(goal.formula)}
     used = {
         name: any(goal.kind is GoalKind.ACTION for goal in goals),
         **{word: form in forms for form, word in _QUANTIFIERS.items()},
@@ -235,7 +235,7 @@ def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[s
         grown = len(names)
         for axiom in header.axioms:
             if axiom.name in names:
-                names.update(predicates_of(axiom.condition))
+                names.update(find_predicates(axiom.condition))
     return names
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from string import Template
 
 from eai.base.errors import InputError
-from eai.base.files import files_below, read_content
+from eai.base.files import find_files_below, read_content
 
 _FOLDER = Path(__file__).parent / "templates"
 _VARIANTS = "variants"
@@ -21,7 +21,7 @@ _VARIANTS = "variants"
 
 def template_names() -> frozenset[str]:
     """Return the names of all packaged templates, such as ``formats/transition_modeling.txt``."""
-    names = (file.relative_to(_FOLDER).as_posix() for file in files_below(_FOLDER, "*.txt"))
+    names = (file.relative_to(_FOLDER).as_posix() for file in find_files_below(_FOLDER, "*.txt"))
     return frozenset(name for name in names if not name.startswith(f"{_VARIANTS}/"))
 
 
