@@ -70,6 +70,10 @@ MEASURED = {
     "A challenge that was found is to reason about the effects of actions.": "reproduced",
     "The table of actions lists the 42 actions of VirtualHome.": REFUTED,
     "walk_towards has complex constraints on spatial relations.": REFUTED,
+    "Models are asked for operators without effect, too, and scored by F1.": REFUTED,
+    "The overview's figures are those of the full tables.": PARTLY,
+    "Every question gives the name of the task.": PARTLY,
+    "Examples of goals are a plugged-in television, a state of the agent and the agent on a chair.": PARTLY,
 }
 """Statements that the page once lacked or judged wrongly, with their status by 18 models."""
 
@@ -247,7 +251,8 @@ def test_statements_about_the_data_set_come_out_as_on_the_page(study: ModuleType
         "gains_of_replanning simple_formulas pairs_of_jars formula_of_1057_1 identifiers system_prompts "
         "floor_action people_in_operators growing_gains solutions_of_quantifiers "
         "conditions_counted_singly devices_without_plug listed_predicates plans_of_gpt_4o "
-        "arguments_of_goals gold_of_the_meal objects_of_work example_goals"
+        "arguments_of_goals gold_of_the_meal objects_of_work example_goals names_in_questions "
+        "operators_asked_for goals_share_tasks figures_of_tables goals_of_the_agent dishes_by_hand"
     )
     for name in names.split():
         finding = checker.find(f"measure: {name}")

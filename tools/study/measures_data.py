@@ -165,6 +165,17 @@ def names_share_tasks(evidence: Evidence) -> Finding:
     )
 
 
+def goals_share_tasks(evidence: Evidence) -> Finding:
+    plans: dict[tuple[str, ...], set[str]] = {}
+    for task in _tasks(evidence, V).values():
+        if task.goals:
+            goals = tuple(sorted(str(goal.formula) for goal in task.goals))
+            steps = " ".join(f"{action.operator} {action.arguments}" for action in task.script)
+            plans.setdefault(goals, set()).add(steps)
+    several = sum(len(each) > 1 for each in plans.values())
+    return if_so(several > 0, f"{several} of VirtualHome's {len(plans)} sets of goals have several plans")
+
+
 def names_of_virtualhome(evidence: Evidence) -> Finding:
     names = Counter(task.title for task in _tasks(evidence, V).values() if task.goals)
     return if_so(
@@ -512,6 +523,25 @@ def cells_that_come_out(evidence: Evidence) -> Finding:
         by_degree(near == number, near > number / 2),
         f"of {number:,} cells of the full tables {exact:,} come out of public answers to the digit, "
         f"{near:,} within a point",
+    )
+
+
+def figures_of_tables(evidence: Evidence) -> Finding:
+    """Compare the figures of each model and rate that several of the paper's tables print."""
+    names = (*read_paper_setting().full_tables, "transition_modeling_summary")
+    tables = [read_paper_table(name) for name in names]
+    gaps = {}
+    for column in {column for table in tables for column in table.columns if column.ability}:
+        for model in evidence.names:
+            figures = [each for table in tables if (each := table.figure(model, column)) is not None]
+            if len(figures) > 1:
+                gaps[model, column] = max(figures) - min(figures)
+    equal = sum(gap <= DIGIT for gap in gaps.values())
+    wide = sum(gap > NEAR + DIGIT for gap in gaps.values())
+    return all_of(
+        (equal, len(gaps)),
+        text=f"of {len(gaps)} figures that several tables print {equal} are equal in all of them; "
+        f"{wide} differ by more than a point, by {max(gaps.values()):.1f} at most",
     )
 
 

@@ -211,6 +211,37 @@ def named_pair_of_goals(evidence: Evidence) -> Finding:
     )
 
 
+def goals_of_the_agent(evidence: Evidence) -> Finding:
+    goals = [goal for task in find_benchmark(V).tasks(evidence.published).values() for goal in task.goals]
+    texts = [(goal.kind, str(goal.formula)) for goal in goals]
+    counts = {
+        "a television that is plugged in": _count(texts, GoalKind.STATE, "PLUGGED_IN.*television"),
+        "a state of the agent": _count(texts, GoalKind.STATE, "character"),
+        "the agent on a chair": _count(texts, GoalKind.RELATION, "ONTOP.*character.*chair"),
+    }
+    shown = ", ".join(f"{words}: {number}" for words, number in counts.items())
+    return all_of(
+        (sum(number > 0 for number in counts.values()), len(counts)), text=f"VirtualHome's goals with {shown}"
+    )
+
+
+def dishes_by_hand(evidence: Evidence) -> Finding:
+    """Look for actions in all plans of the task; each kind has to occur in each plan."""
+    tasks = find_benchmark(V).tasks(evidence.published).values()
+    plans = [
+        {step.operator for step in task.script}
+        for task in tasks
+        if task.title == "Wash dishes by hand" and task.goals
+    ]
+    kinds = {"picking up": {"GRAB"}, "wiping": {"WIPE"}, "putting back": {"PUTBACK", "PUTOBJBACK"}}
+    counts = {words: sum(bool(plan & names) for plan in plans) for words, names in kinds.items()}
+    shown = ", ".join(f"{words} {number}" for words, number in counts.items())
+    return all_of(
+        *((number, len(plans)) for number in counts.values()),
+        text=f"annotated plans of “Wash dishes by hand”, of {len(plans)}: {shown}",
+    )
+
+
 def gold_of_the_meal(evidence: Evidence) -> Finding:
     """Look for the relations and for the ids of the example in the data set's goals of serving a meal."""
     (task,) = (t for t in find_benchmark(B).tasks(evidence.published).values() if t.title == "serving_a_meal")
@@ -329,3 +360,7 @@ def _end_of(steps: Sequence[StepReport]) -> str:
     if last.outcome == "executed":
         return f"run as {len(steps)} actions"
     return f"stop at action {len(steps)}, {last.action}: {last.reason}"
+
+
+def _count(texts: Sequence[tuple[GoalKind, str]], kind: GoalKind, pattern: str) -> int:
+    return sum(other is kind and re.search(pattern, text) is not None for other, text in texts)

@@ -46,6 +46,35 @@ def parts_of_questions(evidence: Evidence) -> Finding:
     return all_of(*counts.values(), text=f"questions with the beginning of the task's instruction: {text}")
 
 
+def names_in_questions(evidence: Evidence) -> Finding:
+    """Look for the names of tasks, by letters alone, because questions write names in several ways."""
+    counts = {}
+    for domain, ability, questions in _questions(evidence, system=True):
+        tasks = find_benchmark(domain).tasks(evidence.published)
+        hits = sum(_letters(tasks[task].title) in _letters(text) for task, text in questions.items())
+        counts[f"{NAMED[domain]}, {ability.value.replace('_', ' ')}"] = hits, len(questions)
+    text = ", ".join(f"{name} {hits} of {number}" for name, (hits, number) in counts.items())
+    return all_of(*counts.values(), text=f"questions with the name of the task: {text}")
+
+
+def operators_asked_for(evidence: Evidence) -> Finding:
+    """Count VirtualHome's operators without effect, and those that some question asks for."""
+    tasks = find_benchmark(V).operators(evidence.published)
+    operators = next(iter(tasks.values())).domain.operators
+    idle = {
+        name
+        for name, operator in operators.items()
+        if not re.search(r"\w", operator.effect.replace("and", ""))
+    }
+    wanted = {name for task in tasks.values() for name in task.operators}
+    return if_so(
+        idle <= wanted,
+        f"of VirtualHome's {len(operators)} operators {len(idle)} have no effect; questions ask for "
+        f"{len(wanted)}, of which {len(idle & wanted) or 'none'} has no effect",
+        in_part=bool(idle & wanted),
+    )
+
+
 def gold_in_questions(evidence: Evidence) -> Finding:
     """Compare goals of plans and subgoals by lines, and problems of operators by text without blanks."""
     counts = {}
@@ -188,6 +217,10 @@ def _lines_lost(text: str, other: str) -> int:
 
 def _squeezed(text: str) -> str:
     return re.sub(r"\s+", "", text)
+
+
+def _letters(text: str) -> str:
+    return re.sub(r"[^a-z]", "", text.lower())
 
 
 def _words(fact: str) -> Sequence[str]:
