@@ -53,7 +53,7 @@ def play_for_progress(
     """Play an episode with an agent for the largest budget of actions."""
     game = Game(stage.make_endless())
     agent, held, done = make(game, seed), [all(game.reached)], None
-    most = max(TIMES[-1] * (stage.reference.shortest or 0), stage.limit or 0)
+    most = max(TIMES[-1] * (stage.reference.shortest or 0), stage.action_limit or 0)
     while True:
         command, tried = agent(), len(held) - 1
         if command == DONE and done is None:
@@ -118,7 +118,7 @@ def main() -> None:
                 measure_win_shares([(game, times * (stage.reference.shortest or 0)) for stage, game in games])
                 for times in TIMES
             ]
-            shown.append(measure_win_shares([(game, stage.limit or 0) for stage, game in games]))
+            shown.append(measure_win_shares([(game, stage.action_limit or 0) for stage, game in games]))
             rows.append([name, called, len(games), *shown, round(spent)])
             print(f"| {' | '.join(map(str, rows[-1]))} |", flush=True)
         middle = lengths[len(lengths) // 2]

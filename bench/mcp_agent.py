@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.record import add_write_option, write_rows
-from eai.agents.play import AgentTask
+from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.responses import read_responses
@@ -88,9 +88,9 @@ def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
 
 def references(suite: Suite, tickets: Path) -> dict[str, Sequence[str]]:
     """Return the commands that win each ticket's task, by the text of its question."""
-    arena = AgentTask(suite.benchmark)
+    arena = EpisodeFactory(suite.benchmark)
     tasks = [suite.tasks[row["identifier"]] for row in json.loads(tickets.read_text("utf-8"))]
-    return {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
+    return {arena.make_prompt(task).user: arena.make_setup(task).reference.commands or () for task in tasks}
 
 
 def listens(port: int) -> bool:

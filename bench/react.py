@@ -25,8 +25,8 @@ from bench.record import add_write_option, write_rows
 from bench.result import Figure
 from eai.agents.agents import random_agent
 from eai.agents.command import DONE
-from eai.agents.play import AgentTask
-from eai.agents.setting import ACTING, Setting
+from eai.agents.play import EpisodeFactory
+from eai.agents.setting import ACTING, AgentSetting
 from eai.benchmarks.suite import Suite, open_suite
 
 TURNS = 30
@@ -39,9 +39,9 @@ CALL = 120
 
 def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
     """Play by the command in the docs. Print and return the tasks won and the CPU seconds per task."""
-    arena = AgentTask(suite.benchmark)
+    arena = EpisodeFactory(suite.benchmark)
     tasks = [suite.tasks[task_id] for task_id in task_ids]
-    gold = {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
+    gold = {arena.make_prompt(task).user: arena.make_setup(task).reference.commands or () for task in tasks}
     with tempfile.TemporaryDirectory() as folder, model(gold) as url:
         command = [sys.executable, "-m", "eai", "run", "--ability", "acting", "--domain", suite.domain]
         command += ["--tasks", ",".join(task_ids), "--model", "openai-api/local/scripted"]
@@ -57,26 +57,28 @@ def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
 
 def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
     """Play without Inspect. Print and return the tokens of contexts and the CPU ms per episode."""
-    arena = AgentTask(suite.benchmark, Setting(steps=TURNS, budget=1_000))
+    arena = EpisodeFactory(suite.benchmark, AgentSetting(steps=TURNS, budget=1_000))
     contexts, ready, played = [], 0.0, 0.0
     for task_id in task_ids:
         start = time.process_time()
         task = suite.tasks[task_id]
-        read = len(arena.prompt(task).user)
-        suite.score(task_id, arena.play(task).text("stopped"))  # makes the scorer before time is taken
+        read = len(arena.make_prompt(task).user)
+        suite.score(
+            task_id, arena.begin_episode(task).to_text("stopped")
+        )  # makes the scorer before time is taken
         ready += time.process_time() - start
-        play = arena.play(task)
+        play = arena.begin_episode(task)
         agent = random_agent(play)
         for _ in range(TURNS):
             command = DONE
             while command == DONE:  # without this condition episodes would end before the last turn
                 command = agent()
             start = time.process_time()
-            told = play.say(command)
+            told = play.play_command(command)
             played += time.process_time() - start
             read += len(command) + len(told) + CALL
         start = time.process_time()
-        suite.score(task_id, play.text("stopped"))
+        suite.score(task_id, play.to_text("stopped"))
         played += time.process_time() - start
         contexts.append(read / CHARACTERS)
     number = len(task_ids)

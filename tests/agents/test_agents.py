@@ -90,11 +90,11 @@ def test_a_reference_can_be_played_and_determines_the_budget() -> None:
     shortest, commands = stage.reference
     assert shortest == 3, "the torch can be pressed in its box, which who does not know of it cannot do"
     assert commands is not None
-    assert stage.limit == 2 * 3 + 8 == stage.reference.budget(2)
-    assert stage.reference.budget(0) == 8
-    assert stage.reference._replace(commands=("WAVE()",) * 30).budget(2) == 30
-    assert make_setup(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).limit == 3
-    assert make_setup(TASKS["both"], SWITCHES, GameRules()).limit == 100
+    assert stage.action_limit == 2 * 3 + 8 == stage.reference.compute_action_limit(2)
+    assert stage.reference.compute_action_limit(0) == 8
+    assert stage.reference._replace(commands=("WAVE()",) * 30).compute_action_limit(2) == 30
+    assert make_setup(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).action_limit == 3
+    assert make_setup(TASKS["both"], SWITCHES, GameRules()).action_limit == 100
 
 
 def test_a_reference_follows_the_plan_if_exploring_first_breaks_a_rule() -> None:

@@ -11,8 +11,8 @@ import pytest
 from agents.switches import SWITCHES
 from by_path import TESTS
 from eai.agents.declaration import ACTING
-from eai.agents.play import AgentTask, EpisodeAnswer, read_episode
-from eai.agents.setting import Setting
+from eai.agents.play import EpisodeAnswer, EpisodeFactory, read_episode
+from eai.agents.setting import AgentSetting
 from eai.tasks.source import Source
 from processes import eai
 
@@ -54,9 +54,11 @@ def test_another_ability_that_takes_turns_is_played_scored_and_reported(
 
 
 def test_an_episode_names_its_harness_and_rules_and_an_empty_answer_names_none() -> None:
-    play = AgentTask(SWITCHES, Setting(harness="text", budget=4)).play(SWITCHES.tasks(Source())["both"])
-    play.say("LOOK")
-    made = ACTING.read_experiment(play.text("stopped"))
+    play = EpisodeFactory(SWITCHES, AgentSetting(harness="text", budget=4)).begin_episode(
+        SWITCHES.tasks(Source())["both"]
+    )
+    play.play_command("LOOK")
+    made = ACTING.read_experiment(play.to_text("stopped"))
     assert made is not None
     assert (made.harness, made.rules) == ("text", "budget-4.0")
     assert ACTING.read_experiment("") is None

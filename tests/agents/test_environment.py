@@ -17,7 +17,7 @@ from gymnasium.utils.env_checker import check_env
 
 from agents.switches import SWITCHES, WON
 from by_path import ROOT
-from eai.agents.gym import ANY, IDS, AnyText, make
+from eai.agents.gym import ANY, IDS, AnyTextSpace, make
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.tasks.source import Source
@@ -81,7 +81,7 @@ def test_a_step_needs_a_reset() -> None:
 
 
 def test_a_text_of_any_characters_is_in_the_space() -> None:
-    space = AnyText(5)
+    space = AnyTextSpace(5)
     assert "" in space
     assert "é 漢\n" in space
     assert "12345" in space

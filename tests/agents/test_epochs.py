@@ -11,8 +11,8 @@ import pytest
 from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import Usage
 from eai.abilities.experiment import Experiment
-from eai.agents.declaration import average_episodes, contributions
-from eai.agents.play import AgentTask
+from eai.agents.declaration import average_episodes, compute_rate_contributions
+from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.agents.verdict import ActingVerdict
 from eai.benchmarks.suite import open_suite
@@ -45,10 +45,10 @@ def settled(folder: Path, *won: str) -> SuiteResult:
             if letter == "c":
                 failures[task_id, epoch] = CRASHED
                 continue
-            play = AgentTask(SWITCHES).play(suite.tasks[task_id], epoch)
+            play = EpisodeFactory(SWITCHES).begin_episode(suite.tasks[task_id], epoch)
             for command in ("LOOK", *(WINNING[task_id] if letter == "w" else ()), "DONE"):
-                play.say(command)
-            text = play.text("stopped")
+                play.play_command(command)
+            text = play.to_text("stopped")
             given[task_id, epoch] = Answer(task_id, epoch, "", "", text, "", "stop", (), Usage())
     prompts = {task_id: Prompt("?") for task_id in WINNING}
     obtained = ModelAnswers("m", "m", prompts, given, failures, len(won))
@@ -127,7 +127,7 @@ def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
 def test_episodes_that_are_excluded_are_in_no_mean() -> None:
     won, lost = (ActingVerdict(success=success) for success in (True, False))
     out = replace(won, excluded="unreplayable")
-    assert contributions(average_episodes([out, won, lost]))["success"] == Share(0.5, 1)
+    assert compute_rate_contributions(average_episodes([out, won, lost]))["success"] == Share(0.5, 1)
     assert average_episodes([out, out]) == out
 
 

@@ -14,10 +14,10 @@ from agents.switches import SCENE, SWITCHES, WON, at, initial, lit, tasks
 from eai import make_task
 from eai.agents.game import Game
 from eai.agents.gym import TextEnvironment, make
-from eai.agents.play import AgentTask, rules_of
+from eai.agents.play import EpisodeFactory, make_game_rules
 from eai.agents.reference import find_setup, make_setup
 from eai.agents.rules import STANDARD, GameRules, View
-from eai.agents.setting import Setting
+from eai.agents.setting import AgentSetting
 from eai.agents.short_lists import spell_out
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -326,9 +326,9 @@ def test_goals_reached_without_done_are_no_success(reward: str, kept: float) -> 
     game = Game(make_setup(tasks()[0], SWITCHES, GameRules(reward=Shaping(reward), until="done")))
     for command in WON:
         game.act(command)
-    assert (game.over, game.final_worth) == (False, kept)
+    assert (game.over, game.final_value) == (False, kept)
     game.act("DONE")
-    assert game.final_worth == 1
+    assert game.final_value == 1
 
 
 def test_the_setup_of_a_task_is_made_once(data_store: Store) -> None:
@@ -557,7 +557,7 @@ def test_an_agent_that_is_cut_off_with_all_goals_reached_has_not_declared_the_en
 
 def test_admissible_commands_include_done_if_it_ends_the_episode() -> None:
     game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
-    assert game.admissible_commands() == [
+    assert game.list_admissible_commands() == [
         "GO(shed)",
         "OPEN(robot)",
         "OPEN(lamp)",
@@ -571,7 +571,8 @@ def test_admissible_commands_include_done_if_it_ends_the_episode() -> None:
 def test_the_view_of_the_scene_shows_irrelevant_objects() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
     shown = {
-        view: Game(make_setup(task, SWITCHES, GameRules(view=view))).opening() for view in get_args(View)
+        view: Game(make_setup(task, SWITCHES, GameRules(view=view))).write_opening()
+        for view in get_args(View)
     }
     assert "lamp, torch [lamp]" in shown["scene"]
     assert "[lamp]" not in shown["task"]
@@ -582,14 +583,16 @@ def test_egocentric_relations_are_shown_only_for_the_agent() -> None:
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
         stage = make_setup(task, own, GameRules(view=view))
-        facts = spell_out(Game(stage).opening()).partition("Now:")[2]
+        facts = spell_out(Game(stage).write_opening()).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
-        assert ("at: of yourself alone." in Game(stage).briefing()) is not lamp
+        assert ("at: of yourself alone." in Game(stage).write_briefing()) is not lamp
 
 
 def test_players_and_scorers_share_the_setup_of_a_task() -> None:
     task = SWITCHES.tasks(Source())["both"]
     assert make_setup(task, SWITCHES, GameRules()) is make_setup(task, SWITCHES, GameRules())
     assert make_setup(task, SWITCHES, GameRules()) is not make_setup(task, SWITCHES, STANDARD)
-    assert AgentTask(SWITCHES).stage(task) is make_setup(task, SWITCHES, rules_of(Setting()))
+    assert EpisodeFactory(SWITCHES).make_setup(task) is make_setup(
+        task, SWITCHES, make_game_rules(AgentSetting())
+    )

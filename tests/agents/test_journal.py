@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 
 from agents.switches import SWITCHES
-from eai.agents.journal import Journal, read_journal, read_key
-from eai.agents.play import OVER, AgentTask, Session
-from eai.agents.setting import ACTING, Setting
+from eai.agents.journal import EpisodeJournal, read_journal, read_sealing_key
+from eai.agents.play import OVER, EpisodeFactory, RecordedGame
+from eai.agents.setting import ACTING, AgentSetting
 from eai.agents.verdict import ActingVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
@@ -24,23 +24,23 @@ from eai.results.codec import sha256_of
 
 SUITE = open_suite(SWITCHES, ACTING)
 TASK = SUITE.tasks[SUITE.task_ids[0]]
-ARENA = AgentTask(SWITCHES)
-WINNING = [*(ARENA.stage(TASK).reference.commands or ()), "DONE"]
+ARENA = EpisodeFactory(SWITCHES)
+WINNING = [*(ARENA.make_setup(TASK).reference.commands or ()), "DONE"]
 
 
-def beginning(setting: Setting | None = None) -> Session:
-    return AgentTask(SWITCHES, setting or Setting()).play(TASK)
+def beginning(setting: AgentSetting | None = None) -> RecordedGame:
+    return EpisodeFactory(SWITCHES, setting or AgentSetting()).begin_episode(TASK)
 
 
 @contextmanager
-def resumed(folder: Path) -> Iterator[tuple[Journal, Callable[[str], str]]]:
+def resumed(folder: Path) -> Iterator[tuple[EpisodeJournal, Callable[[str], str]]]:
     """Yield the journal in a folder, and a function that carries out a command and writes the turn."""
     play = beginning()
-    with closing(Journal(folder / "episode", read_key(folder), play)) as journal:
+    with closing(EpisodeJournal(folder / "episode", read_sealing_key(folder), play)) as journal:
 
         def act(command: str) -> str:
-            told = play.say(command)
-            journal.write(play)
+            told = play.play_command(command)
+            journal.write_turns(play)
             return told
 
         yield journal, act
@@ -50,7 +50,7 @@ def journal_of(folder: Path, commands: list[str]) -> tuple[Path, bytes]:
     with resumed(folder) as (_, act):
         for command in commands:
             act(command)
-    return folder / "episode", read_key(folder)
+    return folder / "episode", read_sealing_key(folder)
 
 
 def verdict_of(path: Path, key: bytes) -> ActingVerdict:
@@ -63,8 +63,8 @@ def test_a_journal_is_an_answer(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING)
     play = beginning()
     for command in WINNING:
-        play.say(command)
-    assert json.loads(read_journal(path, key)) == json.loads(play.text("stopped"))
+        play.play_command(command)
+    assert json.loads(read_journal(path, key)) == json.loads(play.to_text("stopped"))
     assert verdict_of(path, key).success
     assert (path.stat().st_mode & 0o777, (tmp_path / "key").stat().st_mode & 0o777) == (0o600, 0o400)
 
@@ -98,10 +98,10 @@ def test_an_end_that_was_lost_is_written_again(tmp_path: Path) -> None:
 
 
 def test_an_episode_that_is_stopped_is_over(tmp_path: Path) -> None:
-    path, key = tmp_path / "episode", read_key(tmp_path)
+    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
     with resumed(tmp_path) as (journal, act):
         act(WINNING[0])
-        journal.end()
+        journal.write_end()
         with pytest.raises(InputError, match="the episode is over"):
             act(WINNING[1])
     assert len(verdict_of(path, key).turns) == 1
@@ -114,7 +114,7 @@ def test_a_turn_that_cannot_be_written_returns_no_observation(
     def fail(file: int) -> None:
         raise OSError(28, "No space left on device")
 
-    path, key = tmp_path / "episode", read_key(tmp_path)
+    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
     with resumed(tmp_path) as (_, act):
         act(WINNING[0])
         with monkeypatch.context() as full:
@@ -133,9 +133,9 @@ def test_a_turn_that_cannot_be_written_returns_no_observation(
 def test_another_task_setting_or_key_is_refused(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING)
     with pytest.raises(InputError, match="of another task or setting"):
-        read_journal(path, key, beginning(Setting(budget=4)))
+        read_journal(path, key, beginning(AgentSetting(budget=4)))
     with pytest.raises(InputError, match="of another task or setting"):
-        Journal(path, key, beginning(Setting(budget=4)))
+        EpisodeJournal(path, key, beginning(AgentSetting(budget=4)))
     with pytest.raises(InputError, match="line 1: wrong seal"):
         read_journal(path, b"x" * 32)
 
@@ -178,14 +178,14 @@ def test_a_journal_without_its_end_or_by_a_link_is_refused(tmp_path: Path) -> No
 
 
 def test_invented_observations_do_not_replay(tmp_path: Path) -> None:
-    path, key = tmp_path / "episode", read_key(tmp_path)
-    with closing(Journal(path, key, beginning())) as journal:
-        journal._add({"act": {"said": WINNING[0], "told": sha256_of("won")}})
-        journal.end("done")
+    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
+    with closing(EpisodeJournal(path, key, beginning())) as journal:
+        journal._append_line({"act": {"said": WINNING[0], "told": sha256_of("won")}})
+        journal.write_end("done")
     verdict = verdict_of(path, key)
     assert (verdict.is_unreplayable, verdict.success, verdict.excluded) == (True, False, None)
     with pytest.raises(InputError, match="the replay gives other observations"):
-        Journal(path, key, beginning())
+        EpisodeJournal(path, key, beginning())
 
 
 KILLED = """
@@ -210,6 +210,6 @@ def test_a_killed_process_loses_no_turn_that_was_observed(tmp_path: Path) -> Non
             env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         )
         assert done.returncode == -signal.SIGKILL, done.stderr
-    path, key = tmp_path / "episode", read_key(tmp_path)
+    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
     assert [turn.said for turn in verdict_of(path, key).turns] == WINNING
     assert verdict_of(path, key).success

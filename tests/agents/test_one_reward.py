@@ -126,7 +126,7 @@ def played(*commands: str, shaping: Shaping = Shaping.PROGRESS) -> Game:
 )
 def test_an_episode_continues_after_a_failed_action(commands: Sequence[str], worth: Sequence[float]) -> None:
     """A plan would have ended there."""
-    assert tuple(played(*commands, shaping=shaping).worth for shaping in Shaping) == pytest.approx(worth)
+    assert tuple(played(*commands, shaping=shaping).value for shaping in Shaping) == pytest.approx(worth)
 
 
 def test_metrics_are_those_of_a_grade() -> None:
@@ -147,4 +147,4 @@ def test_an_episode_that_is_over_takes_no_action() -> None:
     with pytest.raises(InputError, match="the episode is over"):
         won.act("PRESS(lamp)")
     lasted = played(*["WAVE()"] * 8)
-    assert (lasted.over, lasted.worth) == (True, 0)
+    assert (lasted.over, lasted.value) == (True, 0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from agents.switches import DOMAIN, SWITCHES
-from eai.agents.play import AgentTask
-from eai.agents.setting import ACTING, Setting
+from eai.agents.play import EpisodeFactory
+from eai.agents.setting import ACTING, AgentSetting
 from eai.agents.tools import make_tools
 from eai.benchmarks.suite import open_suite
 
@@ -21,9 +21,9 @@ BY_TOOLS = (
     ("harness", "how"), [("text", BY_TEXT), ("react", BY_TOOLS), ("my_agents:brief", BY_TOOLS)]
 )
 def test_the_question_ends_with_instructions_for_commands(harness: str, how: str) -> None:
-    arena = AgentTask(SWITCHES, Setting(harness=harness))
-    assert arena.prompt(TASK).user == f"{arena.play(TASK).briefing()}\n\n{how}"
-    assert arena.shown(TASK) == arena.prompt(TASK)
+    arena = EpisodeFactory(SWITCHES, AgentSetting(harness=harness))
+    assert arena.make_prompt(TASK).user == f"{arena.begin_episode(TASK).write_briefing()}\n\n{how}"
+    assert arena.make_prompt_with_pictures(TASK) == arena.make_prompt(TASK)
 
 
 def test_the_tools_that_a_question_names_are_those_of_the_harness() -> None:

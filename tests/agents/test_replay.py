@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from agents.switches import SWITCHES
 from eai import Benchmark
 from eai.agents.agents import blind_agent, random_agent
-from eai.agents.play import AgentTask
-from eai.agents.setting import ACTING, Setting
+from eai.agents.play import EpisodeFactory
+from eai.agents.setting import ACTING, AgentSetting
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -20,14 +20,14 @@ from eai.results.responses import Response
 def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Response]:
     """Return episodes of agents that do not know the goals, in worlds with slips."""
     suite = open_suite(benchmark, ACTING)
-    arena = AgentTask(benchmark, Setting(slip=0.2, slip_seed=7))
+    arena = EpisodeFactory(benchmark, AgentSetting(slip=0.2, slip_seed=7))
     task_ids = [i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None][::sample]
     for epoch in range(number):
-        play = arena.play(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
+        play = arena.begin_episode(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
         agent = (random_agent, blind_agent)[epoch % 2](play, epoch)
         while not play.over:
-            play.say(agent())
-        yield Response(play.task.id, play.text("stopped"))
+            play.play_command(agent())
+        yield Response(play.task.id, play.to_text("stopped"))
 
 
 def replayed(suite: Suite, responses: list[Response]) -> list[str]:

@@ -21,8 +21,8 @@ from eai.agents.rewards import (
     SkyRlTask,
     TrlHousehold,
     TrlReward,
-    answer_of,
     compute_score,
+    extract_answer,
     reward_func,
 )
 from eai.base.store import Store
@@ -66,7 +66,7 @@ def gold(name: str, ability: Ability) -> tuple[str, str]:
     ],
 )
 def test_thoughts_are_not_part_of_an_answer(completion: Any, answer: str) -> None:
-    assert answer_of(completion) == answer
+    assert extract_answer(completion) == answer
 
 
 @pytest.mark.parametrize(("name", "ability"), ABILITIES)

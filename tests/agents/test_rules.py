@@ -12,11 +12,19 @@ import pytest
 from agents.switches import SWITCHES
 from command_line import Command
 from eai.abilities.experiment import Experiment
-from eai.agents.episode_server import open_episodes
-from eai.agents.play import RULE_NAMES, AgentTask, EpisodeAnswer, Session, read_episode, rules_label, rules_of
+from eai.agents.episode_server import open_episode_server
+from eai.agents.play import (
+    RULE_NAMES,
+    EpisodeAnswer,
+    EpisodeFactory,
+    RecordedGame,
+    make_game_rules,
+    make_rules_label,
+    read_episode,
+)
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
-from eai.agents.setting import ACTING, STANDARD, Setting
+from eai.agents.setting import ACTING, STANDARD, AgentSetting
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import OTHER_RULES, score_run, split_by_rules
@@ -33,13 +41,13 @@ EMPTY = json.dumps({"turns": [], "rules": EASY.model_dump(mode="json")})
 
 
 def played(task: str, rules: GameRules, *commands: str) -> str:
-    play = Session(make_setup(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
+    play = RecordedGame(make_setup(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
     for command in commands:
-        play.say(command)
-    return play.text("stopped")
+        play.play_command(command)
+    return play.to_text("stopped")
 
 
-def won(task: str, rules: GameRules = rules_of(STANDARD)) -> str:  # noqa: B008 - a frozen value
+def won(task: str, rules: GameRules = make_game_rules(STANDARD)) -> str:  # noqa: B008 - a frozen value
     return played(task, rules, *WIN[task], *(["DONE"] if rules.until == "done" else []))
 
 
@@ -66,12 +74,12 @@ def written(folder: Path, model: str, texts: Mapping[str, str]) -> Path:
     ids=str,
 )
 def test_an_episode_has_the_label_of_the_setting_in_which_it_was_played(chosen: dict[str, Any]) -> None:
-    setting = Setting(**chosen)
-    play = AgentTask(SWITCHES, setting).play(SUITE.tasks["both"])
-    play.say("PRESS(lamp)")
-    episode = read_episode(play.text("stopped"))
+    setting = AgentSetting(**chosen)
+    play = EpisodeFactory(SWITCHES, setting).begin_episode(SUITE.tasks["both"])
+    play.play_command("PRESS(lamp)")
+    episode = read_episode(play.to_text("stopped"))
     assert isinstance(episode, EpisodeAnswer)
-    assert rules_label(episode) == (setting.label or None)
+    assert make_rules_label(episode) == (setting.label or None)
 
 
 def test_every_rule_has_a_place_in_the_label() -> None:
@@ -85,12 +93,12 @@ def test_every_rule_has_a_place_in_the_label() -> None:
     }
     others |= {"until": "goal", "max_steps": 3, "budget": None, "admissible": True, "feedback": "facts"}
     assert others.keys() == {*GameRules.model_fields}
-    standard = rules_of(STANDARD).model_dump(mode="json")
+    standard = make_game_rules(STANDARD).model_dump(mode="json")
     for name, value in others.items():
         text = json.dumps({"turns": [{"said": "DONE"}], "rules": {**standard, name: value}})
         episode = read_episode(text)
         assert isinstance(episode, EpisodeAnswer)
-        assert rules_label(episode) == f"{RULE_NAMES[name]}-{str(value).lower()}"
+        assert make_rules_label(episode) == f"{RULE_NAMES[name]}-{str(value).lower()}"
     for text in (
         "DONE",
         '{"turns": []}',
@@ -98,7 +106,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
     ):
         episode = read_episode(text)
         assert isinstance(episode, EpisodeAnswer)
-        assert rules_label(episode) is None
+        assert make_rules_label(episode) is None
 
 
 def test_answers_are_split_by_their_rules_with_all_epochs() -> None:
@@ -197,10 +205,10 @@ def test_compare_takes_only_episodes_by_the_same_rules(eai: Command, tmp_path: P
 
 
 def test_served_episodes_have_the_rules_of_their_server(tmp_path: Path) -> None:
-    setting = Setting(observe="full", feedback="facts")
-    with open_episodes(tmp_path, SUITE, [("half", 1)], setting) as worlds:
+    setting = AgentSetting(observe="full", feedback="facts")
+    with open_episode_server(tmp_path, SUITE, [("half", 1)], setting) as worlds:
         for command in (*WIN["half"], "DONE"):
-            worlds.call(("half", 1), command)
+            worlds.play_command(("half", 1), command)
     answers = read_responses(tmp_path / "agent_outputs.jsonl", SUITE.task_ids)
     assert split_by_rules(ACTING, answers).keys() == {setting.label}
     (record,) = score_run(SUITE, answers, {}, ScoringOptions())

@@ -12,14 +12,14 @@ from agents.switches import DOMAIN, SWITCHES, WON, initial
 from eai import Benchmark, InputError, Reward, given, make_task
 from eai.abilities.plan_repairer import PlanRepairer
 from eai.abilities.protocol import Ability
-from eai.agents.declaration import contributions
+from eai.agents.declaration import compute_rate_contributions
 from eai.agents.game import Game
-from eai.agents.game_setup import GameSetup, Reference
-from eai.agents.play import AgentTask, Session
-from eai.agents.reference import find_reference, make_setup
+from eai.agents.game_setup import GameSetup, ReferenceSolution
+from eai.agents.play import EpisodeFactory, RecordedGame
+from eai.agents.reference import find_reference_solution, make_setup
 from eai.agents.rules import STANDARD, GameRules
 from eai.agents.scorer import NO_REFERENCE
-from eai.agents.setting import ACTING, Setting
+from eai.agents.setting import ACTING, AgentSetting
 from eai.agents.verdict import ActingVerdict, Turn
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -38,12 +38,14 @@ def suite() -> Suite:
     return open_suite(SWITCHES, ACTING)
 
 
-def episode(benchmark: Benchmark, task_id: str, commands: list[str], setting: Setting | None = None) -> str:
-    arena = AgentTask(benchmark, setting or Setting())
-    play = arena.play(open_suite(benchmark, ACTING).tasks[task_id])
+def episode(
+    benchmark: Benchmark, task_id: str, commands: list[str], setting: AgentSetting | None = None
+) -> str:
+    arena = EpisodeFactory(benchmark, setting or AgentSetting())
+    play = arena.begin_episode(open_suite(benchmark, ACTING).tasks[task_id])
     for command in commands:
-        play.say(command)
-    return play.text("stopped")
+        play.play_command(command)
+    return play.to_text("stopped")
 
 
 def verdict_of(suite: Suite, text: str) -> ActingVerdict:
@@ -59,7 +61,7 @@ def record_of(suite: Suite, text: str) -> Record:
 
 
 def reference(suite: Suite) -> list[str]:
-    stage = AgentTask(suite.benchmark).stage(suite.tasks[suite.task_ids[0]])
+    stage = EpisodeFactory(suite.benchmark).make_setup(suite.tasks[suite.task_ids[0]])
     return [*(stage.reference.commands or ())]
 
 
@@ -70,21 +72,21 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
     assert len(said.actions) == len(commands)
     unsaid = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands))
     assert (unsaid.success, unsaid.ended, unsaid.reached) == (False, "stopped", True)
-    assert contributions(unsaid)["undeclared"].numerator == 1
+    assert compute_rate_contributions(unsaid)["undeclared"].numerator == 1
     early = verdict_of(suite, "DONE")
     assert (early.success, early.ended) == (False, "done")
-    assert contributions(early)["declared_early"].numerator == 1
+    assert compute_rate_contributions(early)["declared_early"].numerator == 1
 
 
 def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -> None:
     stage = make_setup(suite.tasks[suite.task_ids[0]], SWITCHES, GameRules(until="goal"))
-    play = Session(stage, seed=0, epoch=1)
+    play = RecordedGame(stage, seed=0, epoch=1)
     for command in WON:
-        play.say(command)
-    verdict = verdict_of(suite, play.text("stopped"))
+        play.play_command(command)
+    verdict = verdict_of(suite, play.to_text("stopped"))
     assert (verdict.success, verdict.ended, verdict.declared) == (True, "goal", False)
     assert len(verdict.actions) == len(WON)
-    shares = contributions(verdict)
+    shares = compute_rate_contributions(verdict)
     assert (shares["spl"].numerator, shares["undeclared"].numerator) == (3 / 4, 0)
 
 
@@ -107,11 +109,11 @@ def test_a_question_in_an_unambiguous_task_is_not_declining(suite: Suite) -> Non
 
 
 def test_look_lists_present_facts_with_any_feedback(suite: Suite) -> None:
-    play = AgentTask(SWITCHES, Setting(observe="full", feedback="outcome")).play(
+    play = EpisodeFactory(SWITCHES, AgentSetting(observe="full", feedback="outcome")).begin_episode(
         suite.tasks[suite.task_ids[0]]
     )
-    assert play.say("PRESS(lamp)").startswith("PRESS(lamp): done.\n")
-    assert "\nlit(lamp)" in play.say("LOOK")
+    assert play.play_command("PRESS(lamp)").startswith("PRESS(lamp): done.\n")
+    assert "\nlit(lamp)" in play.play_command("LOOK")
 
 
 def test_the_text_of_an_episode_earns_no_reward(suite: Suite) -> None:
@@ -120,9 +122,9 @@ def test_the_text_of_an_episode_earns_no_reward(suite: Suite) -> None:
 
 
 def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:
-    play = AgentTask(SWITCHES).play(suite.tasks[suite.task_ids[0]])
-    play.say("GO(\ud800)", "\u2028 \udfff \x00")
-    verdict = verdict_of(suite, play.text("stopped"))
+    play = EpisodeFactory(SWITCHES).begin_episode(suite.tasks[suite.task_ids[0]])
+    play.play_command("GO(\ud800)", "\u2028 \udfff \x00")
+    verdict = verdict_of(suite, play.to_text("stopped"))
     assert (verdict.error, verdict.turns[0].said) == (None, "GO(?)")
 
 
@@ -146,13 +148,16 @@ def test_an_episode_that_does_not_replay_fails_and_is_counted(suite: Suite) -> N
             None,
             *[False] * 3,
         )
-        shares = contributions(verdict)
+        shares = compute_rate_contributions(verdict)
         assert (shares["unreplayable"], shares["partial_success"]) == ((1, 1), (0, 1))
         lost = ("success", "spl", "undeclared", "declared_early", *(f"within_{k}" for k in ("1x", "2x")))
         assert {name: shares[name] for name in lost} == dict.fromkeys(lost, (0, 1))
-        assert shares["total_goal"] == (0, contributions(verdict_of(suite, "DONE"))["total_goal"][1])
+        assert shares["total_goal"] == (
+            0,
+            compute_rate_contributions(verdict_of(suite, "DONE"))["total_goal"][1],
+        )
         assert record_of(suite, json.dumps(changed)).verdict == verdict
-    assert contributions(verdict_of(suite, json.dumps(won)))["unreplayable"] == (0, 1)
+    assert compute_rate_contributions(verdict_of(suite, json.dumps(won)))["unreplayable"] == (0, 1)
 
 
 def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
@@ -160,7 +165,7 @@ def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
     won = verdict_of(suite, episode(SWITCHES, task_id, [*commands, "DONE"]))
     assert won.partial is not None
     assert won.partial.numerator == won.partial.denominator
-    assert contributions(won)["partial_success"] == (1, 1)
+    assert compute_rate_contributions(won)["partial_success"] == (1, 1)
     idle = verdict_of(suite, episode(SWITCHES, task_id, ["DONE"]))
     at_start = GoalTest(suite.tasks[task_id])
     initial = suite.tasks[task_id].initial
@@ -173,10 +178,10 @@ def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:
     text = json.loads(episode(SWITCHES, suite.task_ids[0], ["FLY(box)", "FLY(box)", "DONE"]))
     text["turns"][1]["told"] = "0" * 64
     verdict = verdict_of(suite, json.dumps(text))
-    assert (len(verdict.turns), contributions(verdict)["impossible"]) == (2, (2, 2))
+    assert (len(verdict.turns), compute_rate_contributions(verdict)["impossible"]) == (2, (2, 2))
     outlook = suite.scorer(suite.task_ids[0]).assess(json.dumps(text)).analyze_failure
     assert outlook is not None
-    assert contributions(outlook(100))["outlook_unknown"] == (1, 1)  # type: ignore[arg-type]
+    assert compute_rate_contributions(outlook(100))["outlook_unknown"] == (1, 1)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -202,7 +207,7 @@ def test_an_episode_with_a_value_out_of_bounds_is_a_parsing_error(
     assert verdict.error is not None
     assert (verdict.excluded, verdict.error.kind, verdict.success) == (None, FaultKind.PARSING, False)
     assert verdict.error.detail.startswith(f"{next(iter(changed))}")
-    assert contributions(verdict)["success"] == (0, 1)
+    assert compute_rate_contributions(verdict)["success"] == (0, 1)
 
 
 def test_constants_that_are_not_json_make_an_episode_a_parsing_error(suite: Suite) -> None:
@@ -219,16 +224,16 @@ def test_a_replay_pays_nothing_and_lists_no_possible_actions(
     suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rules = GameRules(reward=Shaping.REPAIR, gamma=0.5, admissible=True, until="done")
-    play = Session(make_setup(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
+    play = RecordedGame(make_setup(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
     for command in [*reference(suite), "DONE"]:
-        play.say(command)
+        play.play_command(command)
 
     def refuse(self: object, *_: object) -> None:
         raise AssertionError("only the player needs this")
 
     monkeypatch.setattr(PlanRepairer, "closeness", refuse)
-    monkeypatch.setattr(Game, "admissible_commands", refuse)
-    verdict = verdict_of(suite, play.text("stopped"))
+    monkeypatch.setattr(Game, "list_admissible_commands", refuse)
+    verdict = verdict_of(suite, play.to_text("stopped"))
     assert (verdict.error, verdict.success, len(verdict.turns)) == (None, True, len(play.turns))
 
 
@@ -237,7 +242,7 @@ def test_faults_are_counted_by_kind_and_turn(suite: Suite) -> None:
     verdict = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands))
     assert verdict.turns[0].fault is FaultKind.HALLUCINATION
     assert verdict.turns[0].same_as == 0
-    shares = contributions(verdict)
+    shares = compute_rate_contributions(verdict)
     tried = len(commands) - 1
     assert shares["hallucination"] == shares["impossible"] == shares["loops"] == (1, tried)
     assert shares["recovered"] == shares["won_after_fault"] == (1, 1)
@@ -246,11 +251,11 @@ def test_faults_are_counted_by_kind_and_turn(suite: Suite) -> None:
 def test_measures_of_length_follow_their_definitions() -> None:
     turn = Turn("", "", is_action=True, fault=None, slipped=False, goals="", same_as=None)
     verdict = ActingVerdict(success=True, turns=(turn,) * 6, shortest=4)
-    shares = {name: share.numerator for name, share in contributions(verdict).items()}
+    shares = {name: share.numerator for name, share in compute_rate_contributions(verdict).items()}
     assert shares["spl"] == pytest.approx(4 / 6)
     within = [shares[name] for name in ("within_1x", "within_1.5x", "within_2x", "within_4x")]
     assert within == [0, 1, 1, 1]
-    unknown = contributions(replace(verdict, shortest=None))
+    unknown = compute_rate_contributions(replace(verdict, shortest=None))
     assert unknown["spl"] == unknown["within_2x"] == (0, 0)
 
 
@@ -267,17 +272,17 @@ def test_a_record_keeps_the_turns(suite: Suite) -> None:
 def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
     benchmark = find_benchmark(name)
     suite, plans = open_suite(benchmark, ACTING), open_suite(benchmark, Ability.ACTION_SEQUENCING)
-    arena = AgentTask(benchmark, Setting(view="task", observe="full", feedback="facts"))
+    arena = EpisodeFactory(benchmark, AgentSetting(view="task", observe="full", feedback="facts"))
     for task_id in suite.task_ids[1::40]:
         task = suite.tasks[task_id]
-        write = arena.stage(task).commands.write
+        write = arena.make_setup(task).commands.write_command
         for plan in (task.script, task.script[:-1], task.script[1:]):
             text = benchmark.notation.plans.join(benchmark.notation.plans.write(plan, task.scene))
             as_plan = plans.score(task_id, text)
-            play = arena.play(task)
+            play = arena.begin_episode(task)
             for command in [*map(write, plan), "DONE"]:
-                play.say(command)
-            played = suite.score(task_id, play.text("stopped"))
+                play.play_command(command)
+            played = suite.score(task_id, play.to_text("stopped"))
             assert isinstance(played, ActingVerdict)
             if as_plan.error is None:
                 assert (played.success, played.goals) == (as_plan.success, as_plan.goals)  # type: ignore[attr-defined]
@@ -289,11 +294,11 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
 def test_the_rules_that_an_episode_names_do_not_exclude_its_task(
     suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def without_commands(stage: GameSetup) -> Reference:
-        known = find_reference(stage)
+    def without_commands(stage: GameSetup) -> ReferenceSolution:
+        known = find_reference_solution(stage)
         return known if stage.rules == STANDARD else known._replace(commands=None)
 
-    monkeypatch.setattr("eai.agents.reference.find_reference", without_commands)
+    monkeypatch.setattr("eai.agents.reference.find_reference_solution", without_commands)
     make_setup.cache_clear()
     text = '{"turns": [{"said": "DONE"}], "rules": {"view": "task", "observe": "full"}}'
     verdict = verdict_of(suite, text)

@@ -26,10 +26,10 @@ from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.streamable_http import streamable_http_client
 
 from agents.switches import SWITCHES
-from eai.agents.episode_server import EpisodeServer, find_journal, open_episodes
-from eai.agents.play import OVER, AgentTask, Session
-from eai.agents.server import MAX_BODY, MAX_COMMAND, make_http_app, make_server
-from eai.agents.setting import ACTING, Setting
+from eai.agents.episode_server import EpisodeServer, find_journal_path, open_episode_server
+from eai.agents.play import OVER, EpisodeFactory, RecordedGame
+from eai.agents.server import MAX_BODY, MAX_COMMAND, make_http_app, make_mcp_server
+from eai.agents.setting import ACTING, AgentSetting
 from eai.agents.verdict import ActingVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
@@ -43,7 +43,7 @@ ONE = [(TASK, 1)]
 TWO = [(TASK, 1), (TASK, 2)]
 HOST = "world"
 URL = f"http://{HOST}:1/mcp"
-WINNING = [*(AgentTask(SWITCHES).stage(SUITE.tasks[TASK]).reference.commands or ())]
+WINNING = [*(EpisodeFactory(SWITCHES).make_setup(SUITE.tasks[TASK]).reference.commands or ())]
 DOMAIN = "agents.switches:SWITCHES"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
@@ -98,7 +98,7 @@ async def client_with(ticket: str, transport: Any = None, url: str = URL) -> Asy
 
 def test_the_tools_are_made_from_the_declaration(tmp_path: Path) -> None:
     async def run(worlds: EpisodeServer) -> None:
-        async with Client(make_server(worlds, SWITCHES.domain)) as client:
+        async with Client(make_mcp_server(worlds, SWITCHES.domain)) as client:
             tools = {tool.name: tool for tool in (await client.list_tools()).tools}
             assert list(tools) == ["act", "look", "done"]
             told = tools["act"].input_schema["properties"]["action"]["description"]
@@ -110,16 +110,16 @@ def test_the_tools_are_made_from_the_declaration(tmp_path: Path) -> None:
             assert (await call(client, "act", action="x" * MAX_COMMAND, objects=[])).failed
             assert (await call(client, "act", action=WINNING[0])).failed
 
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
-        assert not find_journal(tmp_path, ONE[0]).exists()  # none of these calls reached the episode
+        assert not find_journal_path(tmp_path, ONE[0]).exists()  # none of these calls reached the episode
 
 
 def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
     async def run(worlds: EpisodeServer) -> None:
-        async with Client(make_server(worlds, SWITCHES.domain)) as client:
+        async with Client(make_mcp_server(worlds, SWITCHES.domain)) as client:
             first = await call(client, "look")
-            assert first.text == AgentTask(SWITCHES).prompt(SUITE.tasks[TASK]).user
+            assert first.text == EpisodeFactory(SWITCHES).make_prompt(SUITE.tasks[TASK]).user
             assert first == await call(client, "look")
             told = await act(client, WINNING[0])
             assert told.startswith(f"{WINNING[0]}: done.")
@@ -130,7 +130,7 @@ def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
             assert {(await call(client, name)).text for name in ("look", "done")} == {OVER}
             assert await act(client, WINNING[0]) == OVER
 
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
     verdict = verdicts(tmp_path)[TASK]
     assert (verdict.success, verdict.harness) == (True, "mcp")
@@ -139,26 +139,26 @@ def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
 
 def test_pictures_accompany_observations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def run(worlds: EpisodeServer) -> None:
-        async with Client(make_server(worlds, SWITCHES.domain)) as client:
+        async with Client(make_mcp_server(worlds, SWITCHES.domain)) as client:
             told, shown = (await client.call_tool("look", {})).content
             assert "Now:\nWhat the pictures show." in told.text  # type: ignore[union-attr]
             assert (shown.type, shown.mime_type) == ("image", "image/png")
             assert base64.b64decode(shown.data) == b"picture"
 
-    monkeypatch.setattr(Session, "pictures", lambda play: (Image("image/png", b"picture"),))
-    setting = Setting(feedback="pictures", observe="full")
-    with open_episodes(tmp_path, SUITE, ONE, setting) as worlds:
+    monkeypatch.setattr(RecordedGame, "draw_pictures", lambda play: (Image("image/png", b"picture"),))
+    setting = AgentSetting(feedback="pictures", observe="full")
+    with open_episode_server(tmp_path, SUITE, ONE, setting) as worlds:
         asyncio.run(run(worlds))
 
 
 def test_a_whole_plan_in_one_call_is_one_error(tmp_path: Path) -> None:
     async def run(worlds: EpisodeServer) -> None:
-        async with Client(make_server(worlds, SWITCHES.domain)) as client:
+        async with Client(make_mcp_server(worlds, SWITCHES.domain)) as client:
             for plan in ("\n".join([*WINNING, "DONE"]), f"[{', '.join(WINNING)}]"):
                 await call(client, "act", action=plan, objects=[])
             await call(client, "done")
 
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
     verdict = verdicts(tmp_path)[TASK]
     assert (verdict.success, [turn.fault is None for turn in verdict.actions]) == (False, [False, False])
@@ -179,10 +179,10 @@ def test_each_ticket_is_one_episode_forever(tmp_path: Path) -> None:
             await win(one)
             assert "Goals:" in (await call(other, "look")).text
 
-    with open_episodes(tmp_path, SUITE, TWO) as worlds:
+    with open_episode_server(tmp_path, SUITE, TWO) as worlds:
         before = dict(worlds.tickets)
         asyncio.run(run(worlds, again=False))
-    with open_episodes(tmp_path, SUITE, TWO) as worlds:
+    with open_episode_server(tmp_path, SUITE, TWO) as worlds:
         assert worlds.tickets == before
         asyncio.run(run(worlds, again=True))
     assert verdicts(tmp_path)[TASK].success
@@ -190,35 +190,35 @@ def test_each_ticket_is_one_episode_forever(tmp_path: Path) -> None:
 
 
 def test_an_unfinished_episode_is_an_answer(tmp_path: Path) -> None:
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
-        worlds.call(ONE[0], WINNING[0])
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
+        worlds.play_command(ONE[0], WINNING[0])
     assert (verdicts(tmp_path)[TASK].ended, len(verdicts(tmp_path)[TASK].turns)) == ("stopped", 1)
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         for command in (*WINNING[1:], "DONE"):
-            worlds.call(ONE[0], command)
+            worlds.play_command(ONE[0], command)
         assert verdicts(tmp_path)[TASK].success  # written at once, and only once
 
 
 def test_ended_episodes_are_over(tmp_path: Path) -> None:
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
-        worlds.call(ONE[0], WINNING[0])
-        worlds.end()
-        assert worlds.call(ONE[0], WINNING[1]) == OVER
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
+        worlds.play_command(ONE[0], WINNING[0])
+        worlds.end_episodes()
+        assert worlds.play_command(ONE[0], WINNING[1]) == OVER
         assert len(verdicts(tmp_path)[TASK].turns) == 1
 
 
 def test_a_folder_belongs_to_one_suite_setting_and_process(tmp_path: Path) -> None:
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
-        worlds.call(ONE[0], "LOOK")
-        with pytest.raises(InputError, match="another process"), open_episodes(tmp_path, SUITE, ONE):
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
+        worlds.play_command(ONE[0], "LOOK")
+        with pytest.raises(InputError, match="another process"), open_episode_server(tmp_path, SUITE, ONE):
             pass
     with (
         pytest.raises(InputError, match="another setting"),
-        open_episodes(tmp_path, SUITE, ONE, Setting(budget=4)),
+        open_episode_server(tmp_path, SUITE, ONE, AgentSetting(budget=4)),
     ):
         pass
-    find_journal(tmp_path, ("moon", 1)).touch()
-    with pytest.raises(InputError, match="has no task"), open_episodes(tmp_path, SUITE, ONE):
+    find_journal_path(tmp_path, ("moon", 1)).touch()
+    with pytest.raises(InputError, match="has no task"), open_episode_server(tmp_path, SUITE, ONE):
         pass
 
 
@@ -279,17 +279,17 @@ def test_other_requests_than_an_agents_are_refused(
             good = {**HEADERS, "Authorization": f"Bearer {ticket}"}
             refused = await http.post(URL, headers={**good, **given}, content=body)
             assert refused.status_code == status, refused.text
-            assert not find_journal(tmp_path, ONE[0]).exists()
+            assert not find_journal_path(tmp_path, ONE[0]).exists()
             allowed = await http.post(URL, headers=good, content=BODY)
             assert allowed.status_code == 200
             assert "DONE." in allowed.text
 
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
 
 
 def test_there_is_no_other_route(tmp_path: Path) -> None:
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         app = make_http_app(worlds, SWITCHES.domain, [HOST])
         assert [route.path for route in app.routes] == ["/mcp"]  # type: ignore[attr-defined]
 
@@ -297,7 +297,7 @@ def test_there_is_no_other_route(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["\0" * 100, "\u202e\U0001f600" * 50, "(" * 1000, "DONE\nDONE", "9" * 1900])
 def test_a_strange_command_is_an_error_of_the_action(tmp_path: Path, text: str) -> None:
     async def run(worlds: EpisodeServer) -> None:
-        async with Client(make_server(worlds, SWITCHES.domain)) as client:
+        async with Client(make_mcp_server(worlds, SWITCHES.domain)) as client:
             assert (await act_raw(client, text)).startswith("Failed (")
             assert (await act_raw(client, WINNING[0].partition("(")[0], text)).startswith("Failed (")
             await win(client)
@@ -305,7 +305,7 @@ def test_a_strange_command_is_an_error_of_the_action(tmp_path: Path, text: str) 
     async def act_raw(client: Client, action: str, *objects: str) -> str:
         return (await call(client, "act", action=action, objects=[*objects])).text
 
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
     assert verdicts(tmp_path)[TASK].success
 
@@ -315,9 +315,9 @@ def test_many_calls_at_once_are_turns_one_after_the_other(tmp_path: Path) -> Non
         async with served(worlds) as transport, client_with(next(iter(worlds.tickets)), transport) as client:
             await asyncio.gather(*[act(client, WINNING[0]) for _ in range(16)])
 
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
-        worlds.end()
+        worlds.end_episodes()
     verdict = verdicts(tmp_path)[TASK]
     assert verdict.excluded is None
     assert len(verdict.turns) == min(16, (verdict.budget or 0) + 1)
@@ -325,12 +325,12 @@ def test_many_calls_at_once_are_turns_one_after_the_other(tmp_path: Path) -> Non
 
 def test_errors_do_not_reveal_files_to_the_agent(tmp_path: Path) -> None:
     async def run(worlds: EpisodeServer) -> None:
-        async with Client(make_server(worlds, SWITCHES.domain)) as client:
+        async with Client(make_mcp_server(worlds, SWITCHES.domain)) as client:
             with pytest.raises(MCPError, match=r"^the world is out of order$"):
                 await call(client, "look")
 
-    with open_episodes(tmp_path, SUITE, ONE) as worlds:
-        path = find_journal(tmp_path, ONE[0])
+    with open_episode_server(tmp_path, SUITE, ONE) as worlds:
+        path = find_journal_path(tmp_path, ONE[0])
         path.parent.mkdir(parents=True)
         path.write_text("0 {}\n")
         asyncio.run(run(worlds))

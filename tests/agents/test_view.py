@@ -76,11 +76,11 @@ def test_visible_facts_follow_from_the_first_observation_and_changes(
         Game(make_setup(task, benchmark, STANDARD.model_copy(update={"budget": None}))),
         random.Random(1),
     )
-    believed = {*spell_out(game.opening()).partition("Now:\n")[2].splitlines()}
+    believed = {*spell_out(game.write_opening()).partition("Now:\n")[2].splitlines()}
     for turn in range(60):
-        walks = [each for each in game.admissible() if each.operator == "WALK"]
-        action = rng.choice(walks if walks and turn % 4 == 0 else [*game.admissible()])
-        told = spell_out(game.act(game.stage.commands.write(action)).observation)
+        walks = [each for each in game.find_possible_actions() if each.operator == "WALK"]
+        action = rng.choice(walks if walks and turn % 4 == 0 else [*game.find_possible_actions()])
+        told = spell_out(game.act(game.stage.commands.write_command(action)).observation)
         for line in told.splitlines():
             if line[:2] == "- ":
                 believed.discard(line[2:])

@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.agents.rewards import TrlReward, answer_of, compute_score
+from eai.agents.rewards import TrlReward, compute_score, extract_answer
 from eai.base.store import Store
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import open_suite
@@ -182,9 +182,9 @@ def test_scores_and_rewards_of_trainers_use_the_same_answer_text(data_store: Sto
 
 def test_the_answer_is_the_text_of_a_message_or_of_its_parts() -> None:
     assert (
-        answer_of([{"role": "assistant", "content": [{"type": "image"}, {"type": "text", "text": "a"}]}])
+        extract_answer([{"role": "assistant", "content": [{"type": "image"}, {"type": "text", "text": "a"}]}])
         == "a"
     )
-    assert answer_of([{"role": "assistant", "content": None}]) == ""
+    assert extract_answer([{"role": "assistant", "content": None}]) == ""
     with pytest.raises(TypeError, match="not int"):
-        answer_of([{"role": "assistant", "content": 3}])
+        extract_answer([{"role": "assistant", "content": 3}])

@@ -12,7 +12,7 @@ import eai.agents.gym
 from command_line import Command
 from eai import Reward
 from eai.abilities.protocol import Ability
-from eai.agents.episode_server import open_episodes
+from eai.agents.episode_server import open_episode_server
 from eai.agents.rewards import TrlHousehold, TrlReward
 from eai.agents.setting import ACTING
 from eai.benchmarks.gold_answers import open_answer_book
@@ -101,8 +101,8 @@ def test_an_action_that_raises_fails_and_the_episode_goes_on(
     household.reset(task=f"{NAME}/action_sequencing/{TASK}")
     assert "the world raised OverflowError" in household.act(BOOM)
     suite = open_suite(NAME, ACTING)
-    with open_episodes(tmp_path / "served", suite, [(TASK, 1), ("greet", 1)]) as worlds:
-        assert "the world raised OverflowError" in worlds.call((TASK, 1), BOOM)
-        assert worlds.call((TASK, 1), "PRESS(lamp)").startswith("PRESS(lamp): done.")
-        assert worlds.call(("greet", 1), "WAVE()").startswith("WAVE(): done.")
+    with open_episode_server(tmp_path / "served", suite, [(TASK, 1), ("greet", 1)]) as worlds:
+        assert "the world raised OverflowError" in worlds.play_command((TASK, 1), BOOM)
+        assert worlds.play_command((TASK, 1), "PRESS(lamp)").startswith("PRESS(lamp): done.")
+        assert worlds.play_command(("greet", 1), "WAVE()").startswith("WAVE(): done.")
     assert len(caplog.records) == 3

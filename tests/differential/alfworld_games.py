@@ -41,7 +41,9 @@ def differences(game: Game, played: Path) -> list[str]:
     """Return the first difference in a game, if any."""
     for number, raw in enumerate(played.read_text().splitlines()):
         line = json.loads(raw)
-        possible = sorted({game.stage.commands.write(action) for action in game.admissible()})
+        possible = sorted(
+            {game.stage.commands.write_command(action) for action in game.find_possible_actions()}
+        )
         ours = (possible, facts(game), all(game.reached))
         for what, mine, other in zip(
             ("commands", "facts", "won"), ours, (line["commands"], line["facts"], line["won"]), strict=True

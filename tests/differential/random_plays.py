@@ -32,12 +32,12 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.agents import NULLS
 from eai.agents.command import DONE, LOOK
-from eai.agents.episode_server import find_journal, open_episodes
+from eai.agents.episode_server import find_journal_path, open_episode_server
 from eai.agents.gym import TextEnvironment, make
-from eai.agents.journal import read_journal, read_key
-from eai.agents.play import AgentTask, Session
+from eai.agents.journal import read_journal, read_sealing_key
+from eai.agents.play import EpisodeFactory, RecordedGame
 from eai.agents.rules import STANDARD as RULES
-from eai.agents.server import make_server
+from eai.agents.server import make_mcp_server
 from eai.agents.setting import ACTING, AGENT, STANDARD
 from eai.agents.verdict import ActingVerdict
 from eai.benchmarks.registry import PAPER_BENCHMARKS
@@ -65,27 +65,27 @@ class Check:
             self.differences.append(f"{kind}, {place}: {one!r} is not {other!r}")
 
 
-def drawn(arena: AgentTask, suite: Suite, number: int) -> tuple[Session, Told]:
+def drawn(arena: EpisodeFactory, suite: Suite, number: int) -> tuple[RecordedGame, Told]:
     """Draw a random play, and return it with its observations."""
     rng = random.Random(f"play {number}")
     tasks = [task for task in suite.tasks.values() if task.plan_exclusion is None]
-    play = arena.play(rng.choice(tasks))
+    play = arena.begin_episode(rng.choice(tasks))
     name = rng.choice(["random", "blind"] if number % 10 else ["novel"])
     agent, told, most = NULLS[name](play, number), list[str](), rng.randrange(1, 60)
     while not play.over and len(told) < most:
         odd = rng.random() < 0.1
-        told.append(play.say(rng.choice(ODD) if odd else agent()))
+        told.append(play.play_command(rng.choice(ODD) if odd else agent()))
     return play, told
 
 
-def through_gymnasium(environment: TextEnvironment, play: Session) -> tuple[list[str], list[str | None]]:
+def through_gymnasium(environment: TextEnvironment, play: RecordedGame) -> tuple[list[str], list[str | None]]:
     """Play the commands in gymnasium, and return the observations and the faults."""
     environment.reset(options={"task_id": play.task.id})
     turns = [environment.step(turn.said) for turn in play.turns]
     return [turn[0] for turn in turns], [turn[4]["fault"] for turn in turns]
 
 
-def as_calls(play: Session) -> list[tuple[str, Mapping[str, Any]]]:
+def as_calls(play: RecordedGame) -> list[tuple[str, Mapping[str, Any]]]:
     """Return the commands as tool calls."""
     calls: list[tuple[str, Mapping[str, Any]]] = []
     for turn in play.turns:
@@ -98,7 +98,7 @@ def as_calls(play: Session) -> list[tuple[str, Mapping[str, Any]]]:
     return calls
 
 
-async def through_inspect(domain: str, play: Session) -> tuple[Told, str]:
+async def through_inspect(domain: str, play: RecordedGame) -> tuple[Told, str]:
     """Make the tool calls in Inspect, and return the observations and the stored episode."""
     about = {"domain": domain, "ability": ACTING.value, AGENT: STANDARD.model_dump_json()}
     messages: list[Any] = [ChatMessageUser(content="")]
@@ -112,18 +112,18 @@ async def through_inspect(domain: str, play: Session) -> tuple[Told, str]:
     return told, read_episode_text(state)
 
 
-async def through_mcp(client: Client, play: Session) -> Told:
+async def through_mcp(client: Client, play: RecordedGame) -> Told:
     """Make the tool calls on an MCP server, and return the observations."""
     results = [await client.call_tool(name, dict(given)) for name, given in as_calls(play)]
     return [cast("Any", result.content[0]).text for result in results]
 
 
-def as_plan(play: Session, faults: Sequence[str | None]) -> tuple[list[Action], list[int]] | None:
+def as_plan(play: RecordedGame, faults: Sequence[str | None]) -> tuple[list[Action], list[int]] | None:
     """Return the actions of a play with their turns, or None if a command was no action."""
     actions, turns, late = [], [], play.ended == "steps"
     everything = range(len(play.task.scene.objects))
     for number, turn in enumerate(play.turns[: len(play.turns) - late]):
-        meant, _ = play.stage.commands.read(turn.said, everything, ends=True)
+        meant, _ = play.stage.commands.read_command(turn.said, everything, may_end=True)
         if turn.said in (LOOK, DONE):
             continue
         if not isinstance(meant, Action) or faults[number] == "hallucination":
@@ -133,7 +133,9 @@ def as_plan(play: Session, faults: Sequence[str | None]) -> tuple[list[Action], 
     return actions, turns
 
 
-def compare_plan(check: Check, place: object, plans: Suite, play: Session, verdict: ActingVerdict) -> None:
+def compare_plan(
+    check: Check, place: object, plans: Suite, play: RecordedGame, verdict: ActingVerdict
+) -> None:
     """Compare an episode with the plan of its actions."""
     faults = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
     found = as_plan(play, faults)
@@ -155,10 +157,10 @@ def compare_plan(check: Check, place: object, plans: Suite, play: Session, verdi
 def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) -> None:
     """Play one suite through all interfaces."""
     suite, plans = open_suite(name, ACTING), open_suite(name, Ability.ACTION_SEQUENCING)
-    arena, environment = AgentTask(suite.benchmark), make(name, rules=RULES)
+    arena, environment = EpisodeFactory(suite.benchmark), make(name, rules=RULES)
     for number in range(max(plays, by_inspect, by_mcp)):
         play, told = drawn(arena, suite, number)
-        place, text = f"{name} play {number}", play.text("stopped")
+        place, text = f"{name} play {number}", play.to_text("stopped")
         if number < plays:
             observed, faults = through_gymnasium(environment, play)
             check.same("gymnasium: observations", place, observed, told)
@@ -178,23 +180,23 @@ def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) ->
             compare_mcp(check, place, suite, play, told)
 
 
-def compare_mcp(check: Check, place: object, suite: Suite, play: Session, told: Told) -> None:
+def compare_mcp(check: Check, place: object, suite: Suite, play: RecordedGame, told: Told) -> None:
     """Compare a play with itself over MCP, whose first look states the task."""
     if play.turns[0].said == LOOK:
         return
     task_id = play.task.id
     with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").exists() else None) as folder:  # noqa: S108
-        with open_episodes(Path(folder), suite, [(task_id, 1)]) as worlds:
+        with open_episode_server(Path(folder), suite, [(task_id, 1)]) as worlds:
 
             async def run() -> Told:
-                async with Client(make_server(worlds, suite.benchmark.domain)) as client:
+                async with Client(make_mcp_server(worlds, suite.benchmark.domain)) as client:
                     return await through_mcp(client, play)
 
             check.same("MCP: observations", place, asyncio.run(run()), told)
-            path = find_journal(Path(folder), (task_id, 1))
-        text = read_journal(path, read_key(Path(folder)), ended=False)
+            path = find_journal_path(Path(folder), (task_id, 1))
+        text = read_journal(path, read_sealing_key(Path(folder)), ended=False)
         verdict = cast("ActingVerdict", suite.score(task_id, text))
-        plain = cast("ActingVerdict", suite.score(task_id, play.text("stopped")))
+        plain = cast("ActingVerdict", suite.score(task_id, play.to_text("stopped")))
         check.same("MCP: verdict", place, (verdict.turns, verdict.ended), (plain.turns, plain.ended))
         check.same("MCP: won", place, verdict.success, plain.success)
 

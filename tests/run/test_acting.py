@@ -13,8 +13,8 @@ import pytest
 from inspect_ai.log import EvalLog, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
-from eai.agents.play import AgentTask, make_prompts_in_setting
-from eai.agents.setting import ACTING, Setting
+from eai.agents.play import EpisodeFactory, make_prompts_in_setting
+from eai.agents.setting import ACTING, AgentSetting
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
@@ -47,7 +47,7 @@ def tool(name: str) -> ModelOutput:
 
 def gold() -> list[str]:
     suite = open_suite("virtualhome", ACTING)
-    return [*(AgentTask(suite.benchmark).stage(suite.tasks[TASK]).reference.commands or ())]
+    return [*(EpisodeFactory(suite.benchmark).make_setup(suite.tasks[TASK]).reference.commands or ())]
 
 
 def play(model: Model | str, folder: Path, **arguments: object) -> EvalLog:
@@ -120,9 +120,9 @@ def test_a_users_own_agent_gets_the_tools(
 
 def test_an_unknown_harness_is_refused(data_store: Store) -> None:
     with pytest.raises(InputError, match=r"agent\.harness: expected .*module:object"):
-        Setting.read("agent", {"harness": "reakt"})
+        AgentSetting.read("agent", {"harness": "reakt"})
     with pytest.raises(InputError, match="eai has no object 'nobody'"):
-        make_prompts_in_setting(Setting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING))
+        make_prompts_in_setting(AgentSetting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING))
 
 
 def test_an_episode_of_looking_ends_at_the_step_limit(data_store: Store, tmp_path: Path) -> None:

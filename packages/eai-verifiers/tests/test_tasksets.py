@@ -107,7 +107,7 @@ def test_the_same_actions_pay_the_same_as_a_plan_and_step_by_step(
     game = steps[reference(task_id)].game()
     for command in commands:
         game.act(command)
-    assert game.worth == pytest.approx(worth)
+    assert game.value == pytest.approx(worth)
 
 
 def test_a_model_that_fails_is_an_error_and_no_wrong_answer(
@@ -184,4 +184,4 @@ def test_a_new_task_is_all_there_is_to_know_of_it() -> None:
 def test_new_tasks_are_played_step_by_step_too() -> None:
     config = new().config.model_dump(exclude={"task"})
     (task,) = StepsTaskset(StepsConfig.model_validate(config)).take(1)
-    assert task.data.prompt == task.game().briefing()
+    assert task.data.prompt == task.game().write_briefing()

@@ -62,45 +62,45 @@ def random_agent(game: Game, seed: int = 0) -> Agent:
     """
     rng = _make_rng(game, seed)
 
-    def command() -> str:
-        actions = [*game.admissible()]
+    def choose_command() -> str:
+        actions = [*game.find_possible_actions()]
         chosen = rng.randrange(len(actions) + 1)
-        return DONE if chosen == len(actions) else game.stage.commands.write(actions[chosen])
+        return DONE if chosen == len(actions) else game.stage.commands.write_command(actions[chosen])
 
-    return command
+    return choose_command
 
 
-def novel_agent(game: Game, seed: int = 0) -> Agent:
+def novelty_seeking_agent(game: Game, seed: int = 0) -> Agent:
     """Return `eai/novel`, which takes a random possible action that leads to a new state, or `DONE`."""
     rng, visited = _make_rng(game, seed), set[State]()
 
-    def command() -> str:
+    def choose_command() -> str:
         visited.add(game.state)
-        actions = [*game.admissible()]
+        actions = [*game.find_possible_actions()]
         if not rng.randrange(len(actions) + 1):
             return DONE
         rng.shuffle(actions)
         domain, state = game.stage.domain, game.state
         new = (action for action in actions[:_MAX_TRIES] if domain.apply(state, action) not in visited)
-        return game.stage.commands.write(next(new, actions[0]))
+        return game.stage.commands.write_command(next(new, actions[0]))
 
-    return command
+    return choose_command
 
 
 def blind_agent(game: Game, seed: int = 0) -> Agent:
     """Return `eai/blind`, which takes a random, perhaps impossible action on known objects, or `DONE`."""
     rng = _make_rng(game, seed)
 
-    def command() -> str:
+    def choose_command() -> str:
         operators, known = game.stage.domain.operators, sorted(game.memory.known)
         chosen = rng.randrange(len(operators) + 1)
         if chosen == len(operators):
             return DONE
         operator = operators[chosen]
         arguments = tuple([rng.choice(known) for _ in range(operator.arity)])
-        return game.stage.commands.write(Action(operator.name, arguments))
+        return game.stage.commands.write_command(Action(operator.name, arguments))
 
-    return command
+    return choose_command
 
 
 def _make_rng(game: Game, seed: int) -> random.Random:
@@ -108,11 +108,11 @@ def _make_rng(game: Game, seed: int) -> random.Random:
 
 
 def reference_agent(game: Game, seed: int = 0) -> Agent:
-    """Return an agent that plays the commands known to win the task (`Reference.commands`), then `DONE`."""
-    return _follow(game.stage.reference.commands or ())
+    """Return an agent that plays the commands of the task's `ReferenceSolution`, then `DONE`."""
+    return _make_scripted_agent(game.stage.reference.commands or ())
 
 
-def gold_agent(game: Game, seed: int = 0) -> Agent:
+def gold_plan_agent(game: Game, seed: int = 0) -> Agent:
     """Return an agent that plays the gold plan or else the planner's plan, then `DONE`.
 
     Without a plan it declares the task impossible.
@@ -120,7 +120,7 @@ def gold_agent(game: Game, seed: int = 0) -> Agent:
     if game.task.has_no_plan:
         return reference_agent(game)
     plan = game.task.script or find_plan(game.task, get_planner(game.stage.domain)).plan
-    return _follow(map(game.stage.commands.write, plan))
+    return _make_scripted_agent(map(game.stage.commands.write_command, plan))
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:
@@ -132,21 +132,21 @@ def planner_agent(game: Game, seed: int = 0) -> Agent:
     search = find_plan(game.task, get_planner(game.stage.domain))
     if reason := why_no_plan(search.end):
         raise InputError(reason)
-    return _follow(map(game.stage.commands.write, search.plan))
+    return _make_scripted_agent(map(game.stage.commands.write_command, search.plan))
 
 
-def _follow(commands: Iterable[str]) -> Agent:
+def _make_scripted_agent(commands: Iterable[str]) -> Agent:
     pending = iter(commands)
     return lambda: next(pending, DONE)
 
 
-def _apply_to(formula: Formula, thing: Constant) -> Formula:
+def _substitute_object(formula: Formula, constant: Constant) -> Formula:
     """Return a formula with its variable ``x`` replaced by an object."""
     x = Variable("x")
     return rewrite_leaves(
         formula,
         lambda leaf, bound: (
-            leaf if "x" in bound else map_terms(leaf, lambda term: thing if term == x else term)
+            leaf if "x" in bound else map_terms(leaf, lambda term: constant if term == x else term)
         ),
     )
 
@@ -192,20 +192,20 @@ class _Explorer:
             return DONE
         action = self._plan.popleft()
         self._expected = self._domain.apply(game.state, action)
-        return game.stage.commands.write(action)
+        return game.stage.commands.write_command(action)
 
     def _find_plan(self) -> Sequence[Action]:
         """Return the actions of a plan for the goals, or else of a plan to see more objects."""
         return (
-            self._plan_goals()
-            or self._plan_to_see(self._find_unvisited())
-            or self._plan_goals(_SECOND_LIMITS)
-            or self._plan_to_open()
-            or self._plan_goals(_LAST_LIMITS)
+            self._plan_for_goals()
+            or self._plan_to_see_objects(self._find_unvisited_landmarks())
+            or self._plan_for_goals(_SECOND_LIMITS)
+            or self._plan_to_open_container()
+            or self._plan_for_goals(_LAST_LIMITS)
         )
 
-    def _plan_to_open(self) -> Sequence[Action]:
-        plan = self._plan_to_see(self._find_closed())
+    def _plan_to_open_container(self) -> Sequence[Action]:
+        plan = self._plan_to_see_objects(self._find_closed_containers())
         self._has_opened |= bool(plan)
         return plan
 
@@ -221,19 +221,22 @@ class _Explorer:
     def _get_category(self, index: int) -> str:
         return self._game.task.scene.objects[index].category
 
-    def _find_pending(self) -> list[Goal]:
+    def _find_unreached_goals(self) -> list[Goal]:
         goals = zip(self._game.task.goals, self._game.reached, strict=True)
         return [goal for goal, reached in goals if not reached]
 
-    def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
+    def _plan_for_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
         """Return a plan for the goals; empty if an object of an unmet goal is unknown and cannot be made.
 
         A first search uses only the objects of the goals; a second search uses all known objects.
         """
         game, task = self._game, self._game.task
-        usable_objects, effort = game.memory.known | self._find_absent(), (limits, len(game.memory.known))
+        usable_objects, effort = (
+            game.memory.known | self._find_absent_objects(),
+            (limits, len(game.memory.known)),
+        )
         if (
-            not self._game.task.find_named_objects(self._find_pending()) <= usable_objects
+            not self._game.task.find_named_objects(self._find_unreached_goals()) <= usable_objects
             or effort in self._planned
         ):
             return ()
@@ -245,20 +248,20 @@ class _Explorer:
                 return plan
         return ()
 
-    def _find_absent(self) -> set[int]:
+    def _find_absent_objects(self) -> set[int]:
         """Return the objects of the task that an action must create first."""
         holds = self._planner.heuristic.readings.holds
         state, present = self._game.state, self._present
         return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
 
-    def _plan_to_see(self, hopes: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
+    def _plan_to_see_objects(self, targets: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
         """Return a plan to see hidden objects. It acts on one object, or else on all known objects."""
         known = tuple(sorted(self._game.memory.known))
         if self._opened is not None and len(known) == self._opened[1]:
             self._fruitless[self._opened[0]] += 1
         self._opened = None
         for by_itself in (True, False):
-            for index, condition in hopes:
+            for index, condition in targets:
                 if (condition, by_itself) not in self._tried:
                     self._tried.add((condition, by_itself))
                     goal, usable = PlanningGoal((condition,)), (index,) if by_itself else known
@@ -269,15 +272,15 @@ class _Explorer:
                         return plan
         return ()
 
-    def _find_unvisited(self) -> Sequence[tuple[int, Formula]]:
+    def _find_unvisited_landmarks(self) -> Sequence[tuple[int, Formula]]:
         """Return the unvisited landmarks, each with the condition under which the agent sees it."""
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
         landmarks = [i for i in self._game.stage.observer.landmarks if i not in self._visited_objects]
-        return [(i, _apply_to(visible, Constant(names[i].name))) for i in landmarks]
+        return [(i, _substitute_object(visible, Constant(names[i].name))) for i in landmarks]
 
-    def _find_closed(self) -> Sequence[tuple[int, Formula]]:
+    def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that may hide others, each with the condition under which it hides nothing.
 
         Objects of goals come first, then kinds of objects that hid something or were never opened, then
@@ -287,11 +290,11 @@ class _Explorer:
         near = set(game.memory.observation.visible)
         named = self._game.task.find_named_objects(game.task.goals)
 
-        def rank(index: int) -> tuple[bool, int, bool, int]:
+        def rank_object(index: int) -> tuple[bool, int, bool, int]:
             return index not in named, self._fruitless[self._get_category(index)], index not in near, index
 
         lids = []
-        for index in sorted(game.memory.known, key=rank):
+        for index in sorted(game.memory.known, key=rank_object):
             for predicate, truth in self._lids:
                 if game.state.has(predicate, index) is not truth:
                     atom = Atom(predicate, (Constant(names[index].name),))
@@ -299,7 +302,7 @@ class _Explorer:
         return lids
 
 
-class _GoldSeeker(_Explorer):
+class _GoldPlanExplorer(_Explorer):
     """Agent ``seeker``, which plays the gold plan, and explores for each step's objects before the step."""
 
     def __init__(self, game: Game, seed: int = 0) -> None:
@@ -309,11 +312,13 @@ class _GoldSeeker(_Explorer):
     def _find_plan(self) -> Sequence[Action]:
         """Return the next step of the gold plan if the step's objects are known, else a plan to see more."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
-            return self._plan_to_see(self._find_unvisited()) or self._plan_to_open()
+            return (
+                self._plan_to_see_objects(self._find_unvisited_landmarks()) or self._plan_to_open_container()
+            )
         return [self._steps.popleft()] if self._steps else ()
 
 
-class _Greedy(_Explorer):
+class _GreedyAgent(_Explorer):
     """Agent `eai/greedy`, which takes the action with the lowest estimated distance to the goals.
 
     The planner's heuristic makes the estimate. The agent explores as the explorer does. It is not a null
@@ -327,11 +332,11 @@ class _Greedy(_Explorer):
         self._actions = goal.actions
         self._target = (subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
 
-    def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
+    def _plan_for_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
         """Return the best action by estimated distance; empty if an object of an unmet goal is unknown."""
         game = self._game
         self._visited.add(game.state)
-        if not self._game.task.find_named_objects(self._find_pending()) <= game.memory.known:
+        if not self._game.task.find_named_objects(self._find_unreached_goals()) <= game.memory.known:
             return ()
         successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))
@@ -348,7 +353,7 @@ class _Greedy(_Explorer):
 
 NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
     "random": random_agent,
-    "novel": novel_agent,
+    "novel": novelty_seeking_agent,
     "blind": blind_agent,
 }
 """The null agents by name. They do not know the goals."""
@@ -356,10 +361,10 @@ NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
 AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     **NULLS,
     "oracle": reference_agent,
-    "gold": gold_agent,
-    "seeker": _GoldSeeker,
+    "gold": gold_plan_agent,
+    "seeker": _GoldPlanExplorer,
     "planner": planner_agent,
     "explorer": _Explorer,
-    "greedy": _Greedy,
+    "greedy": _GreedyAgent,
 }
 """All agents by name. Except for ``gold`` and ``seeker`` they are built-in models."""

@@ -27,7 +27,7 @@ MAX_LENGTH = 10_000
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
 
 
-def is_look(text: str, domain: Domain) -> bool:
+def is_look_command(text: str, domain: Domain) -> bool:
     """Whether a text is the command `LOOK`, and the domain has no action of that name."""
     line = _LINE.fullmatch(text[:MAX_LENGTH])
     return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.arities
@@ -37,7 +37,7 @@ CommandMeaning: TypeAlias = Action | ErrorReport | None
 """The meaning of a command: an action, an error if it is not a valid action, or None for the end."""
 
 
-class Commands:
+class CommandNotation:
     """Reads and writes the commands of one task.
 
     Args:
@@ -53,44 +53,44 @@ class Commands:
         self._by_notation = self._notation.objects(task)
 
     @property
-    def hint(self) -> str:
+    def usage_hint(self) -> str:
         """The sentence that explains how to write a command."""
         example = self._domain.operators[0]
         names = [parameter.name for parameter in example.parameters]
         return f"Write one action, such as {self._notation.command(example.name, names)}."
 
-    def write(self, action: Action) -> str:
+    def write_command(self, action: Action) -> str:
         """Return an action as a line, such as ``OPEN(jar_0)``."""
         return self._notation.command(action.operator, [self._names[i] for i in action.arguments])
 
-    def read(
-        self, text: str, nameable: Collection[int], *, ends: bool
+    def read_command(
+        self, text: str, allowed_objects: Collection[int], *, may_end: bool
     ) -> tuple[CommandMeaning, tuple[str, ...]]:
         """Read a text as a command. Return its meaning, and the names of the corrections of malformed text.
 
         Args:
             text: the text.
-            nameable: indices of the objects that the agent may act on.
-            ends: whether the text may end the episode.
+            allowed_objects: indices of the objects that the agent may act on.
+            may_end: whether the text may end the episode.
         """
         plan = self._read_steps(text)
         if isinstance(plan, Unreadable):
             return ErrorReport(FaultKind.PARSING, None, plan.reason), ()
-        if ends and plan.steps == (WrittenStep(DONE, ()),):
+        if may_end and plan.steps == (WrittenStep(DONE, ()),):
             return None, plan.repairs
         if len(plan.steps) != 1:
             reason = f"one action at a time, not {len(plan.steps)}"
             return ErrorReport(FaultKind.PARSING, None, reason), plan.repairs
 
-        def object_of(word: object) -> int | None:
+        def find_object(word: object) -> int | None:
             index = self._index.get(word) if isinstance(word, str) else None
             if index is None:
                 index = self._by_notation(word)
-            return index if index in nameable else None
+            return index if index in allowed_objects else None
 
-        everything = len(nameable) == len(self._names)
+        everything = len(allowed_objects) == len(self._names)
         stranger = "there is no" if everything else "you have not yet seen"
-        meant = resolve(plan, self._domain, self._notation, object_of, stranger)
+        meant = resolve(plan, self._domain, self._notation, find_object, stranger)
         return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
     def _read_steps(self, text: str) -> WrittenPlan | Unreadable:

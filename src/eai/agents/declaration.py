@@ -43,7 +43,7 @@ _MAX_RECOVERY_TURNS = 2
 """Number of turns after an impossible action within which a possible action counts as recovery."""
 
 
-def contributions(verdict: ActingVerdict) -> dict[str, Share]:
+def compute_rate_contributions(verdict: ActingVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
 
     If the verdict stands for all episodes of a task, these are their means.
@@ -66,7 +66,9 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
             else share_of_one(won and tried <= max(1, floor(most * shortest)))
             for name, most in WITHIN.items()
         },
-        "spl": EMPTY_SHARE if shortest is None else share_of_one(_path_length_share(won, tried, shortest)),
+        "spl": EMPTY_SHARE
+        if shortest is None
+        else share_of_one(_weight_success_by_path_length(won, tried, shortest)),
         "impossible": Share(len(faulty), tried),
         **{kind: Share(kinds.count(kind), tried) for kind in KINDS},
         "additional_step": Share(kinds.count(FaultKind.ADDITIONAL_STEP.value), tried),
@@ -87,56 +89,58 @@ def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
         return verdicts[0]
-    added = [contributions(verdict) for verdict in scored]
+    added = [compute_rate_contributions(verdict) for verdict in scored]
     mean = {
         name: Share(*map(fmean, zip(*(shares[name] for shares in added), strict=True))) for name in added[0]
     }
     return replace(scored[0], mean=mean)
 
 
-def _path_length_share(won: bool, tried: int, shortest: int) -> float:
+def _weight_success_by_path_length(won: bool, tried: int, shortest: int) -> float:
     """Return success weighted by path length (SPL): shortest length / actions tried, 0 without success."""
     return float(won) if tried <= shortest else won * shortest / tried
 
 
-def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports do not load the engine.
     """
-    from eai.agents.scorer import make_scorers
+    from eai.agents.scorer import make_scorer_factory
 
-    return make_scorers(world)
-
-
-def _make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
-    from eai.agents.scorer import make_question
-
-    return make_question(world, task)
+    return make_scorer_factory(world)
 
 
-def _read_experiment(answer: str) -> Experiment | None:
+def _make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+    from eai.agents.scorer import make_question_and_answer
+
+    return make_question_and_answer(world, task)
+
+
+def _read_experiment_of_episode(answer: str) -> Experiment | None:
     """Return the harness and rules of an episode, or None if the text has no harness and rules.
 
     The import is delayed, so that reports start fast.
     """
-    from eai.agents.play import EpisodeAnswer, read_episode, rules_label
+    from eai.agents.play import EpisodeAnswer, make_rules_label, read_episode
 
     episode = read_episode(answer)
     if not isinstance(episode, EpisodeAnswer) or not episode.turns:
         return None
-    return Experiment(harness=episode.harness or None, rules=rules_label(episode))
+    return Experiment(harness=episode.harness or None, rules=make_rules_label(episode))
 
 
 _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for name, most in WITHIN.items())
 
 ACTING = AbilityDeclaration(
     ability=Ability("acting"),
-    interaction=MultiTurnInteraction(_make_scorers, _make_question, read_experiment=_read_experiment),
+    interaction=MultiTurnInteraction(
+        _make_scorer_factory, _make_question_and_answer, read_experiment=_read_experiment_of_episode
+    ),
     title="Acting",
     short_title="acting",
     verdict=ActingVerdict,
-    contributions=contributions,
+    contributions=compute_rate_contributions,
     outcome=plan_outcome,
     columns=(
         MetricColumn("success", SUCCESS, "Success"),

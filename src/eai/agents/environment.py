@@ -30,12 +30,12 @@ MAX_OBSERVATION = 1 << 16
 
 
 @dataclass(unsafe_hash=True)
-class AnyText(gymnasium.Space[str]):
+class AnyTextSpace(gymnasium.Space[str]):
     """A gymnasium space of all texts up to a length, with any characters. Samples are printable ASCII.
 
     `gymnasium.spaces.Text` allows only a fixed set of characters. Its observations are lost in the memory
-    that `gymnasium.vector.AsyncVectorEnv` shares by default. With `AnyText`, `AsyncVectorEnv` raises an error
-    that asks for ``shared_memory=False``.
+    that `gymnasium.vector.AsyncVectorEnv` shares by default. With `AnyTextSpace`, `AsyncVectorEnv` raises an
+    error that asks for ``shared_memory=False``.
     """
 
     max_length: int
@@ -107,8 +107,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
         self.render_mode = render_mode
         self.benchmark = benchmark
         self.rules = rules
-        self.action_space = AnyText(MAX_LENGTH)
-        self.observation_space = AnyText(MAX_OBSERVATION)
+        self.action_space = AnyTextSpace(MAX_LENGTH)
+        self.observation_space = AnyTextSpace(MAX_OBSERVATION)
         self._tasks = tasks
         self.task_ids = tuple(task_ids)
         self._game: Game | None = None
@@ -149,9 +149,9 @@ class TextEnvironment(gymnasium.Env[str, str]):
         super().reset(seed=seed)
         self._epoch = 0 if seed is not None else self._epoch + 1
         wanted: str | None = (options or {}).get("task_id")
-        stage = self._stage(self._draw_task_id() if wanted is None else wanted)
+        stage = self._open_setup(self._draw_task_id() if wanted is None else wanted)
         self._game = Game(stage, self.np_random_seed or 0, self._epoch)
-        return self._game.opening(), {**self._game.info()}
+        return self._game.write_opening(), {**self._game.make_info()}
 
     def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
         """Play one turn. Return observation, reward, end by the rules, cut-off, and information.
@@ -206,7 +206,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
         return next((task_id for task_id in order if self._tasks[task_id].plan_exclusion is None), order[0])
 
-    def _stage(self, task_id: str) -> GameSetup:
+    def _open_setup(self, task_id: str) -> GameSetup:
         _check_task_ids((task_id,), self._tasks, self.benchmark)
         return make_setup(self._tasks[task_id], self.benchmark, self.rules)
 

@@ -13,9 +13,9 @@ from typing_extensions import TypedDict, assert_never
 from eai.abilities.declining import ASK, REFUSE, is_question, read_refusal
 from eai.abilities.scorer import exception_text
 from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, credit_actions
-from eai.agents.command import DONE, CommandMeaning, is_look
+from eai.agents.command import DONE, CommandMeaning, is_look_command
 from eai.agents.game_setup import GameSetup
-from eai.agents.observation import Memory, make_manual
+from eai.agents.observation import AgentMemory, make_manual
 from eai.agents.rules import OUTCOMES
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import Effort
@@ -35,7 +35,7 @@ GameEnd: TypeAlias = Literal["goal", "done", "refused", "steps"]
 """Reason for the end of a game: all goals reached, `DONE`, a refusal of the agent, or no actions left."""
 
 
-class _Info(TypedDict, total=False):
+class _TurnInfo(TypedDict, total=False):
     """Facts about one turn that its observation does not show.
 
     Attributes:
@@ -64,7 +64,7 @@ class _StepResult(NamedTuple):
     reward: float
     terminated: bool
     truncated: bool
-    info: _Info
+    info: _TurnInfo
 
 
 class _CommandOutcome(NamedTuple):
@@ -112,18 +112,18 @@ class Game:
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
-        self._memory = Memory(stage.observer, stage.rules.feedback)
+        self._memory = AgentMemory(stage.observer, stage.rules.feedback)
         self._at_start = self.reached = self._find_reached_goals()
         self.ended: GameEnd | None = None
         self.won = False
         self.refused: str | None = None
-        self.worth = 0.0
+        self.value = 0.0
         self.tried = 0
         self.action: Action | None = None
         self.outcome = _CommandOutcome("")
 
     @property
-    def memory(self) -> Memory:
+    def memory(self) -> AgentMemory:
         """The agent's memory, up to the present state even if turns report only outcomes."""
         if self._memory.observation.state is not self.state:
             self._memory.update(self.state)
@@ -145,7 +145,7 @@ class Game:
         return metrics_of(self._compute_credit(is_last=self.over))
 
     @property
-    def final_worth(self) -> float:
+    def final_value(self) -> float:
         """The value of the episode if it ends now.
 
         The rewards `success` and `goals` pay nothing without `DONE`.
@@ -187,16 +187,16 @@ class Game:
         """Whether the game ended without a required `DONE`."""
         return is_last and self._rules.until == "done" and self.ended != "done"
 
-    def briefing(self) -> str:
+    def write_briefing(self) -> str:
         """Return the text that an agent reads before its first action: the world, and the task."""
-        return f"{make_manual(self.stage.benchmark, self._rules)}\n\n{self.opening()}"
+        return f"{make_manual(self.stage.benchmark, self._rules)}\n\n{self.write_opening()}"
 
-    def opening(self) -> str:
+    def write_opening(self) -> str:
         """Return the first observation: the task, the limit of actions, and the known facts."""
         text = self.stage.opening
         if self._rules.budget is not None:
-            text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.limit)})}"
-        return f"{text}\n\n{self.memory.describe(self.memory.known)}"
+            text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.action_limit)})}"
+        return f"{text}\n\n{self.memory.describe_objects(self.memory.known)}"
 
     def act(self, text: str) -> _StepResult:
         """Play one turn. Any text costs an action, except the first `LOOK` after an action.
@@ -225,12 +225,12 @@ class Game:
             return self._make_result(_CommandOutcome(words, kind), ())
 
     def _take_turn(self, text: str) -> _StepResult:
-        if self._rules.feedback == "changes" and is_look(text, self.stage.domain):
+        if self._rules.feedback == "changes" and is_look_command(text, self.stage.domain):
             self._turns += self._memory.has_looked
             return self._make_result(_CommandOutcome(self.memory.look_around()), ())
         special, operators = self.task.special, self.stage.domain.arities
         if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
-            return self._answer(special.fits[0])
+            return self._answer_question(special.fits[0])
         if isinstance(special, Impossible) and REFUSE not in operators:
             self.refused = read_refusal(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
@@ -238,7 +238,7 @@ class Game:
         ends = self._rules.until == "done"
         everything = range(len(self.task.scene.objects))
         nameable = self.memory.known if self._rules.observe == "partial" else everything
-        meant, repairs = self.stage.commands.read(text, nameable, ends=ends)
+        meant, repairs = self.stage.commands.read_command(text, nameable, may_end=ends)
         self._memory.has_looked = False
         self._turns += meant is not None
         if self._has_no_actions_left:
@@ -254,14 +254,14 @@ class Game:
         self.reached = self._find_reached_goals()
         return self._make_result(tried, repairs, done=meant is None)
 
-    def _answer(self, meant: str) -> _StepResult:
+    def _answer_question(self, meant_object: str) -> _StepResult:
         """Answer the agent's question which object the instruction means. A question costs an action."""
         self._memory.has_looked = False
         self._turns += 1
         if self._has_no_actions_left:
             return self._make_result(_CommandOutcome("No actions are left."), ())
         self.tried += 1
-        name = self.stage.observer.render_names((self.task.scene.index[meant],))
+        name = self.stage.observer.render_names((self.task.scene.index[meant_object],))
         return self._make_result(_CommandOutcome(f"{name} is meant."), ())
 
     def _make_result(
@@ -269,7 +269,7 @@ class Game:
     ) -> _StepResult:
         """Update the end of the game after a command. Return the observation and reward of the turn."""
         self.outcome = tried
-        complete, limit = all(self.reached), self.stage.limit
+        complete, limit = all(self.reached), self.stage.action_limit
         if self.refused is not None:
             self.ended = "refused"
         elif done:
@@ -290,7 +290,7 @@ class Game:
         if self._rules.feedback == "facts":
             observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
         terminated = self.over and not truncated
-        info = self.info(tried.fault, slipped=tried.slipped, repairs=repairs)
+        info = self.make_info(tried.fault, slipped=tried.slipped, repairs=repairs)
         return _StepResult(observation, self._compute_reward(), terminated, truncated, info)
 
     @property
@@ -299,20 +299,20 @@ class Game:
 
         After the last allowed action, `DONE` is still allowed.
         """
-        return self.stage.limit is not None and self._turns > self.stage.limit
+        return self.stage.action_limit is not None and self._turns > self.stage.action_limit
 
     def _compute_reward(self) -> float:
         """Return the reward of the turn: the change in the value of the episode."""
-        before, self.worth = self.worth, self._compute_value(is_last=self.over)
-        return self._rules.gamma * self.worth - before
+        before, self.value = self.value, self._compute_value(is_last=self.over)
+        return self._rules.gamma * self.value - before
 
     def _carry_out(self, meant: CommandMeaning) -> _CommandOutcome:
         if meant is None:
             return _CommandOutcome(f"{DONE}.")
         if isinstance(meant, ErrorReport):
-            hint = f" {self.stage.commands.hint}" if meant.kind is FaultKind.PARSING else ""
+            hint = f" {self.stage.commands.usage_hint}" if meant.kind is FaultKind.PARSING else ""
             return _CommandOutcome(f"Failed ({_name_fault(meant.kind)}): {meant.detail}.{hint}", meant.kind)
-        line, outcome = self.stage.commands.write(meant), self._episode.act(meant)
+        line, outcome = self.stage.commands.write_command(meant), self._episode.act(meant)
         match outcome:
             case Fault(kind):
                 reason = describe(outcome, self.stage.domain, meant, self.stage.task.scene)
@@ -338,11 +338,11 @@ class Game:
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
         )
 
-    def info(
+    def make_info(
         self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()
-    ) -> _Info:
+    ) -> _TurnInfo:
         """Return facts about a turn, or about the start of the game, that no observation shows."""
-        info = _Info(
+        info = _TurnInfo(
             task_id=self.stage.task.id,
             goals=list(self.reached),
             won=self.won,
@@ -351,24 +351,26 @@ class Game:
             repairs=list(repairs),
         )
         if self._rules.admissible:
-            info["admissible_commands"] = self.admissible_commands()
+            info["admissible_commands"] = self.list_admissible_commands()
         return info
 
-    def admissible_commands(self) -> list[str]:
+    def list_admissible_commands(self) -> list[str]:
         """Return the commands for all possible actions about known objects, and `DONE` if it ends episodes.
 
         Raises:
             InputError: too many actions are possible.
         """
         bindings = Effort(_MAX_BINDINGS)
-        commands = [self.stage.commands.write(action) for action in self.admissible(bindings)]
+        commands = [
+            self.stage.commands.write_command(action) for action in self.find_possible_actions(bindings)
+        ]
         if bindings.is_exceeded:
             raise InputError(
                 f"admissible: too many actions are possible in the task {self.task.id}; leave the option out"
             )
         return [*commands, DONE] if self._rules.until == "done" else commands
 
-    def admissible(self, bindings: Effort | None = None) -> Iterator[Action]:
+    def find_possible_actions(self, bindings: Effort | None = None) -> Iterator[Action]:
         """Yield all actions that are possible now, about known objects.
 
         Args:

@@ -8,7 +8,7 @@ from functools import cached_property
 from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
-from eai.agents.command import DONE, Commands
+from eai.agents.command import DONE, CommandNotation
 from eai.agents.observation import Observer, make_task_text
 from eai.agents.rules import GameRules
 from eai.base.errors import InputError
@@ -29,7 +29,7 @@ _EXTRA_ACTIONS = 8
 """Number of extra actions for looking around, added to the actions of a plan."""
 
 
-class Reference(NamedTuple):
+class ReferenceSolution(NamedTuple):
     """The shortest known plan of a task, and commands that win the task.
 
     Attributes:
@@ -44,14 +44,14 @@ class Reference(NamedTuple):
     shortest: int | None
     commands: tuple[str, ...] | None
 
-    def budget(self, times: float) -> int:
+    def compute_action_limit(self, factor: float) -> int:
         """Return the maximum number of actions of a game: enough to win and to look around.
 
         Args:
-            times: factor of the shortest known plan's length.
+            factor: factor of the shortest known plan's length.
         """
         least = 0 if self.commands is None else len(self.commands)
-        return max(ceil(times * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
+        return max(ceil(factor * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
 
 
 class GameSetup:
@@ -72,7 +72,7 @@ class GameSetup:
         task: Task,
         benchmark: Benchmark,
         rules: GameRules,
-        find_reference: Callable[[GameSetup], Reference],
+        find_reference: Callable[[GameSetup], ReferenceSolution],
     ) -> None:
         if task.plan_exclusion is not None:
             raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.plan_exclusion}")
@@ -83,7 +83,7 @@ class GameSetup:
         self.rules = rules
         self.benchmark = benchmark
         self.domain = benchmark.domain
-        self.commands = Commands(task, benchmark)
+        self.commands = CommandNotation(task, benchmark)
         self.observer = Observer(task, wording, rules.observe, rules.view)
         self.goals = GoalTest(task)
         self.opening = make_task_text(task, wording, rules)
@@ -96,17 +96,19 @@ class GameSetup:
         return goals.find_partial_success(initial, (), goals.find_reached(initial, ()))
 
     @cached_property
-    def reference(self) -> Reference:
+    def reference(self) -> ReferenceSolution:
         """The shortest known plan, and commands that win the task with the view of these games."""
         return self._find_reference(self)
 
     @cached_property
-    def limit(self) -> int | None:
+    def action_limit(self) -> int | None:
         """Maximum number of actions of a game; None for no limit."""
         limits = [] if self.rules.max_steps is None else [self.rules.max_steps]
         if self.rules.budget is not None:
             is_of_pair = self.task.may_be_declined
-            limits.append(_PAIR_ACTIONS if is_of_pair else self.reference.budget(self.rules.budget))
+            limits.append(
+                _PAIR_ACTIONS if is_of_pair else self.reference.compute_action_limit(self.rules.budget)
+            )
         return min(limits, default=None)
 
     @cached_property

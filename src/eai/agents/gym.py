@@ -17,7 +17,7 @@ from typing import NoReturn
 from eai.base.errors import make_install_command
 from eai.benchmarks.registry import CAPITALISED
 
-__all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
+__all__ = ["ANY", "IDS", "AnyTextSpace", "TextEnvironment", "make"]
 
 ANY = "eai/Benchmark-v1"
 """Name of the registered environment for any benchmark; the option ``benchmark`` chooses the benchmark."""
@@ -28,7 +28,7 @@ IDS = {f"eai/{title}-v1": name for name, title in CAPITALISED.items()}
 try:
     import gymnasium
 
-    from eai.agents.environment import AnyText, TextEnvironment, make
+    from eai.agents.environment import AnyTextSpace, TextEnvironment, make
 except ImportError as _error:
     _MISSING = _error
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from secrets import token_bytes
 from typing import Any
 
-from eai.agents.play import Session
+from eai.agents.play import RecordedGame
 from eai.base.errors import InputError
 from eai.base.files import read_content
 from eai.tasks.source import task_sha256
@@ -27,7 +27,7 @@ from eai.tasks.source import task_sha256
 _KEY_BYTES = 32
 
 
-def read_key(folder: Path) -> bytes:
+def read_sealing_key(folder: Path) -> bytes:
     """Return the key that seals the journals in a folder. If there is no key, make a random one.
 
     Only the owner of the key's file can read it.
@@ -70,12 +70,12 @@ class _JournalContent:
     size: int = 0
 
 
-def is_begun(path: Path) -> bool:
+def has_begun_episode(path: Path) -> bool:
     """Whether the episode of a journal has begun: the file has at least one complete line."""
     return path.exists() and b"\n" in path.read_bytes()
 
 
-def read_journal(path: Path, key: bytes, play: Session | None = None, *, ended: bool = True) -> str:
+def read_journal(path: Path, key: bytes, play: RecordedGame | None = None, *, ended: bool = True) -> str:
     """Return the text of a journal's episode, as answers to the ability ``acting`` write it.
 
     Args:
@@ -88,7 +88,7 @@ def read_journal(path: Path, key: bytes, play: Session | None = None, *, ended: 
         InputError: the file cannot be read or is a link, a seal is wrong, a line is missing, or the episode
             is not the expected one.
     """
-    episode = _read_content(path, key, play)
+    episode = _read_journal_content(path, key, play)
     if ended and episode.ended is None:
         raise InputError(f"{path}: no final line: the episode was interrupted")
     about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
@@ -96,23 +96,23 @@ def read_journal(path: Path, key: bytes, play: Session | None = None, *, ended: 
     return json.dumps(whole, ensure_ascii=False)
 
 
-def _read_content(path: Path, key: bytes, play: Session | None) -> _JournalContent:
+def _read_journal_content(path: Path, key: bytes, play: RecordedGame | None) -> _JournalContent:
     episode = _JournalContent({})
     if os.path.islink(path):  # noqa: PTH114 - Path.is_symlink may raise
         raise InputError(f"{path}: expected a file, not a link")
     for number, raw in enumerate(read_content(path).split(b"\n")[:-1], 1):
         try:
-            episode = _add_line(episode, raw, key)
+            episode = _add_sealed_line(episode, raw, key)
         except ValueError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
     if not episode.begin:
         raise InputError(f"{path}: expected a line that begins an episode")
-    if play is not None and episode.begin != _make_first_object(play):
+    if play is not None and episode.begin != _make_journal_header(play):
         raise InputError(f"{path}: the journal is of another task or setting; give another folder")
     return episode
 
 
-def _make_first_object(play: Session) -> dict[str, Any]:
+def _make_journal_header(play: RecordedGame) -> dict[str, Any]:
     """Return the JSON object of a journal's first line: the task, and the episode without turns and end."""
     about = play.to_json("stopped")
     task = play.task
@@ -120,9 +120,9 @@ def _make_first_object(play: Session) -> dict[str, Any]:
     return {"task": task.id, "task_sha256": task_sha256(task), **about}
 
 
-def _add_line(episode: _JournalContent, raw: bytes, key: bytes) -> _JournalContent:
+def _add_sealed_line(episode: _JournalContent, raw: bytes, key: bytes) -> _JournalContent:
     seal, _, body = raw.partition(b" ")
-    if not hmac.compare_digest(seal, _seal(key, episode.seal, body).encode()):
+    if not hmac.compare_digest(seal, _compute_seal(key, episode.seal, body).encode()):
         raise ValueError("wrong seal: the line was changed or moved")
     episode = replace(episode, seal=seal.decode(), size=episode.size + len(raw) + 1)
     match json.loads(body):
@@ -135,7 +135,7 @@ def _add_line(episode: _JournalContent, raw: bytes, key: bytes) -> _JournalConte
     raise ValueError("expected a beginning, then turns, then an end")
 
 
-class Journal:
+class EpisodeJournal:
     """The journal of an unfinished episode, to which each turn is added. The caller closes the journal.
 
     No other process may write the file, as `eai.base.files.lock_run_folder` makes sure.
@@ -153,26 +153,26 @@ class Journal:
             one.
     """
 
-    def __init__(self, path: Path, key: bytes, play: Session) -> None:
+    def __init__(self, path: Path, key: bytes, play: RecordedGame) -> None:
         self.ended: str | None = None
         self._path, self._key, self._seal = path, key, ""
         self._written = 0
         try:
-            size = self._resume(play) if is_begun(path) else 0
+            size = self._replay_turns(play) if has_begun_episode(path) else 0
             path.touch(0o600)
             self._file = path.open("ab")
             self._file.truncate(size)
         except OSError as error:
             raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
         if not size:
-            self._add({"begin": _make_first_object(play)})
-        self.write(play)
+            self._append_line({"begin": _make_journal_header(play)})
+        self.write_turns(play)
 
-    def _resume(self, play: Session) -> int:
+    def _replay_turns(self, play: RecordedGame) -> int:
         """Play the turns in the journal's file again. Return the size of the complete lines, in bytes."""
-        before = _read_content(self._path, self._key, play)
+        before = _read_journal_content(self._path, self._key, play)
         for turn in before.turns:
-            play.say(turn["said"])
+            play.play_command(turn["said"])
         if [*before.turns] != play.to_json("stopped")["turns"]:
             raise InputError(
                 f"{self._path}: the replay gives other observations: eai or the data has changed since"
@@ -180,7 +180,7 @@ class Journal:
         self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
         return before.size
 
-    def write(self, play: Session) -> None:
+    def write_turns(self, play: RecordedGame) -> None:
         """Write all turns that are not on disk yet, and the end of the episode if it is over.
 
         Raises:
@@ -190,28 +190,28 @@ class Journal:
         if turns and self.ended is not None:
             raise InputError(f"{self._path}: the episode is over")
         for turn in turns:
-            self._add({"act": {"said": turn.said, "told": turn.told}})
+            self._append_line({"act": {"said": turn.said, "told": turn.told}})
         self._written = len(play.turns)
         if play.ended is not None:
-            self.end(play.ended)
+            self.write_end(play.ended)
 
-    def end(self, why: str = "stopped") -> None:
+    def write_end(self, reason: str = "stopped") -> None:
         """Write that the episode has ended, if the journal does not state an end yet.
 
         Raises:
             InputError: the file cannot be written.
         """
         if self.ended is None:
-            self._add({"end": why})
-            self.ended = why
+            self._append_line({"end": reason})
+            self.ended = reason
 
     def close(self) -> None:
         """Close the journal's file."""
         self._file.close()
 
-    def _add(self, line: Mapping[str, object]) -> None:
+    def _append_line(self, line: Mapping[str, object]) -> None:
         body = json.dumps(line).encode()
-        seal = _seal(self._key, self._seal, body)
+        seal = _compute_seal(self._key, self._seal, body)
         try:
             self._file.write(f"{seal} ".encode() + body + b"\n")
             self._file.flush()
@@ -224,5 +224,5 @@ class Journal:
         self._seal = seal
 
 
-def _seal(key: bytes, before: str, body: bytes) -> str:
+def _compute_seal(key: bytes, before: str, body: bytes) -> str:
     return hmac.new(key, before.encode() + body, "sha256").hexdigest()

@@ -108,7 +108,7 @@ class Observer:
         self.first = self._observe_first(task.initial)
 
     def _observe_first(self, state: State) -> _Observation:
-        visible = self._visible(state)
+        visible = self._find_visible_objects(state)
         return _Observation(
             state,
             visible,
@@ -137,7 +137,7 @@ class Observer:
             fact.predicate, [self._names[index] for index in fact.arguments]
         )
 
-    def facts_about(self, observation: _Observation, chosen: AbstractSet[int]) -> list[Fact]:
+    def find_facts_about(self, observation: _Observation, chosen: AbstractSet[int]) -> list[Fact]:
         """Return the visible facts about some objects."""
         state, visible = observation.state, observation.visible
         return [
@@ -156,7 +156,11 @@ class Observer:
             stored: the facts that differ between the earlier state and this state.
         """
         changed = stored.predicates
-        visible = last.visible if changed.isdisjoint(self._visibility_sources) else self._visible(state)
+        visible = (
+            last.visible
+            if changed.isdisjoint(self._visibility_sources)
+            else self._find_visible_objects(state)
+        )
         is_same = visible == last.visible
         facts = [
             before
@@ -180,16 +184,16 @@ class Observer:
             if changed.isdisjoint(listing.sources):
                 continue
             if listing.is_stored:
-                added += self._select_visible(listing, stored.added, after.visible)
-                removed += self._select_visible(listing, stored.removed, before.visible)
+                added += self._select_visible_facts(listing, stored.added, after.visible)
+                removed += self._select_visible_facts(listing, stored.removed, before.visible)
                 continue
             if is_same:
                 earlier, later = old.facts, new.facts
             else:
-                earlier = self._facts(listing, before.state, after.visible)
-                later = self._facts(listing, after.state, before.visible)
-            added += _subtract(new.facts, earlier)
-            removed += _subtract(old.facts, later)
+                earlier = self._list_visible_facts(listing, before.state, after.visible)
+                later = self._list_visible_facts(listing, after.state, before.visible)
+            added += _subtract_facts(new.facts, earlier)
+            removed += _subtract_facts(old.facts, later)
         return [*[("+", fact) for fact in added], *[("-", fact) for fact in removed]]
 
     def find_changes_about(
@@ -202,7 +206,9 @@ class Observer:
             if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
         ]
 
-    def _select_visible(self, listing: FactListing, facts: Iterable[Fact], visible: Indices) -> list[Fact]:
+    def _select_visible_facts(
+        self, listing: FactListing, facts: Iterable[Fact], visible: Indices
+    ) -> list[Fact]:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.lists(fact)]
         if not listed:
             return listed
@@ -215,12 +221,12 @@ class Observer:
         ]
         return sorted(listed, key=lambda fact: [self._rank[index] for index in fact.arguments])
 
-    def _visible(self, state: State) -> Indices:
+    def _find_visible_objects(self, state: State) -> Indices:
         if self._is_full:
             return self.subjects
         return tuple(bits(self._wording.domain.find_visible(state, self._mask)))
 
-    def _facts(self, listing: FactListing, state: State, visible: Indices) -> Sequence[Fact]:
+    def _list_visible_facts(self, listing: FactListing, state: State, visible: Indices) -> Sequence[Fact]:
         return listing.facts(state, visible, self._find_required_objects(listing))
 
     def _find_required_objects(
@@ -232,15 +238,15 @@ class Observer:
         return frozenset() if self.agent is None else frozenset((self.agent,))
 
     def _make_visible_facts(self, listing: FactListing, state: State, visible: Indices) -> _VisibleFacts:
-        return _VisibleFacts(partial(self._facts, listing, state, visible), self.render_facts)
+        return _VisibleFacts(partial(self._list_visible_facts, listing, state, visible), self.render_facts)
 
 
-def _subtract(facts: Iterable[Fact], others: Sequence[Fact]) -> list[Fact]:
-    excluded = frozenset(others)
+def _subtract_facts(facts: Iterable[Fact], excluded_facts: Sequence[Fact]) -> list[Fact]:
+    excluded = frozenset(excluded_facts)
     return [fact for fact in facts if fact not in excluded]
 
 
-class Memory:
+class AgentMemory:
     """The objects and facts that an agent has seen in one episode.
 
     Args:
@@ -269,9 +275,9 @@ class Memory:
         if self.has_looked:
             return "You have looked already: nothing has changed since."
         self.has_looked = True
-        return self.describe(self.observation.visible)
+        return self.describe_objects(self.observation.visible)
 
-    def describe(self, objects: Collection[int]) -> str:
+    def describe_objects(self, objects: Collection[int]) -> str:
         """Return text on some objects and the visible facts, or a note that pictures show the facts."""
         described = self._observer.render_objects(objects)
         is_pictured = self._feedback == "pictures"
@@ -294,12 +300,12 @@ class Memory:
         if is_brief:
             new = [index for index in after.visible if index not in self._seen]
             self._seen.update(new)
-            news += self._compare_visible(before, new)
+            news += self._describe_sight_changes(before, new)
         if new:
             news += ["", "You see for the first time:", observer.render_objects(new)]
         if new and is_brief:
             told = {fact for sign, fact in self.changes if sign == "+"}
-            facts = [fact for fact in observer.facts_about(after, {*new}) if fact not in told]
+            facts = [fact for fact in observer.find_facts_about(after, {*new}) if fact not in told]
             news += ["", "Of these:", *(observer.render_facts(facts) if facts else "-")]
         return "\n".join(news)
 
@@ -307,7 +313,7 @@ class Memory:
         for sign, facts in groupby(changes, itemgetter(0)):
             yield from (f"{sign} {line}" for line in self._observer.render_facts(fact for _, fact in facts))
 
-    def _compare_visible(self, before: _Observation, new: Sequence[int]) -> Iterator[str]:
+    def _describe_sight_changes(self, before: _Observation, new: Sequence[int]) -> Iterator[str]:
         """Yield lines about objects that went out of sight or came back, with the changes in between."""
         observer, after = self._observer, self.observation
         visible, expected = {*after.visible}, {*before.visible, *new}

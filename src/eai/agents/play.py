@@ -14,13 +14,13 @@ from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
 from eai.abilities.notation.plans import resolve
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.agents.agents import AGENTS
-from eai.agents.command import DONE, Commands, is_look
+from eai.agents.command import DONE, CommandNotation, is_look_command
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
-from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, Setting
+from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, AgentSetting
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -43,7 +43,7 @@ _BY_TOOLS = (
 _BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DONE."
 
 
-def rules_of(setting: Setting) -> GameRules:
+def make_game_rules(setting: AgentSetting) -> GameRules:
     """Return the rules of games in a setting, the options that a user chooses for episodes.
 
     Raises:
@@ -53,7 +53,7 @@ def rules_of(setting: Setting) -> GameRules:
     return GameRules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
 
 
-class AgentTask:
+class EpisodeFactory:
     """A benchmark, with the setting in which agents play the benchmark's tasks.
 
     Args:
@@ -64,16 +64,16 @@ class AgentTask:
         rules: the rules of the games.
     """
 
-    def __init__(self, benchmark: Benchmark, setting: Setting = STANDARD) -> None:
+    def __init__(self, benchmark: Benchmark, setting: AgentSetting = STANDARD) -> None:
         self.benchmark = benchmark
         self.setting = setting
-        self.rules = rules_of(setting)
+        self.rules = make_game_rules(setting)
 
-    def stage(self, task: Task) -> GameSetup:
+    def make_setup(self, task: Task) -> GameSetup:
         """Return the setup of a task in this setting."""
         return make_setup(task, self.benchmark, self.rules)
 
-    def prompt(self, task: Task) -> Prompt:
+    def make_prompt(self, task: Task) -> Prompt:
         """Return the question of a task: the world, the task, and how to act.
 
         A task that is left out of all statistics is not played; the question then states the reason.
@@ -81,33 +81,35 @@ class AgentTask:
         if task.plan_exclusion is not None:
             return Prompt(f"{make_manual(self.benchmark, GameRules())}\n\n{task.plan_exclusion}")
         how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
-        return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
+        return Prompt(f"{Game(self.make_setup(task)).write_briefing()}\n\n{how}")
 
-    def shown(self, task: Task) -> Prompt:
+    def make_prompt_with_pictures(self, task: Task) -> Prompt:
         """Return the question of a task with the pictures of the first observation.
 
         Raises:
-            InputError, EaiError: as in `Session.pictures`.
+            InputError, EaiError: as in `RecordedGame.draw_pictures`.
         """
-        images = () if task.plan_exclusion is not None else self.play(task).pictures()
-        return replace(self.prompt(task), images=images)
+        images = () if task.plan_exclusion is not None else self.begin_episode(task).draw_pictures()
+        return replace(self.make_prompt(task), images=images)
 
-    def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Session:
+    def begin_episode(self, task: Task, epoch: int = 1, begun: int = 1) -> RecordedGame:
         """Begin an episode of a task."""
         setting = self.setting
-        return Session(self.stage(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun)
+        return RecordedGame(
+            self.make_setup(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun
+        )
 
-    def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
+    def play_agent(self, agent_name: str, task: Task, seed: int, epoch: int) -> list[str]:
         """Let one of `AGENTS` play an episode. Return its commands."""
-        play = self.play(task, epoch)
-        agent = AGENTS[model](play, seed + epoch - 1)
+        play = self.begin_episode(task, epoch)
+        agent = AGENTS[agent_name](play, seed + epoch - 1)
         while not play.over:
-            play.say(agent())
+            play.play_command(agent())
         return [turn.said for turn in play.turns]
 
 
 def make_prompts_in_setting(
-    setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
+    setting: AgentSetting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
     """Return two mappings by task id: the questions in a setting, and metadata that contain the setting.
 
@@ -120,11 +122,11 @@ def make_prompts_in_setting(
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about
-    arena = AgentTask(suite.benchmark, setting)
-    return {task_id: arena.shown(suite.tasks[task_id]) for task_id in prompts}, about
+    arena = EpisodeFactory(suite.benchmark, setting)
+    return {task_id: arena.make_prompt_with_pictures(suite.tasks[task_id]) for task_id in prompts}, about
 
 
-def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
+def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     """Return the commands in an answer, which is an episode, a plan or lines of commands.
 
     `DONE` follows the commands of a plan or of lines.
@@ -140,7 +142,7 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     )
     if isinstance(actions, ErrorReport):
         return [*(f"{step.action}({', '.join(map(str, step.objects))})" for step in plan.steps), DONE]
-    return [*map(Commands(task, benchmark).write, actions), DONE]
+    return [*map(CommandNotation(task, benchmark).write_command, actions), DONE]
 
 
 _MAX_TURNS = 100_000
@@ -157,7 +159,7 @@ _Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")
 
 
 @dataclass(frozen=True, slots=True)
-class _Command:
+class _EpisodeCommand:
     """A command in the text of an episode.
 
     Attributes:
@@ -190,7 +192,7 @@ class EpisodeAnswer:
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
-    turns: Annotated[tuple[_Command, ...], Field(max_length=_MAX_TURNS)]
+    turns: Annotated[tuple[_EpisodeCommand, ...], Field(max_length=_MAX_TURNS)]
     rules: GameRules | None = None
     seed: _Seed = 0
     epoch: _Count = 1
@@ -201,16 +203,16 @@ class EpisodeAnswer:
 
 
 @cache
-def _adapter() -> TypeAdapter[EpisodeAnswer]:
+def _get_episode_adapter() -> TypeAdapter[EpisodeAnswer]:
     return TypeAdapter(EpisodeAnswer)
 
 
 def read_episode(text: str) -> EpisodeAnswer | Unreadable:
-    """Read an episode: a JSON object as `Session.text` writes it, or one command per line."""
+    """Read an episode: a JSON object as `RecordedGame.to_text` writes it, or one command per line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
-        return _read_lines([line.strip() for line in text.splitlines() if line.strip()])
+        return _read_command_lines([line.strip() for line in text.splitlines() if line.strip()])
     try:
-        return _adapter().validate_json(text)
+        return _get_episode_adapter().validate_json(text)
     except ValidationError as error:
         return Unreadable(describe_misfit(error, whole="the episode"))
     except InputError as error:
@@ -225,13 +227,13 @@ RULE_NAMES = {
 """Fields of a setting that are rules of an episode, by their names in labels, in the order of labels."""
 
 
-def rules_label(episode: EpisodeAnswer) -> str | None:
-    """Return a text with the rules of an episode that differ from the standard setting (`Setting.label`).
+def make_rules_label(episode: EpisodeAnswer) -> str | None:
+    """Return a text with the rules of an episode that differ from the standard setting.
 
-    The result is None if no rule differs. The seed of random failures (slips) is a rule, because a player
-    could choose a lucky seed.
+    The text is written as `AgentSetting.label`, and None if no rule differs. The seed of random failures
+    (slips) is a rule, because a player could choose a lucky seed.
     """
-    standard = rules_of(STANDARD)
+    standard = make_game_rules(STANDARD)
     rules = episode.rules or standard
     values = {**rules.model_dump(mode="json"), "slip_seed": episode.seed if rules.slip else 0}
     usual = {**standard.model_dump(mode="json"), "slip_seed": 0}
@@ -242,10 +244,10 @@ def rules_label(episode: EpisodeAnswer) -> str | None:
     )
 
 
-def _read_lines(lines: Sequence[str]) -> EpisodeAnswer | Unreadable:
+def _read_command_lines(lines: Sequence[str]) -> EpisodeAnswer | Unreadable:
     if len(lines) > _MAX_TURNS:
         return Unreadable(f"an episode has at most {_MAX_TURNS:,} turns, and this one {len(lines):,}")
-    return EpisodeAnswer(tuple(map(_Command, lines)))
+    return EpisodeAnswer(tuple(map(_EpisodeCommand, lines)))
 
 
 def _replace_surrogates(text: str) -> str:
@@ -253,7 +255,7 @@ def _replace_surrogates(text: str) -> str:
     return text.encode(errors="replace").decode()
 
 
-class Session(Game):
+class RecordedGame(Game):
     """A game that records its commands as an episode.
 
     Args:
@@ -272,30 +274,32 @@ class Session(Game):
 
     def __init__(self, stage: GameSetup, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
         super().__init__(stage, seed, epoch)
-        self.turns: list[_Command] = []
+        self.turns: list[_EpisodeCommand] = []
         self.failed: list[bool] = []
-        self.most = stage.limit or _ESTIMATED_ACTIONS
+        self.most = stage.action_limit or _ESTIMATED_ACTIONS
         self.harness = harness
         self._thought = ""
-        self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, sha256_of(self.opening()))
+        self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, sha256_of(self.write_opening()))
 
-    def say(self, said: str, thought: str = "") -> str:
+    def play_command(self, command: str, thought: str = "") -> str:
         """Carry out a command, and keep it with the agent's thought. Return the observation.
 
         The command `LOOK` is recorded only if turns report changes.
         """
         if self.over:
             return OVER
-        if self.stage.rules.feedback != "changes" and is_look(said, self.stage.domain):
+        if self.stage.rules.feedback != "changes" and is_look_command(command, self.stage.domain):
             return self.memory.look_around()
-        said, thought = _replace_surrogates(said), _replace_surrogates(thought)
-        told = self.act(said).observation
-        self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))
+        command, thought = _replace_surrogates(command), _replace_surrogates(thought)
+        told = self.act(command).observation
+        self.turns.append(
+            _EpisodeCommand(command, sha256_of(told), "" if thought == self._thought else thought)
+        )
         self.failed.append(self.outcome.fault is not None or self.outcome.slipped)
         self._thought = thought
         return told
 
-    def pictures(self) -> tuple[Image, ...]:
+    def draw_pictures(self) -> tuple[Image, ...]:
         """Return pictures of the present world; none after the end or without feedback by pictures.
 
         Raises:
@@ -310,15 +314,15 @@ class Session(Game):
         )
         return images
 
-    def text(self, ended: str) -> str:
-        """Return the episode as a JSON text. ``ended`` is the reason for an end before the game is over."""
-        return json.dumps(self.to_json(ended), ensure_ascii=False)
+    def to_text(self, end_reason: str) -> str:
+        """Return the episode as a JSON text. ``end_reason`` says why it stopped if the game is not over."""
+        return json.dumps(self.to_json(end_reason), ensure_ascii=False)
 
-    def to_json(self, ended: str) -> dict[str, Any]:
-        """Return the episode as a JSON object. ``ended`` is the reason for an end before the game is over."""
-        ended = self.ended or ended
-        episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
-        written: dict[str, Any] = _adapter().dump_python(episode, mode="json")
+    def to_json(self, end_reason: str) -> dict[str, Any]:
+        """Return the episode as a JSON object. ``end_reason`` says why it stopped if the game is not over."""
+        end_reason = self.ended or end_reason
+        episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=end_reason)
+        written: dict[str, Any] = _get_episode_adapter().dump_python(episode, mode="json")
         for turn in written["turns"]:
             if not turn["thought"]:
                 del turn["thought"]

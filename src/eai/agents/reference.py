@@ -10,7 +10,7 @@ from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS, Agent
 from eai.agents.command import DONE
 from eai.agents.game import Game
-from eai.agents.game_setup import GameSetup, Reference
+from eai.agents.game_setup import GameSetup, ReferenceSolution
 from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -67,22 +67,22 @@ def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
     Raises:
         InputError: the task cannot be played.
     """
-    return GameSetup(task, benchmark, rules, find_reference)
+    return GameSetup(task, benchmark, rules, find_reference_solution)
 
 
-def find_reference(stage: GameSetup) -> Reference:
+def find_reference_solution(stage: GameSetup) -> ReferenceSolution:
     """Return the shortest known plan of a task, and commands that win the games of its setup."""
     refusal = write_refusal_command(stage.task, stage.benchmark.notation.plans)
     if refusal is not None:
-        return Reference(None, (refusal,))
+        return ReferenceSolution(None, (refusal,))
     lengths = [len(plan) for plan in _find_plans(stage.task, stage.domain)]
     endless = stage.make_endless()
     for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
         commands = _play_agent(game, AGENTS[name](game, 0))
         if all(game.reached):
-            return Reference(min([*lengths, len(commands)]), commands)
-    return Reference(min(lengths, default=None), None)
+            return ReferenceSolution(min([*lengths, len(commands)]), commands)
+    return ReferenceSolution(min(lengths, default=None), None)
 
 
 def _play_agent(game: Game, agent: Agent) -> tuple[str, ...]:
@@ -99,14 +99,18 @@ def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
     gold = execute(domain, task.initial, task.script).executed
     has_gold = bool(task.script) and solves(domain, task, gold)
     if has_gold:
-        yield gold if any(goal.is_over_time for goal in task.goals) else _shorten(task, domain, gold)
+        yield (
+            gold
+            if any(goal.is_over_time for goal in task.goals)
+            else _drop_needless_actions(task, domain, gold)
+        )
     limits = _SHORTER_PLAN_LIMITS if has_gold else _PLAN_LIMITS
     plan = find_plan(task, get_planner(domain), limits).plan
     if solves(domain, task, plan):
         yield plan
 
 
-def _shorten(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
+def _drop_needless_actions(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
     """Return a plan without the actions that the goals of the task do not need."""
     test, actions = GoalTest(task), to_planning_goal(task).actions
 

@@ -34,7 +34,7 @@ _SPECIAL_TOKENS = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_t
 """Pattern of the special tokens of tokenizers at the end of a decoded text."""
 
 
-def answer_of(completion: Completion) -> str:
+def extract_answer(completion: Completion) -> str:
     """Return the answer in the output of a policy: its last message without reasoning.
 
     The content of a message is a text or a list of parts, in which only parts of the type ``text`` count.
@@ -47,24 +47,24 @@ def answer_of(completion: Completion) -> str:
     last = completion[-1] if completion else {}
     if last.get("role", _POLICY_ROLE) != _POLICY_ROLE:
         return ""
-    return split_reasoning(_text_of(last.get("content")))[0]
+    return split_reasoning(_extract_text(last.get("content")))[0]
 
 
-def _text_of(content: object) -> str:
+def _extract_text(content: object) -> str:
     """Return the text of a message's content; empty if a message calls tools without a text."""
     if content is None or isinstance(content, str):
         return content or ""
     if not isinstance(content, Sequence):
         raise TypeError(f"expected the content of a message as text or parts, not {type(content).__name__}")
-    texts = [part if isinstance(part, str) else part.get("text") for part in content if _is_text(part)]
+    texts = [part if isinstance(part, str) else part.get("text") for part in content if _is_text_part(part)]
     return "".join([text for text in texts if isinstance(text, str)])
 
 
-def _is_text(part: object) -> bool:
+def _is_text_part(part: object) -> bool:
     return isinstance(part, str) or (isinstance(part, Mapping) and part.get("type", "text") == "text")
 
 
-def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
+def grade_answer(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
     """Return the reward of an answer to a task, with the metrics and faults that explain the reward.
 
     Args:
@@ -107,7 +107,7 @@ class TrlReward:
         Other arguments of TRL (``others``) are ignored.
         """
         pairs = zip(task, completions, strict=True)
-        grades = [grade_of(name, answer_of(completion), self.shaping) for name, completion in pairs]
+        grades = [grade_answer(name, extract_answer(completion), self.shaping) for name, completion in pairs]
         if log_metric is not None and grades:
             for metric in METRICS:
                 log_metric(f"eai/{metric}", sum(grade.metrics[metric] for grade in grades) / len(grades))
@@ -129,7 +129,7 @@ class TrlHousehold:
     def reset(self, *, task: str, **others: object) -> str:
         """Begin an episode. Return the text about the world and the task, which an agent reads first."""
         self._game = Game(find_setup(task, self._rules))
-        return self._game.briefing()
+        return self._game.write_briefing()
 
     def act(self, command: str) -> str:
         """Carry out one action in the household.
@@ -146,7 +146,7 @@ class TrlHousehold:
 
     def get_reward(self) -> float:
         """Return the value of the episode up to now, as `eai.Reward` defines it."""
-        return 0.0 if self._game is None else self._game.final_worth
+        return 0.0 if self._game is None else self._game.final_value
 
 
 def compute_score(
@@ -174,7 +174,7 @@ def compute_score(
     Returns:
         The reward as ``score``, 0 if nothing can be earned, and all metrics.
     """
-    grade = grade_of(ground_truth, answer_of(solution_str), shaping)
+    grade = grade_answer(ground_truth, extract_answer(solution_str), shaping)
     return {"score": grade.value or 0.0, **grade.metrics}
 
 
@@ -211,7 +211,8 @@ def reward_func(
         )
         warnings.warn(warning, stacklevel=2)
     grades = [
-        grade_of(task, answer_of(text or ""), shaping) for task, text in zip(labels, texts, strict=True)
+        grade_answer(task, extract_answer(text or ""), shaping)
+        for task, text in zip(labels, texts, strict=True)
     ]
 
     def unwrap_single(values: list[float]) -> float | list[float]:
@@ -248,7 +249,7 @@ class SkyRlTask:
 
         The episode ends with this step.
         """
-        grade = grade_of(self._task, answer_of(action), self._shaping)
+        grade = grade_answer(self._task, extract_answer(action), self._shaping)
         self._metrics = grade.metrics
         return {
             "observations": [],

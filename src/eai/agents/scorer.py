@@ -20,7 +20,7 @@ from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.agents.command import DONE
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
-from eai.agents.play import AgentTask, EpisodeAnswer, read_episode, rules_of
+from eai.agents.play import EpisodeAnswer, EpisodeFactory, make_game_rules, read_episode
 from eai.agents.reference import make_setup
 from eai.agents.setting import STANDARD
 from eai.agents.verdict import ActingVerdict, Recoverability, Turn
@@ -48,17 +48,17 @@ def _get_benchmark(world: AbilityWorld) -> Benchmark:
     return world.benchmark
 
 
-def make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the function that makes the scorer of a task in a world."""
     return partial(_ActingScorer, benchmark=_get_benchmark(world))
 
 
-def make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+def make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     """Return the question of a task in the standard setting, and commands that win there."""
-    arena = AgentTask(_get_benchmark(world))
-    commands = arena.stage(task).reference.commands if task.plan_exclusion is None else None
+    arena = EpisodeFactory(_get_benchmark(world))
+    commands = arena.make_setup(task).reference.commands if task.plan_exclusion is None else None
     end = [] if task.has_no_plan else [DONE]
-    return arena.prompt(task).user, "\n".join([*(commands or ()), *end])
+    return arena.make_prompt(task).user, "\n".join([*(commands or ()), *end])
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in the standard setting"
@@ -87,10 +87,10 @@ class _ActingScorer(Scorer):
         return self.task.plan_exclusion
 
     @cached_property
-    def _excluded(self) -> TaskExclusion | None:
+    def _exclusion(self) -> TaskExclusion | None:
         if self.task.plan_exclusion is not None:
             return self.task.plan_exclusion
-        stage = make_setup(self.task, self.benchmark, rules_of(STANDARD).replay_rules)
+        stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).replay_rules)
         return self.task.exclude(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
@@ -98,13 +98,13 @@ class _ActingScorer(Scorer):
 
         The episode fails if a replay differs; the verdict then names the turn.
         """
-        excluded = self._excluded
+        excluded = self._exclusion
         if excluded is not None:
             return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
         read = read_episode(text)
         episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
-        rules = episode.rules or rules_of(STANDARD)
-        verdict, steps, moments = self._replay(
+        rules = episode.rules or make_game_rules(STANDARD)
+        verdict, steps, moments = self._replay_episode(
             make_setup(self.task, self.benchmark, rules.replay_rules), episode
         )
         if isinstance(read, Unreadable):
@@ -112,11 +112,13 @@ class _ActingScorer(Scorer):
             verdict = replace(verdict, error=unread, executable=False)
         return self._make_assessment(verdict, steps, moments)
 
-    def _replay(
+    def _replay_episode(
         self, stage: GameSetup, episode: EpisodeAnswer
     ) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
         game = Game(stage, episode.seed, episode.epoch)
-        difference = _describe_difference("the first observation", episode.opening, game.opening())
+        difference = _describe_observation_difference(
+            "the first observation", episode.opening, game.write_opening()
+        )
         states: dict[Any, int] = {(game.state, game.reached): 0}
         turns, steps = [], []
         moments: list[Moment] = [(game.state, ())]
@@ -128,7 +130,7 @@ class _ActingScorer(Scorer):
                 break
             tried_before = game.tried
             told = game.act(command.said).observation
-            difference = _describe_difference(f"turn {number}", command.told, told)
+            difference = _describe_observation_difference(f"turn {number}", command.told, told)
             first = states.setdefault((game.state, game.reached), number)
             turns.append(
                 Turn(
@@ -189,7 +191,7 @@ class _ActingScorer(Scorer):
             declared=ended == "done",
             reached=bool(turns) and all(held),
             shortest=stage.reference.shortest,
-            budget=stage.limit,
+            budget=stage.action_limit,
             view=f"{stage.rules.view}, {stage.rules.observe}",
             harness=episode.harness,
             begun=episode.begun,
@@ -198,17 +200,17 @@ class _ActingScorer(Scorer):
     def _make_assessment(
         self, verdict: ActingVerdict, steps: list[StepReport], moments: list[Moment]
     ) -> Assessment:
-        def look_back(states: int) -> ActingVerdict:
+        def add_recoverability(max_states: int) -> ActingVerdict:
             if self.task.has_no_plan:
                 return verdict
             if verdict.is_unreplayable:
                 return replace(verdict, outlook="unknown")
             if verdict.success:
                 return replace(verdict, outlook="open")
-            outlook, lost_at = find_loss(self.task, self.benchmark.domain, moments, states)
+            outlook, lost_at = judge_recoverability(self.task, self.benchmark.domain, moments, max_states)
             return replace(verdict, outlook=outlook, lost_at=lost_at)
 
-        def explain() -> Explanation:
+        def make_explanation() -> Explanation:
             notes = [] if verdict.error is None else [f"{verdict.error.kind.value}: {verdict.error.detail}"]
             notes.append(f"ended: {verdict.ended}; {len(verdict.actions)} actions, at most {verdict.budget}")
             if verdict.shortest is not None:
@@ -218,14 +220,14 @@ class _ActingScorer(Scorer):
             goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
-        return Assessment(verdict, explain, look_back)
+        return Assessment(verdict, make_explanation, add_recoverability)
 
 
 _MAX_SHOWN = 100
 """Maximum number of characters of an observation that an error report quotes."""
 
 
-def _describe_difference(place: str, digest: str | None, told: str) -> str | None:
+def _describe_observation_difference(place: str, digest: str | None, told: str) -> str | None:
     """Return a text on an observation that differs from its digest in the episode; None if it agrees."""
     if digest is None or digest == sha256_of(told):
         return None
@@ -258,8 +260,8 @@ Moment: TypeAlias = tuple[State, Sequence[str]]
 """The state of the world after a turn, and the names of the operators of all actions executed up to then."""
 
 
-def find_loss(
-    task: Task, domain: Domain, moments: Sequence[Moment], states: int
+def judge_recoverability(
+    task: Task, domain: Domain, moments: Sequence[Moment], max_states: int
 ) -> tuple[Recoverability, int | None]:
     """Return whether the goals can be reached at the end.
 
@@ -273,14 +275,14 @@ def find_loss(
         task: the task.
         domain: the domain.
         moments: the world at the start, and after each turn.
-        states: maximum number of states that each search may reach; if it is too small, the result is
+        max_states: maximum number of states that each search may reach; if it is too small, the result is
             ``unknown``.
     """
-    last = _search_recoverability(task, domain, moments[-1], states)
+    last = _search_recoverability(task, domain, moments[-1], max_states)
     if last != "lost":
         return last, None
     return last, bisect_left(
-        moments[:-1], True, key=lambda at: _search_recoverability(task, domain, at, states) == "lost"
+        moments[:-1], True, key=lambda at: _search_recoverability(task, domain, at, max_states) == "lost"
     )
 
 

@@ -60,7 +60,7 @@ _LOG = logging.getLogger(__name__)
 _HOW = "You act in a simulated world. Call look to read your task, act for each action, and done at the end."
 
 
-class _Tickets:
+class _TicketVerifier:
     """Verifies the tickets of requests: each must belong to an episode."""
 
     def __init__(self, worlds: EpisodeServer) -> None:
@@ -70,7 +70,7 @@ class _Tickets:
         return AccessToken(token=token, client_id=token, scopes=[]) if token in self._worlds.tickets else None
 
 
-def make_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
+def make_mcp_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
     """Return a server through which agents act in worlds.
 
     Args:
@@ -96,8 +96,8 @@ def make_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = Tr
         except InputError as error:
             return CallToolResult(content=[TextContent(text=str(error))], is_error=True)
         try:
-            told = TextContent(text=worlds.call(place, command))
-            return CallToolResult(content=[told, *map(_encode_image, worlds.pictures(place))])
+            told = TextContent(text=worlds.play_command(place, command))
+            return CallToolResult(content=[told, *map(_encode_image, worlds.draw_pictures(place))])
         except Exception as error:  # the message names files, which the agent must not know
             _LOG.error("%s", error if isinstance(error, EaiError) else exception_text(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
@@ -120,16 +120,16 @@ def _get_ticket(context: ServerRequestContext[Any]) -> str:
 
 def serve_stdio(worlds: EpisodeServer, domain: Domain) -> None:
     """Serve the first world over standard input and output, until the input ends."""
-    server = make_server(worlds, domain)
+    server = make_mcp_server(worlds, domain)
 
-    def leave(number: int) -> None:
+    def exit_on_signal(number: int) -> None:
         worlds.close()
         os._exit(128 + number)  # a normal exit would wait for the thread that reads standard input
 
     async def run() -> None:
         if sys.platform != "win32":
             for number in (signal.SIGINT, signal.SIGTERM):
-                asyncio.get_running_loop().add_signal_handler(number, leave, number)
+                asyncio.get_running_loop().add_signal_handler(number, exit_on_signal, number)
         async with stdio_server() as (read, write):
             await server.run(read, write, server.create_initialization_options())
 
@@ -150,13 +150,13 @@ def make_http_app(
     """
     hosts = [text for name in names for text in (name, f"{name}:*")]
     issuer = AnyHttpUrl("http://localhost")  # never called, because the user hands out tickets
-    return make_server(worlds, domain, open_to_all=open_to_all).streamable_http_app(
+    return make_mcp_server(worlds, domain, open_to_all=open_to_all).streamable_http_app(
         json_response=True,
         stateless_http=True,
         max_request_body_size=MAX_BODY,
         transport_security=TransportSecuritySettings(allowed_hosts=hosts),
         auth=None if open_to_all else AuthSettings(issuer_url=issuer, resource_server_url=None),
-        token_verifier=None if open_to_all else _Tickets(worlds),
+        token_verifier=None if open_to_all else _TicketVerifier(worlds),
     )
 
 
@@ -184,5 +184,5 @@ def serve_http(worlds: EpisodeServer, app: Starlette, listener: socket.socket) -
 async def _run_until_done(worlds: EpisodeServer, run: Callable[[], Awaitable[None]]) -> None:
     """Run a server. On the signal USR1, end all episodes as soon as no tool call is running."""
     if sys.platform != "win32":
-        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, worlds.end)
+        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, worlds.end_episodes)
     await run()

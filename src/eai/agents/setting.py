@@ -27,7 +27,7 @@ PICTURES = "pictures"
 """Name of the feedback in which only rendered pictures show the facts."""
 
 
-class Setting(Options):
+class AgentSetting(Options):
     """How an agent acts, and in which world; the standard setting by default.
 
     Attributes:
@@ -59,15 +59,15 @@ class Setting(Options):
 
     @field_validator("harness")
     @classmethod
-    def _is_harness(cls, harness: str) -> str:
+    def _check_harness(cls, harness: str) -> str:
         if harness not in (REACT, TEXT) and not re.fullmatch(r"[\w.]+:\w+", harness):
             raise InputError(f"agent.harness: expected {REACT}, {TEXT} or module:object, found {harness!r}")
         return harness
 
     @classmethod
-    def from_metadata(cls, about: Mapping[str, Any]) -> Setting:
+    def from_metadata(cls, metadata: Mapping[str, Any]) -> AgentSetting:
         """Return the setting in a question's metadata, or the standard setting if there is no setting."""
-        stated = about.get(AGENT)
+        stated = metadata.get(AGENT)
         return STANDARD if stated is None else cls.model_validate_json(stated)
 
     @property
@@ -77,5 +77,5 @@ class Setting(Options):
         return RULES_SEPARATOR.join(f"{name}-{value}" for name, value in chosen.items())
 
 
-STANDARD = Setting()
+STANDARD = AgentSetting()
 """The default setting of episodes."""

@@ -75,12 +75,12 @@ def shorten_facts(facts: Iterable[Fact], names: Sequence[str], write: Write) -> 
             if len(rows) == 1:
                 by_start.setdefault(rows[0][:-1], []).append(rows[0])
             else:
-                yield _write_line(predicate, rows, 0, names, write)
+                yield _write_fact_line(predicate, rows, 0, names, write)
         for rows in by_start.values():
-            yield _write_line(predicate, rows, -1, names, write)
+            yield _write_fact_line(predicate, rows, -1, names, write)
 
 
-def _write_line(
+def _write_fact_line(
     predicate: str, rows: Sequence[tuple[int, ...]], position: int, names: Sequence[str], write: Write
 ) -> str:
     words = [names[index] for index in rows[0]]
@@ -92,12 +92,12 @@ def _write_line(
 
 def spell_out(text: str) -> str:
     """Return an observation without ranges, with one line for each fact and each object."""
-    text = _RANGE.sub(_list_range, text)
+    text = _RANGE.sub(_expand_range, text)
     text = _FACTS.sub(lambda line: _repeat_line(line[3], line[1], line[2]), text)
     return _THINGS.sub(lambda line: _repeat_line(line[1], "", line[2]), text)
 
 
-def _list_range(match: re.Match[str]) -> str:
+def _expand_range(match: re.Match[str]) -> str:
     stem, first = _split_number(match[1])
     last = int(match[2])
     if first < 0 or last - first >= _MAX_RANGE:

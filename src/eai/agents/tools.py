@@ -26,13 +26,17 @@ def make_tools(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]
         "objects": {"type": "array", "items": {"type": "string"}, "description": names},
     }
     return (
-        (ACT, "Take one action and read what became of it.", _object(action)),
-        (READ, "Read again what you see. This costs nothing, once between two actions.", _object({})),
-        (END, "Say that the task is done. Nothing can be done after it.", _object({})),
+        (ACT, "Take one action and read what became of it.", _make_object_schema(action)),
+        (
+            READ,
+            "Read again what you see. This costs nothing, once between two actions.",
+            _make_object_schema({}),
+        ),
+        (END, "Say that the task is done. Nothing can be done after it.", _make_object_schema({})),
     )
 
 
-def _object(properties: Mapping[str, object]) -> dict[str, Any]:
+def _make_object_schema(properties: Mapping[str, object]) -> dict[str, Any]:
     return {"type": "object", "properties": {**properties}, "required": [*properties]}
 
 

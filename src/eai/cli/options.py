@@ -22,7 +22,7 @@ from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 if TYPE_CHECKING:
-    from eai.agents.setting import Setting
+    from eai.agents.setting import AgentSetting
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """Titles of the panels of options in the help of commands that score."""
@@ -147,15 +147,18 @@ AgentSettings = Annotated[
 ]
 
 
-def setting_of_others(settings: Sequence[str]) -> Setting:
+def setting_of_others(settings: Sequence[str]) -> AgentSetting:
     """Return the acting setting for a person or an agent outside this program.
 
     Raises:
         InputError: An option is only for models.
     """
-    from eai.agents.setting import AGENT, Setting  # imported late, because commands that score do not need it
+    from eai.agents.setting import (  # imported late, because commands that score do not need it
+        AGENT,
+        AgentSetting,
+    )
 
-    chosen = apply_settings(AGENT, Setting, settings)
+    chosen = apply_settings(AGENT, AgentSetting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
         raise InputError(f"{SETTING} {name}: it is for models of eai run")
     return chosen

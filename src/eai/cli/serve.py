@@ -62,7 +62,7 @@ def mcp(
     """
     setting = setting_of_others(settings or ())
     with require_extra("mcp", "eai serve mcp needs"):
-        from eai.agents.episode_server import open_episodes
+        from eai.agents.episode_server import open_episode_server
         from eai.agents.server import listen, make_http_app, serve_http, serve_stdio
     suite, ids = playable(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
@@ -73,7 +73,7 @@ def mcp(
         raise InputError(f"--host {host}: expected --allow-host NAME, what requests may call this host")
     places = [(task_id, epoch + 1) for task_id in ids for epoch in range(tickets)]
     listener = None if port is None else listen(host, port)
-    with open_episodes(out, suite, places, setting, agent) as worlds:
+    with open_episode_server(out, suite, places, setting, agent) as worlds:
         if listener is None:
             serve_stdio(worlds, suite.benchmark.domain)
             return

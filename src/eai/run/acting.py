@@ -23,8 +23,8 @@ from pydantic import Field
 from eai.abilities.attempt import Usage
 from eai.abilities.protocol import Ability
 from eai.agents.command import DONE
-from eai.agents.play import AgentTask, Session
-from eai.agents.setting import REACT, TEXT, Setting
+from eai.agents.play import EpisodeFactory, RecordedGame
+from eai.agents.setting import REACT, TEXT, AgentSetting
 from eai.agents.tools import make_tools, read_tool_call
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, load_object
@@ -71,7 +71,7 @@ def _open_tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) ->
     return open_suite(benchmark, ability, source=Source(errata=errata)).tasks
 
 
-def _begin_episode(state: TaskState) -> Session | None:
+def _begin_episode(state: TaskState) -> RecordedGame | None:
     """Begin or resume the episode of a sample from the store; return None if its task cannot be played."""
     metadata = state.metadata
     errata = errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
@@ -79,20 +79,20 @@ def _begin_episode(state: TaskState) -> Session | None:
     task = _open_tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
     if task.plan_exclusion is not None:
         return None
-    play = AgentTask(benchmark, Setting.from_metadata(metadata)).play(
+    play = EpisodeFactory(benchmark, AgentSetting.from_metadata(metadata)).begin_episode(
         task, state.epoch, int(metadata.get(BEGUN, 1))
     )
     for turn in state.store_as(_StoredEpisode).episode.get("turns", ()):
-        play.say(turn["said"], turn.get("thought", ""))
+        play.play_command(turn["said"], turn.get("thought", ""))
     return play
 
 
-def _play_command(state: TaskState, play: Session, command: str) -> str | list[Content]:
+def _play_command(state: TaskState, play: RecordedGame, command: str) -> str | list[Content]:
     """Play a command, store the episode, and return the reply to the agent with its pictures."""
     last_reply = _read_last_model_reply()
-    reply = play.say(command, "" if last_reply == command else last_reply)
+    reply = play.play_command(command, "" if last_reply == command else last_reply)
     state.store_as(_StoredEpisode).episode = play.to_json("stopped")
-    return make_message_content(Prompt(reply, images=play.pictures()))
+    return make_message_content(Prompt(reply, images=play.draw_pictures()))
 
 
 def _read_last_model_reply() -> str:
@@ -102,7 +102,7 @@ def _read_last_model_reply() -> str:
     return "\n\n".join(filter(None, [*find_reasoning(replies[-1]), replies[-1].completion.strip()]))
 
 
-def _make_tools(state: TaskState, play: Session) -> list[ToolDef]:
+def _make_tools(state: TaskState, play: RecordedGame) -> list[ToolDef]:
     def make_tool_function(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
         async def call(**arguments: Any) -> str | list[Content]:
             return _play_command(state, play, read_tool_call(name, arguments))
@@ -138,7 +138,7 @@ def _make_player(harness: str | None = None) -> Solver:
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        setting, play = Setting.from_metadata(state.metadata), _begin_episode(state)
+        setting, play = AgentSetting.from_metadata(state.metadata), _begin_episode(state)
         if play is None:
             state.output = ModelOutput.from_content(str(state.model), DONE)
             return state
@@ -188,7 +188,7 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
     await react(prompt=None, tools=state.tools, submit=False, on_continue=resumes)(agent)
 
 
-async def _play_by_text(state: TaskState, agent: AgentState, play: Session) -> None:
+async def _play_by_text(state: TaskState, agent: AgentState, play: RecordedGame) -> None:
     while not play.over:
         agent.output = await get_model().generate(agent.messages)
         if agent.output.empty:

@@ -22,8 +22,8 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS
 from eai.agents.command import DONE
-from eai.agents.play import AgentTask, commands_of
-from eai.agents.setting import STANDARD, Setting
+from eai.agents.play import EpisodeFactory, read_commands
+from eai.agents.setting import STANDARD, AgentSetting
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
@@ -114,7 +114,7 @@ class _ModelQuestion(NamedTuple):
     stated: str | None = None
     scene: str | None = None
     source: Source = Source()
-    setting: Setting = STANDARD
+    setting: AgentSetting = STANDARD
 
 
 @modelapi(name=PROVIDER)
@@ -182,7 +182,7 @@ class _BuiltInModel(ModelAPI):
             metadata.get(STATED),
             metadata.get(SCENE),
             Source(errata=errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))),
-            Setting.from_metadata(metadata),
+            AgentSetting.from_metadata(metadata),
         )
         if takes_turns:
             commands = await _run_in_thread(partial(self._played, question._replace(text="")))
@@ -196,11 +196,11 @@ class _BuiltInModel(ModelAPI):
         """Return the commands of an episode: recorded commands, or the model's plan for the task."""
         task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
-            arena = AgentTask(question.benchmark, question.setting)
-            return arena.commands(self.model_name, task, self._given.seed, question.epoch)
+            arena = EpisodeFactory(question.benchmark, question.setting)
+            return arena.play_agent(self.model_name, task, self._given.seed, question.epoch)
         of_plan = question._replace(ability=Ability.ACTION_SEQUENCING)
         answer = self._answer_question(question if self.model_name == "replay" else of_plan)
-        return commands_of(task, question.benchmark, answer)
+        return read_commands(task, question.benchmark, answer)
 
     def _make_output(
         self, input: Sequence[ChatMessage], answer: str, tools: Sequence[ToolInfo] = ()

@@ -19,7 +19,7 @@ from typing_extensions import Self
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.agents.setting import STANDARD, Setting
+from eai.agents.setting import STANDARD, AgentSetting
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_files_atomically
 from eai.benchmarks.registry import REFERENCES
@@ -176,7 +176,7 @@ class RunSpec(Options):
     generation: DecodingOptions = DecodingOptions()
     requests: RequestOptions = RequestOptions()
     scoring: ScoringOptions = ScoringOptions()
-    agent: Setting = STANDARD
+    agent: AgentSetting = STANDARD
     studies: Mapping[str, Variation] = {}
 
     @model_validator(mode="after")

@@ -34,7 +34,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.agents.play import make_prompts_in_setting
-from eai.agents.setting import AGENT, Setting
+from eai.agents.setting import AGENT, AgentSetting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import convert_write_errors, require_file, to_file_name
 from eai.base.grouping import group_pairs
@@ -236,7 +236,7 @@ def _sort_arguments_into_sections(
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
-        if declaration_of(ability).takes_turns and name in Setting.model_fields:
+        if declaration_of(ability).takes_turns and name in AgentSetting.model_fields:
             tables.setdefault(AGENT, {})[name] = value
             continue
         if name.startswith("scene_") or (name, value) == ("scene", "predicted"):

@@ -15,7 +15,7 @@ from eai.abilities.declining import QUESTION, write_refusal
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
-from eai.agents.play import rules_of
+from eai.agents.play import make_game_rules
 from eai.agents.reference import make_setup
 from eai.agents.rules import TRAINING
 from eai.agents.setting import STANDARD
@@ -116,9 +116,9 @@ def test_prompts_give_only_the_instruction_and_allow_a_question(like: str) -> No
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_budget_does_not_reveal_ambiguity(like: str) -> None:
-    rules = rules_of(STANDARD)
+    rules = make_game_rules(STANDARD)
     stages = [make_setup(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
-    assert {stage.limit for stage in stages} == {50}
+    assert {stage.action_limit for stage in stages} == {50}
     assert all(len(stage.reference.commands or ()) < 50 for stage in stages)
 
 

@@ -13,10 +13,10 @@ from benchmarks.generator.worlds import HOUSEHOLDS, PAIR_SEEDS, pairs
 from eai import given
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.agents.agents import gold_agent
+from eai.agents.agents import gold_plan_agent
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
-from eai.agents.play import Session, rules_of
+from eai.agents.play import RecordedGame, make_game_rules
 from eai.agents.reference import make_setup
 from eai.agents.setting import STANDARD
 from eai.benchmarks.generator.spec import Generated
@@ -124,8 +124,10 @@ def test_the_category_does_not_reveal_the_impossible_task(like: str) -> None:
 def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) -> None:
     (made, *_), benchmark = pairs(like), find_benchmark(like)
     assert made.paired is not None
-    stages = [make_setup(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.paired.task)]
-    assert {stage.limit for stage in stages} == {50}
+    stages = [
+        make_setup(task, benchmark, make_game_rules(STANDARD)) for task in (made.task, made.paired.task)
+    ]
+    assert {stage.action_limit for stage in stages} == {50}
     for stage in stages:
         is_right = stage.task.has_no_plan
         assert "IMPOSSIBLE(predicate(object))" in stage.opening
@@ -134,10 +136,10 @@ def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) ->
         turn = game.act("IMPOSSIBLE(something is missing)")
         assert (game.ended, game.won, turn.terminated, turn.reward) == ("refused", is_right, True, is_right)
         assert (game.metrics["success"], game.metrics["progress"]) == (is_right, is_right)
-        episode = Session(stage, 0, 1)
-        episode.say("IMPOSSIBLE(something is missing)")
+        episode = RecordedGame(stage, 0, 1)
+        episode.play_command("IMPOSSIBLE(something is missing)")
         suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
-        verdict = suite.score(stage.task.id, episode.text("stopped"))
+        verdict = suite.score(stage.task.id, episode.to_text("stopped"))
         assert isinstance(verdict, PlanVerdict)
         assert (verdict.success, verdict.refused, verdict.declines) == (
             is_right,
@@ -149,7 +151,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) ->
 def upper(stage: GameSetup) -> tuple[bool, str | None]:
     """Return whether an agent that knows the plan, or its absence, wins; and the reason for the end."""
     game = Game(stage)
-    agent = gold_agent(game)
+    agent = gold_plan_agent(game)
     while not game.over:
         game.act(agent())
     return game.won, game.ended
@@ -157,6 +159,8 @@ def upper(stage: GameSetup) -> tuple[bool, str | None]:
 
 def test_a_refusal_is_no_command_in_other_tasks() -> None:
     made = pairs("behavior")[0]
-    stage = make_setup(replace(made.task, special=None), find_benchmark("behavior"), rules_of(STANDARD))
+    stage = make_setup(
+        replace(made.task, special=None), find_benchmark("behavior"), make_game_rules(STANDARD)
+    )
     assert "IMPOSSIBLE" not in stage.opening
     assert Game(stage).act("IMPOSSIBLE(why)").info["fault"] == "hallucination"

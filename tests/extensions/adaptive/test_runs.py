@@ -12,7 +12,7 @@ import pytest
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.agents.play import AgentTask
+from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -82,7 +82,9 @@ def answer_of(suite: Suite, task_id: str) -> str:
     """Commands that win a task; of one that is not played none do."""
     task = suite.tasks[task_id]
     commands = (
-        AgentTask(suite.benchmark).stage(task).reference.commands if task.plan_exclusion is None else None
+        EpisodeFactory(suite.benchmark).make_setup(task).reference.commands
+        if task.plan_exclusion is None
+        else None
     )
     return "\n".join([*(commands or ()), "DONE"])
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from agents.test_rules import CASE, EASY_NAME, written
 from command_line import Command
-from eai.agents.play import AgentTask
+from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
@@ -15,7 +15,7 @@ def test_a_board_refuses_other_rules_and_counts_what_does_not_replay(
     eai: Command, tmp_path: Path, data_store: Store
 ) -> None:
     suite = open_suite("virtualhome", ACTING)
-    stage = AgentTask(suite.benchmark).stage(suite.tasks["27_2"])
+    stage = EpisodeFactory(suite.benchmark).make_setup(suite.tasks["27_2"])
     right = "\n".join([*(stage.reference.commands or ()), "DONE"])
     board = tmp_path / "board" / "mine"
     place = board / "virtualhome" / "acting"

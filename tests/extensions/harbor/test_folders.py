@@ -10,7 +10,7 @@ import pytest
 from boxes import lacking
 from by_path import ROOT
 from eai.abilities.protocol import PAPER_ABILITIES
-from eai.agents.episode_server import open_episodes
+from eai.agents.episode_server import open_episode_server
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
 from eai.base.store import Store
@@ -197,8 +197,8 @@ def test_solutions_win_in_the_worlds_of_their_folders(domain: str, data_store: S
     for folder in (tmp_path / "out").glob(f"{domain}-*"):
         task_id = parse_toml((folder / "task.toml").read_text())["metadata"]["task_id"]
         acts = [shlex.split(line)[1] for line in (folder / "solution/solve.sh").read_text().splitlines()[2:]]
-        with open_episodes(tmp_path / task_id, suite, [(task_id, 1)]) as worlds:
+        with open_episode_server(tmp_path / task_id, suite, [(task_id, 1)]) as worlds:
             assert compute_episode_rewards(suite, task_id, tmp_path / task_id)["reward"] == 0
             for command in acts:
-                worlds.call((task_id, 1), command)
+                worlds.play_command((task_id, 1), command)
         assert compute_episode_rewards(suite, task_id, tmp_path / task_id)["reward"] == 1

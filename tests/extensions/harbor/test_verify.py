@@ -13,8 +13,8 @@ from agents.switches import DOMAIN, initial
 from by_path import ROOT
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
-from eai.agents.episode_server import find_journal, open_episodes
-from eai.agents.journal import read_key
+from eai.agents.episode_server import find_journal_path, open_episode_server
+from eai.agents.journal import read_sealing_key
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.harbor.verify import compute_episode_rewards, compute_rewards, read_answer
@@ -37,11 +37,11 @@ def world(
     suite: Suite, folder: Path, commands: Sequence[str], *, task_id: str = "light", ended: bool = True
 ) -> Path:
     """The folder that the world of a task leaves, in which an agent said so."""
-    with open_episodes(folder, suite, [(task_id, 1)]) as worlds:
+    with open_episode_server(folder, suite, [(task_id, 1)]) as worlds:
         for command in commands:
-            worlds.call((task_id, 1), command)
+            worlds.play_command((task_id, 1), command)
         if ended:
-            worlds.end()
+            worlds.end_episodes()
     return folder
 
 
@@ -115,7 +115,7 @@ def test_a_forged_journal_is_worth_nothing(
 ) -> None:
     """Most are sealed with the right key, which no agent can read."""
     folder = world(suite, tmp_path / "journal", PLAN)
-    path, key = find_journal(folder, LIGHT), read_key(folder)
+    path, key = find_journal_path(folder, LIGHT), read_sealing_key(folder)
     lines = [json.loads(line.partition(b" ")[2]) for line in path.read_bytes().splitlines()]
     path.write_bytes(sealed(lines, key))
     assert compute_episode_rewards(suite, "light", folder)["reward"] == 1
@@ -126,14 +126,14 @@ def test_a_forged_journal_is_worth_nothing(
 
 def test_a_journal_of_another_task_or_a_link_is_worth_nothing(suite: Suite, tmp_path: Path) -> None:
     won, lost = world(suite, tmp_path / "won", PLAN), world(suite, tmp_path / "lost", [], task_id="pack")
-    path = find_journal(lost, ("pack", 1))
+    path = find_journal_path(lost, ("pack", 1))
     path.parent.mkdir(parents=True)
     (lost / "key").unlink()
     shutil.copy(won / "key", lost / "key")
-    shutil.copy(find_journal(won, LIGHT), path)
+    shutil.copy(find_journal_path(won, LIGHT), path)
     assert compute_episode_rewards(suite, "pack", lost)["valid"] == 0
     path.unlink()
-    path.symlink_to(find_journal(won, LIGHT))
+    path.symlink_to(find_journal_path(won, LIGHT))
     assert compute_episode_rewards(suite, "pack", lost)["valid"] == 0
 
 

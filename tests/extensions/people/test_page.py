@@ -15,7 +15,7 @@ import pytest
 
 from agents.switches import WON
 from browsing import needs_browser
-from eai.agents.play import Session
+from eai.agents.play import RecordedGame
 from eai.base.errors import EaiError, InputError
 from eai.extensions.people.command import play
 from eai.extensions.people.page import MAX_REQUEST_BYTES
@@ -238,7 +238,9 @@ PIXEL = bytes.fromhex(
 def test_pictures_are_shown_where_turns_are_told_by_them(
     sit: Callable[..., Sitting], browser: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Session, "pictures", lambda play: () if play.over else (Image("image/png", PIXEL),))
+    monkeypatch.setattr(
+        RecordedGame, "pictures", lambda play: () if play.over else (Image("image/png", PIXEL),)
+    )
     sitting = sit()
     page = browser.new_page()
     page.goto(f"http://127.0.0.1:{sitting.port}/")

@@ -21,7 +21,7 @@ from agents.switches import SWITCHES, WON, initial
 from by_path import TESTS
 from command_line import Command, Outcome
 from eai import make_task
-from eai.agents.play import AgentTask, commands_of
+from eai.agents.play import EpisodeFactory, read_commands
 from eai.agents.setting import ACTING
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -64,7 +64,7 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
 ) -> None:
     suite = open_suite(find_benchmark(domain), ACTING)
     task = task or suite.task_ids[0]
-    commands = AgentTask(suite.benchmark).commands("oracle", suite.tasks[task], 0, 1)
+    commands = EpisodeFactory(suite.benchmark).play_agent("oracle", suite.tasks[task], 0, 1)
     done = play(*commands, tasks=task, domain=domain)
     assert (done.status, done.err) == (0, "")
     assert f"1 of 1 task over; written to {out}" in done.out
@@ -132,7 +132,7 @@ def test_the_same_command_resumes_within_a_task_and_after_it(play: Playing, out:
     assert "2 of 2 tasks over" in second.out
     episodes = [row["llm_output"] for row in json.loads(out.read_bytes())]
     suite = open_suite(DOMAIN, ACTING)
-    assert commands_of(suite.tasks["both"], suite.benchmark, episodes[0]) == [*WON, "DONE"]
+    assert read_commands(suite.tasks["both"], suite.benchmark, episodes[0]) == [*WON, "DONE"]
     assert "Task" not in play(tasks="both").out
 
 

@@ -14,7 +14,7 @@ from inspect_ai.model import ContentImage
 from cli.test_scene import HOW, JARS, PLANS, lines_of, with_options
 from command_line import Command
 from eai.abilities.protocol import SCENE_GRAPH, Ability
-from eai.agents.play import AgentTask
+from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.base.store import Store
 from eai.benchmarks.prompt_library import Library
@@ -152,7 +152,7 @@ def test_a_model_is_shown_the_world_after_each_action(data_store: Store, tmp_pat
         pytest.skip("the extra physics is not installed")
     suite = open_suite("behavior", ACTING)
     picked = next(each for each in suite.task_ids if each.startswith("installing_a_modem"))
-    first = (AgentTask(suite.benchmark).stage(suite.tasks[picked]).reference.commands or ())[0]
+    first = (EpisodeFactory(suite.benchmark).make_setup(suite.tasks[picked]).reference.commands or ())[0]
     setting = {"feedback": "pictures", "observe": "full"}
     task = TASKS["behavior_acting"](tasks=[picked], **setting)
     model = scripted([call(first), call("FLY(moon)"), tool("done")])

@@ -11,7 +11,7 @@ import pytest
 from agents.switches import SWITCHES, WON
 from browsing import needs_browser
 from eai.abilities.protocol import Ability
-from eai.agents.play import AgentTask
+from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
@@ -198,14 +198,14 @@ def test_goals_are_marked_as_found_missed_or_invented(page: Any, address: str) -
 def write_episodes(folder: Path, background: ExplorerBackground) -> str:
     """Write the explorer of two agents that play the same task, and return its address."""
     suite = open_suite(SWITCHES, ACTING)
-    plays = {name: AgentTask(SWITCHES).play(suite.tasks["both"]) for name in ("good", "poor")}
+    plays = {name: EpisodeFactory(SWITCHES).begin_episode(suite.tasks["both"]) for name in ("good", "poor")}
     for command in (*WON, "DONE"):
-        plays["good"].say(command, f"I try {command}. {HOSTILE}")
+        plays["good"].play_command(command, f"I try {command}. {HOSTILE}")
     for command in ("LOOK", "GO(moon)", *["WAVE"] * 16):
-        plays["poor"].say(command)
+        plays["poor"].play_command(command)
     data = ExplorerData(lambda domain: background)
     for name, play in plays.items():
-        answer = [Response("both", play.text("stopped"))]
+        answer = [Response("both", play.to_text("stopped"))]
         records = tuple(Scoring().records(suite, name, answer, explanations=True))
         key = RunKey(suite.protocol, suite.domain, ACTING, name)
         data.add(Run(key, records, ("a.eval", {"both": 2}) if name == "good" else None))

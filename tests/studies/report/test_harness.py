@@ -10,8 +10,8 @@ import pytest
 
 from agents.switches import SWITCHES, WON
 from eai.abilities.experiment import Experiment
-from eai.agents.play import AgentTask
-from eai.agents.setting import ACTING, REACT, TEXT, Setting
+from eai.agents.play import EpisodeFactory
+from eai.agents.setting import ACTING, REACT, TEXT, AgentSetting
 from eai.benchmarks.suite import open_suite
 from eai.cli.table import print_results
 from eai.results.batch import score_run
@@ -31,10 +31,10 @@ SUITE = open_suite(SWITCHES, ACTING)
 
 def records(harness: str, commands: Sequence[str]) -> list[Record]:
     """The records of a model that has no answer to the second task."""
-    play = AgentTask(SWITCHES, Setting(harness=harness)).play(SUITE.tasks["both"])
+    play = EpisodeFactory(SWITCHES, AgentSetting(harness=harness)).begin_episode(SUITE.tasks["both"])
     for command in commands:
-        play.say(command)
-    answers = ResponseFile("model", (Response("both", play.text("stopped")),))
+        play.play_command(command)
+    answers = ResponseFile("model", (Response("both", play.to_text("stopped")),))
     return score_run(SUITE, answers, {"greet": "it crashed"}, ScoringOptions())
 
 

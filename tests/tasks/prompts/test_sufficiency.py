@@ -173,7 +173,7 @@ def test_gold_plans_work_in_the_worlds_of_openings(
     ]
 
     def opening(benchmark: Benchmark, task: Task) -> str:
-        return Game(make_setup(task, benchmark, rules)).briefing()
+        return Game(make_setup(task, benchmark, rules)).write_briefing()
 
     assert insufficient(benchmark, Ability.ACTION_SEQUENCING, tasks, opening) == {}
 

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
 from eai.agents.reference import find_setup, make_setup
-from eai.agents.rewards import answer_of
+from eai.agents.rewards import extract_answer
 from eai.agents.rules import TRAINING, GameRules
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
@@ -74,7 +74,7 @@ class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):
         """Yield the tasks that can be played, in order."""
         for whole in super().load():
             task = StepsTask(whole.data, self.config.task)
-            yield task.with_data(prompt=task.game().briefing(), system_prompt=None)
+            yield task.with_data(prompt=task.game().write_briefing(), system_prompt=None)
 
 
 class StepsEnvConfig(vf.EnvConfig):
@@ -92,9 +92,9 @@ class StepsEnv(vf.Env[StepsEnvConfig]):
         async with agents.agent.interaction(task) as interaction:
             segment = await interaction.turn()
             while not segment.terminated:
-                turn = game.act(answer_of(segment.last_reply))
+                turn = game.act(extract_answer(segment.last_reply))
                 if game.over:
                     break
                 segment = await interaction.turn(turn.observation)
-        interaction.trace.record_reward("household", game.final_worth)
+        interaction.trace.record_reward("household", game.final_value)
         interaction.trace.record_metrics(game.metrics)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import verifiers.v1 as vf
 
 from eai.abilities.protocol import Ability
-from eai.agents.rewards import answer_of
+from eai.agents.rewards import extract_answer
 from eai.benchmarks.generator.spec import Split, Tier
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
@@ -71,7 +71,7 @@ class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
 
     def grade(self, reply: str) -> Grade:
         """Return the reward of a reply with its reasons."""
-        return self.paid().grade(TaskReference.parse(self.data.task).task_id, answer_of(reply))
+        return self.paid().grade(TaskReference.parse(self.data.task).task_id, extract_answer(reply))
 
     def paid(self) -> Reward:
         """Return the reward function: of the benchmark's suite, or of the generated task alone."""

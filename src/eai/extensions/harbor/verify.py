@@ -13,9 +13,9 @@ from pathlib import Path
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.verdict import RAISED, UNREPLAYABLE, Verdict
-from eai.agents.episode_server import HARNESS, find_journal
-from eai.agents.journal import read_journal, read_key
-from eai.agents.play import AgentTask, Session
+from eai.agents.episode_server import HARNESS, find_journal_path
+from eai.agents.journal import read_journal, read_sealing_key
+from eai.agents.play import EpisodeFactory, RecordedGame
 from eai.agents.setting import STANDARD
 from eai.base.errors import InputError
 from eai.benchmarks.names import TaskReference
@@ -78,11 +78,13 @@ def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
     Raises:
         InputError: The episode has not ended, was changed, or belongs to another task or setting.
     """
-    path = find_journal(folder, (task_id, 1))
+    path = find_journal_path(folder, (task_id, 1))
     if not os.path.lexists(path):
         return ""
-    stage = AgentTask(suite.benchmark).stage(suite.tasks[task_id])
-    return read_journal(path, read_key(folder), Session(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS))
+    stage = EpisodeFactory(suite.benchmark).make_setup(suite.tasks[task_id])
+    return read_journal(
+        path, read_sealing_key(folder), RecordedGame(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS)
+    )
 
 
 def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[str, float]:

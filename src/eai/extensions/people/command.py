@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from eai.agents.setting import ACTING, PICTURES, Setting
+from eai.agents.setting import ACTING, PICTURES, AgentSetting
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
 from eai.cli.console import format_count, note, say
@@ -19,7 +19,7 @@ from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.results.responses import SUFFIX, Response, ResponseFile, model_name, read_responses, write_responses
 
 if TYPE_CHECKING:
-    from eai.agents.play import Session
+    from eai.agents.play import RecordedGame
 
 _QUIT = "quit"
 
@@ -90,7 +90,7 @@ class _Answers:
         """Return the episode of a task so far, or an empty text if the task was not begun."""
         return self._texts.get(task_id, "")
 
-    def put(self, play: Session) -> None:
+    def put(self, play: RecordedGame) -> None:
         """Save an episode.
 
         Raises:
@@ -98,7 +98,7 @@ class _Answers:
         """
         if self._read() != self._written:
             raise InputError(f"{self._path}: somebody else plays into this file; give another --out")
-        self._texts[play.task.id] = play.text("stopped")
+        self._texts[play.task.id] = play.to_text("stopped")
         responses = [Response(task_id, text) for task_id, text in self._texts.items()]
         write_responses(self._path.parent, ResponseFile(self._model, responses))
         self._written = self._read()
@@ -108,29 +108,29 @@ class _Answers:
 
 
 def _unfinished_tasks(
-    task_ids: Sequence[str], suite: Suite, setting: Setting, answers: _Answers
-) -> Iterator[tuple[int, Session, Sequence[str]]]:
+    task_ids: Sequence[str], suite: Suite, setting: AgentSetting, answers: _Answers
+) -> Iterator[tuple[int, RecordedGame, Sequence[str]]]:
     """Yield each task that is not over: its number, its episode, and the observations so far."""
-    from eai.agents.play import AgentTask
+    from eai.agents.play import EpisodeFactory
     from eai.extensions.people.person import begin
 
-    arena = AgentTask(suite.benchmark, setting)
+    arena = EpisodeFactory(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):
-        stage = arena.stage(suite.tasks[task_id])
+        stage = arena.make_setup(suite.tasks[task_id])
         play, observations = begin(stage, setting.slip_seed, answers.text(task_id))
         if not play.over:
             yield number, play, observations
 
 
 def _play_in_terminal(
-    tasks: Iterator[tuple[int, Session, Sequence[str]]], total: int, save: Callable[[Session], None]
+    tasks: Iterator[tuple[int, RecordedGame, Sequence[str]]], total: int, save: Callable[[RecordedGame], None]
 ) -> int:
     """Play the tasks in order until the person stops. Return the number of the tasks that are over."""
     from eai.extensions.people.person import RULES
 
     say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
     for number, play, observations in tasks:
-        say(f"Task {number} of {total}\n\n{play.opening()}\n")
+        say(f"Task {number} of {total}\n\n{play.write_opening()}\n")
         for turn, text in zip(play.turns, observations, strict=True):
             say(f"> {turn.said}\n{text}\n")
         _play_task(play, save)
@@ -139,7 +139,7 @@ def _play_in_terminal(
     return total
 
 
-def _play_task(play: Session, save: Callable[[Session], None]) -> None:
+def _play_task(play: RecordedGame, save: Callable[[RecordedGame], None]) -> None:
     """Execute the lines that a person types until the task is over or the person stops."""
     from eai.extensions.people.person import complete_words, enter
 

@@ -15,7 +15,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Lock
 from typing import Any, TypeAlias
 
-from eai.agents.play import Session
+from eai.agents.play import RecordedGame
 from eai.base.errors import EaiError, InputError
 from eai.base.json_value import Json
 from eai.extensions.people.person import RULES, complete_words, enter
@@ -33,10 +33,10 @@ _HEADERS = {
     "Cache-Control": "no-store",
 }
 
-UnfinishedTask: TypeAlias = tuple[int, Session, Sequence[str]]
+UnfinishedTask: TypeAlias = tuple[int, RecordedGame, Sequence[str]]
 """A task that is not over: its number, its episode, and the observations so far."""
 
-SaveEpisode: TypeAlias = Callable[[Session], None]
+SaveEpisode: TypeAlias = Callable[[RecordedGame], None]
 """Function that saves an episode. It is called after each line of the person."""
 
 
@@ -72,14 +72,14 @@ def _run_tasks(
         yield content
 
 
-def _page_content(number: int, total: int, play: Session, log: Sequence[list[str]]) -> dict[str, Json]:
+def _page_content(number: int, total: int, play: RecordedGame, log: Sequence[list[str]]) -> dict[str, Json]:
     return {
         "title": play.stage.benchmark.title or play.stage.benchmark.name,
         "number": number,
         "total": total,
         "rules": RULES,
-        "opening": play.opening(),
-        "pictures": [image.url for image in play.pictures()],
+        "opening": play.write_opening(),
+        "pictures": [image.url for image in play.draw_pictures()],
         "log": [*log],
         "at": f"{number}.{len(log)}",
         "words": [complete_words(play, ""), complete_words(play, "an action")],
@@ -88,7 +88,7 @@ def _page_content(number: int, total: int, play: Session, log: Sequence[list[str
     }
 
 
-def _log_entry(play: Session, turn: int, observation: str) -> list[str]:
+def _log_entry(play: RecordedGame, turn: int, observation: str) -> list[str]:
     """Return the command, the observation and the result ("failed" or "done") of a turn of an episode."""
     return [play.turns[turn].said, observation, "failed" if play.failed[turn] else "done"]
 

@@ -16,7 +16,7 @@ from eai.abilities.declining import list_declining_commands
 from eai.agents.command import DONE, LOOK
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
-from eai.agents.play import EpisodeAnswer, Session, read_episode
+from eai.agents.play import EpisodeAnswer, RecordedGame, read_episode
 from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
@@ -39,7 +39,7 @@ _LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
 """Regular expression for an action and its objects, with or without brackets."""
 
 
-def begin(stage: GameSetup, seed: int, answer: str = "") -> tuple[Session, Sequence[str]]:
+def begin(stage: GameSetup, seed: int, answer: str = "") -> tuple[RecordedGame, Sequence[str]]:
     """Return a new or resumed episode of a person, and its observations so far.
 
     Args:
@@ -51,19 +51,19 @@ def begin(stage: GameSetup, seed: int, answer: str = "") -> tuple[Session, Seque
         InputError: The answer is no episode of a person with these rules, this seed and this data.
     """
     if not answer:
-        return Session(stage, seed, 1, harness=HARNESS), ()
+        return RecordedGame(stage, seed, 1, harness=HARNESS), ()
     saved = read_episode(answer)
     if not isinstance(saved, EpisodeAnswer):
         raise InputError(f"{stage.task.id}: {saved.reason}")
-    play = Session(stage, seed, 1, harness=saved.harness)
-    observations = [play.say(turn.said) for turn in saved.turns]
+    play = RecordedGame(stage, seed, 1, harness=saved.harness)
+    observations = [play.play_command(turn.said) for turn in saved.turns]
     is_same = (saved.rules, saved.seed, saved.turns) == (stage.rules, seed, tuple(play.turns))
     if not is_same or saved.harness not in (HARNESS, PROMPTED):
         raise InputError(f"{stage.task.id} was begun by somebody else, in another setting or with other data")
     return play, observations
 
 
-def complete_words(play: Session, before: str) -> list[str]:
+def complete_words(play: RecordedGame, before: str) -> list[str]:
     """Return words that may come next on a line: actions at its beginning, then objects seen so far."""
     stage, wording = play.stage, play.stage.benchmark.observed_wording()
     if not before.strip():
@@ -71,7 +71,7 @@ def complete_words(play: Session, before: str) -> list[str]:
     return [wording.object_name(stage.task, index) for index in sorted(play.memory.known)]
 
 
-def enter(play: Session, line: str) -> str:
+def enter(play: RecordedGame, line: str) -> str:
     """Execute a typed line and return the observation. If the line is a question, return its answer."""
     stage = play.stage
     command = normalize_command(line, _operators(stage))
@@ -85,7 +85,7 @@ def enter(play: Session, line: str) -> str:
         return f"{make_manual(stage.benchmark, stage.rules)}\n\n{stage.opening}"
     words = [*complete_words(play, ""), *complete_words(play, command)]
     turns = len(play.turns)
-    observation = play.say(command)
+    observation = play.play_command(command)
     if len(play.turns) == turns or play.outcome.fault is not FaultKind.HALLUCINATION:
         return observation
     by_case = {word.casefold(): word for word in words}
@@ -108,10 +108,10 @@ def _operators(stage: GameSetup) -> list[str]:
     return [*stage.domain.arities, DONE, LOOK, *list_declining_commands(stage.task)]
 
 
-def _list_possible_actions(play: Session, texts: Sequence[str]) -> Iterator[str]:
+def _list_possible_actions(play: RecordedGame, texts: Sequence[str]) -> Iterator[str]:
     """Yield the possible actions whose text contains all given texts, one line for each operator."""
-    write = play.stage.commands.write
-    for operator, actions in groupby(play.admissible(), key=attrgetter("operator")):
+    write = play.stage.commands.write_command
+    for operator, actions in groupby(play.find_possible_actions(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]
         chosen = [
             command for command in commands if all(text.casefold() in command.casefold() for text in texts)
