@@ -31,6 +31,7 @@ def rows(table: Table) -> list[dict[str, Any]]:
         ({"outcome": "success"}, _ErrorLeaf("success")),
         ({"outcome": "not_answered"}, _ErrorLeaf("not_answered")),
         ({"outcome": "parsing"}, _ErrorLeaf("grammar", "parsing")),
+        ({"outcome": "parsing", "error_check": "loop"}, _ErrorLeaf("grammar", "parsing", "loop")),
         (
             {"outcome": "hallucination", "error_check": "unknown_object"},
             _ErrorLeaf("grammar", "hallucination", "object"),

@@ -45,6 +45,8 @@ _MAX_QUOTED = 60
 MAX_VALUES = 10_000
 """Maximum number of bracketed values in an answer."""
 
+_UNCLOSED = "this bracket is not closed, as if the answer were cut off"
+
 TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
 
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
@@ -422,6 +424,14 @@ def _line_and_column(text: str, position: int) -> str:
     return f"line {text.count(chr(10), 0, position) + 1}, column {position - line_start + 1}"
 
 
+def is_unclosed(text: str) -> bool:
+    """Whether a bracket of a text is open at its end."""
+    return any(
+        stretch.problem is not None and stretch.problem.reason == _UNCLOSED
+        for stretch in _find_stretches(text)
+    )
+
+
 def _find_stretches(text: str) -> Iterator[_Stretch]:
     position = 0
     while bracket := _BRACKET.search(text, position):
@@ -452,8 +462,7 @@ def _stretch_at(text: str, start: int) -> _Stretch:
                 return _Stretch(start, len(text), _JsonProblem(reason, token.start()))
             if not opened:
                 return _Stretch(start, token.end())
-    reason = "this bracket is not closed, as if the answer were cut off"
-    return _Stretch(start, len(text), _JsonProblem(reason, opened[0]))
+    return _Stretch(start, len(text), _JsonProblem(_UNCLOSED, opened[0]))
 
 
 def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:

@@ -47,8 +47,8 @@ class ErrorReport:
         step: number of the step or subgoal, from 0; None if the error concerns the whole answer.
         detail: the reason for the error, in words.
         check: id of the failed check of the domain (`Check.id`) or of the failed test of names
-            (``unknown_action`` or a value of `NameMisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
-            unreadable answer.
+            (``unknown_action`` or a value of `NameMisuseKind`), or `UNREPLAYABLE` or `RAISED`; for an
+            unreadable answer a value of `UnreadCause`, or None.
         objects: names of the objects in the reason, in the order in which it names them.
     """
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, find_protocols
+from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol, find_protocols
 from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import Verdict
+from eai.abilities.unread_cause import add_cause, find_cause
+from eai.abilities.verdict import Unreadable, Verdict
 from eai.base.errors import InputError, did_you_mean
 from eai.base.store import ignore_progress
 from eai.benchmarks.benchmark import Benchmark, Opener
@@ -20,6 +21,7 @@ from eai.benchmarks.protocols import find_implementation
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import ErrataChoice, Source, TaskSet
 from eai.tasks.task import Task
+from eai.world.fault import FaultKind
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
@@ -136,7 +138,13 @@ class Suite:
             InputError: there is no such task.
         """
         scorer, empty = self.scorer(task_id), declaration_of(self.ability).verdict()
-        return assess_or_fail(scorer, empty, lambda: scorer.assess(text))
+        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess(text))
+        error = assessment.verdict.error
+        is_unread = error is not None and error.kind is FaultKind.PARSING and error.step is None
+        if not is_unread or self.protocol is not DEFAULT_PROTOCOL:
+            return assessment
+        other_ability = partial(find_answered_ability, self.benchmark, self.ability, text)
+        return add_cause(assessment, find_cause(text, self.benchmark.domain.arities, other_ability))
 
     def score(self, task_id: str, text: str) -> Verdict:
         """Return the verdict on an answer to a task. If the scorer raises an exception, the answer fails."""
@@ -180,6 +188,32 @@ def open_suite(
         open_suite, benchmark_.reference or benchmark_, ability, protocol, source=source, opener=opener
     )
     return Suite(benchmark_, ability, protocol, scorers, reopen, tasks, source=source)
+
+
+def find_answered_ability(benchmark: Benchmark, asked: Ability, text: str) -> Ability | None:
+    """Return another ability of the paper whose form a text has, or None.
+
+    Args:
+        benchmark: the benchmark, which has the notations of answers.
+        asked: the ability of the question.
+        text: the answer.
+    """
+    if asked not in PAPER_ABILITIES or not any(bracket in text for bracket in "{[("):
+        return None
+    if "(:action" in text:
+        return None if asked is Ability.TRANSITION_MODELING else Ability.TRANSITION_MODELING
+    actions = benchmark.domain.arities
+    plan = benchmark.notation.plans.read(text, actions)
+    if not isinstance(plan, Unreadable) and any(
+        benchmark.notation.plans.operator(step.action) in actions for step in plan.steps
+    ):
+        return None if asked is Ability.ACTION_SEQUENCING else Ability.ACTION_SEQUENCING
+    subgoals = benchmark.subgoals().read(text)
+    if not isinstance(subgoals, Unreadable) and subgoals.subgoals:
+        return None if asked is Ability.SUBGOAL_DECOMPOSITION else Ability.SUBGOAL_DECOMPOSITION
+    goals = benchmark.notation.goals.read(text)
+    is_goal = not isinstance(goals, Unreadable) and goals.goals and "goals" in text
+    return Ability.GOAL_INTERPRETATION if is_goal and asked is not Ability.GOAL_INTERPRETATION else None
 
 
 def _get_opener(protocol: Protocol) -> Opener:

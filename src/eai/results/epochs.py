@@ -21,7 +21,8 @@ from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.declaration import Interaction, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.feedback import ScenePerception
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.abilities.unread_cause import mark_as_cut_off
 from eai.abilities.verdict import Verdict
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
@@ -399,6 +400,9 @@ def _add_origin(record: Record, model_answers: ModelAnswers, answers: Mapping[st
     spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
     usage = sum(spent, Usage())
     fields = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
+    if answer.truncated and record.protocol is DEFAULT_PROTOCOL:
+        verdict, explanation = mark_as_cut_off(record.verdict, record.explanation)
+        record = replace(record, verdict=verdict, explanation=explanation)
     return replace(record, origin=Origin(*fields))
 
 

@@ -179,8 +179,10 @@ def _find_score_flags(column: Matrix, agreement: float) -> Iterator[Flag]:
 
 
 def _find_first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
-    """Return the check that fails first for most models, by task."""
-    checks_of_task = group_pairs((a.task, a.error_check) for a in answers if a.error_check is not None)
+    """Return the check that fails first for most models, by task. Unreadable answers do not count."""
+    checks_of_task = group_pairs(
+        (a.task, a.error_check) for a in answers if a.error_check is not None and a.error_kind != "parsing"
+    )
     return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in checks_of_task.items()}
 
 

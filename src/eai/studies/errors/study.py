@@ -75,7 +75,9 @@ class _ErrorLeaf(NamedTuple):
 def find_leaf(answer: AnswerLine) -> _ErrorLeaf:
     """Return the leaf of the taxonomy to which an answer belongs. Each answer has exactly one leaf."""
     match AnswerOutcome(answer.outcome):
-        case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
+        case AnswerOutcome.PARSING:
+            return _ErrorLeaf("grammar", answer.outcome, answer.error_check or "")
+        case AnswerOutcome.ARGUMENT_NUMBER:
             return _ErrorLeaf("grammar", answer.outcome)
         case AnswerOutcome.HALLUCINATION:
             unknown = (answer.error_check or "").removeprefix("unknown_")

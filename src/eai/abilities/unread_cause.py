@@ -1,0 +1,221 @@
+"""Find the cause for which nothing in an answer could be read, such as a refusal or a loop.
+
+The cause is the id of the failed check of a parsing error (`ErrorReport.check`), so that tables of errors
+count it. It never changes whether an answer is read.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from textwrap import shorten
+from typing import Literal, NamedTuple, TypeAlias, TypeVar
+
+from eai.abilities.answer_text import is_unclosed
+from eai.abilities.explanation import Explanation
+from eai.abilities.protocol import Ability
+from eai.abilities.reasoning import blank_out, thoughts_in
+from eai.abilities.scorer import Assessment
+from eai.abilities.verdict import Verdict
+from eai.world.fault import FaultKind
+
+V = TypeVar("V", bound=Verdict)
+
+
+UnreadCause: TypeAlias = Literal[
+    "loop",
+    "unfinished_thought",
+    "empty",
+    "other_ability",
+    "other_notation",
+    "cut_off",
+    "refusal",
+    "prose",
+]
+"""Causes for which an answer cannot be read. If several apply, the first one counts.
+
+- loop: the same text is repeated again and again.
+- unfinished_thought: the reasoning has no end.
+- empty: there are no words.
+- other_ability: the answer has the form of another ability.
+- other_notation: the answer is in lines of actions, PDDL, XML or program code.
+- cut_off: the end of the answer is missing.
+- refusal: the model refuses to answer.
+- prose: there is only prose.
+"""
+
+
+class _CauseInWords(NamedTuple):
+    """A cause, and a sentence that explains it."""
+
+    cause: UnreadCause
+    sentence: str
+
+
+_MAX_LOOPED = 4000
+"""Maximum number of characters at the end of an answer that may be a loop."""
+
+_MIN_REPEATS, _MIN_LOOP = 5, 40
+"""Minimum number of repeats in a loop; `_MIN_LOOP` is its minimum length in characters."""
+
+_LONG_LOOP = 1000
+"""Minimum length of a loop, in characters, that is less than half of the answer."""
+
+_MAX_QUOTED = 60
+_MAX_BEFORE_REFUSAL = 200
+"""Maximum number of characters before a refusal."""
+
+_TOKENS = re.compile(r"<\|[\w-]+\|>|</?s>|```[\w-]*")
+_KEY = re.compile(r"""["'][^"'\n]*["']\s*:""")
+_LIST_NUMBER = re.compile(r"^\s*\d+[.):]\s*", re.MULTILINE)
+_JSON = re.compile(r"""[{\[]\s*["'“{\[]""")
+_QUOTE = re.compile(r'(?<!\\)"')
+_APPENDED = "]}`\n\t "
+"""Characters that programs append to an answer that was cut off."""
+
+_REFUSAL = re.compile(
+    r"\bI(?:['’]m| am) (?:sorry|unable|not able|afraid)|\bI must decline"
+    r"|\bI (?:can(?:['’]t|not)|could not|won['’]t|will not)\b"
+    r"|\bas an? (?:AI|(?:large )?language model)\b|\b(?:sorry|apologi[sz]e)\b",
+    re.IGNORECASE,
+)
+_OPERATOR = re.compile(r"\(\s*:action\b")
+_UNQUOTED_LISP = re.compile(r"""["']\s*:\s*\(""")
+_LABEL = r"""^[\s*>•"'\[(-]*(?:(?i:step)\s*)?(?:\d+\s*[.):]+)?[\s*"'\[(`-]*"""
+_CALL_LINE = re.compile(_LABEL + r"(?P<call>[A-Za-z_][\w.]*\([^()\n]*\))", re.MULTILINE)
+_LISP_LINE = re.compile(r"^\s*\(\s*:?[\w-]+(?:\s[^\n]*)?\)?\s*$", re.MULTILINE)
+_XML = re.compile(r"</[A-Za-z]\w*>")
+_CODE = re.compile(r"^\s*(?:def \w+\(|import \w|from \w+ import |print\()", re.MULTILINE)
+
+
+def find_cause(
+    text: str, actions: Collection[str], other_ability: Callable[[], Ability | None]
+) -> _CauseInWords | None:
+    """Return why an answer cannot be read, or None if no cause applies.
+
+    Args:
+        text: the answer.
+        actions: names of the domain's actions.
+        other_ability: returns another ability whose form the answer has, or None.
+    """
+    looped = find_loop(text)
+    if looped:
+        quoted = shorten(looped, _MAX_QUOTED, placeholder=" ...")
+        return _CauseInWords("loop", f"the answer repeats the same text again and again: {quoted}")
+    thoughts = thoughts_in(text)
+    if thoughts and not thoughts[-1].is_finished:
+        return _CauseInWords("unfinished_thought", "the reasoning does not end, so no answer follows")
+    body = _TOKENS.sub(" ", blank_out(thoughts, text)).strip()
+    if not re.search(r"\w", _KEY.sub("", body)):
+        return _CauseInWords("empty", "the answer is empty: it holds no words")
+    is_json = _JSON.search(body) is not None
+    ability = other_ability()
+    if ability is not None:
+        name = ability.value.replace("_", " ")
+        return _CauseInWords("other_ability", f"the answer has the form of {name}")
+    notation = _find_notation(body, actions, is_json=is_json)
+    if notation:
+        return _CauseInWords("other_notation", f"the answer looks like {notation}")
+    if _is_cut_off(body, is_json=is_json):
+        return _CauseInWords("cut_off", "the end of the answer is missing")
+    if is_json:
+        return None
+    if _REFUSAL.search(body[:_MAX_BEFORE_REFUSAL]):
+        return _CauseInWords("refusal", "the model refuses to answer")
+    return _CauseInWords("prose", "the answer is only prose")
+
+
+def find_loop(text: str) -> str:
+    """Return the text that an answer repeats at its end, or an empty text if there is no loop.
+
+    White space, and the numbers of list items, may differ between the repeats.
+    """
+    words = " ".join(_LIST_NUMBER.sub("", text).split()).rstrip(_APPENDED)
+    backwards = words[: -_MAX_LOOPED - 1 : -1]
+    borders = [0] * len(backwards)
+    looped, unit, border = 0, 0, 0
+    for i in range(1, len(backwards)):
+        while border and backwards[i] != backwards[border]:
+            border = borders[border - 1]
+        border += backwards[i] == backwards[border]
+        borders[i] = border
+        period = i + 1 - border
+        if i + 1 >= _MIN_REPEATS * period:
+            looped, unit = i + 1, period
+    if looped < _MIN_LOOP or (2 * looped < len(words) and looped < _LONG_LOOP):
+        return ""
+    start = len(words) - looped
+    start += words[start : start + unit].find(" ") + 1  # begin with a whole word
+    return words[start : start + unit].strip()
+
+
+def _find_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
+    """Return the notation of an answer in words, or None if it is unknown or the requested notation."""
+    if _OPERATOR.search(body):
+        return "PDDL that is not quoted as a text" if _UNQUOTED_LISP.search(body) else None
+    if is_json:
+        return "a JSON list of texts, not of steps" if _is_list_of_texts(body, actions) else None
+    named = re.compile(_LABEL + rf"(?:{'|'.join(map(re.escape, actions))})\b[\])]?[ :(<]", re.MULTILINE)
+    call = _CALL_LINE.search(body)
+    if call is not None:
+        return f"lines of ACTION(x): {shorten(call['call'], _MAX_QUOTED, placeholder=' ...')}"
+    if actions and named.search(body):
+        return "lines of ACTION x"
+    for pattern, name in ((_LISP_LINE, "PDDL"), (_XML, "XML"), (_CODE, "program code")):
+        if pattern.search(body):
+            return name
+    return None
+
+
+def _is_list_of_texts(body: str, actions: Collection[str]) -> bool:
+    """Whether an answer is a JSON list of texts that begin with names of actions."""
+    try:
+        value = json.loads(body)
+    except (ValueError, RecursionError):
+        return False
+    if not isinstance(value, list) or not value:
+        return False
+    return all(isinstance(item, str) and re.split(r"\W", item)[0] in actions for item in value)
+
+
+def _is_cut_off(body: str, *, is_json: bool) -> bool:
+    """Whether the end of an answer is missing. Programs may have appended closing brackets to it."""
+    if is_json and is_unclosed(body):
+        return True
+    if not any(body.count(opening) > body.count(closing) for opening, closing in ("{}", "[]", "()")):
+        return False
+    end = body.rstrip(_APPENDED)[-1:]
+    return len(_QUOTE.findall(body)) % 2 == 1 or end in ",:([{" or (not is_json and body[-1].isalnum())
+
+
+def add_cause(assessment: Assessment, found: _CauseInWords | None) -> Assessment:
+    """Return an assessment whose error names the cause, and whose explanation has its sentence."""
+    if found is None:
+        return assessment
+    verdict = _name_cause(assessment.verdict, found.cause)
+    return assessment._replace(verdict=verdict, explain=lambda: _add_sentence(assessment.explain(), found))
+
+
+def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Explanation | None]:
+    """Return a verdict and its explanation after a length limit cut the answer off.
+
+    The cause of an unreadable answer changes only from ``prose`` or None to ``cut_off``.
+    """
+    error = verdict.error
+    if error is None or error.kind is not FaultKind.PARSING or error.check not in (None, "prose"):
+        return verdict, explanation
+    found = _CauseInWords("cut_off", "the end of the answer is missing")
+    verdict = _name_cause(verdict, found.cause)
+    return verdict, None if explanation is None else _add_sentence(explanation, found)
+
+
+def _name_cause(verdict: V, cause: UnreadCause) -> V:
+    error = verdict.error
+    return verdict if error is None else replace(verdict, error=replace(error, check=cause))
+
+
+def _add_sentence(explanation: Explanation, found: _CauseInWords) -> Explanation:
+    notes = [note for note in explanation.notes if not note.startswith("prose: ")]
+    return replace(explanation, notes=(*notes, f"{found.cause}: {found.sentence}"))
