@@ -22,7 +22,7 @@ import numpy as np
 
 from bench.record import add_write_option, suite_title, write_rows
 from bench.result import Figure
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.extensions.adaptive.difficulties import choose_next_tasks, estimate_ability
 from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_rasch
@@ -49,7 +49,7 @@ def main() -> None:
     answers = Records(tuple(arguments.records)).tables().answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
     for suite, of_suite in group_by_suite(answers).items():
-        if declaration_of(Ability(suite.ability)).has_plans:
+        if get_declaration(Ability(suite.ability)).has_plans:
             for target in TARGETS:
                 asked, at_random, distance, within = measure_target(collect_scores(of_suite), target)
                 print(f"{suite}, {target}: {asked}, {at_random}; {distance}; {within}", flush=True)

@@ -52,7 +52,7 @@ def gold_plans(name: str) -> list[Plan]:
     for task_id in suite.task_ids:
         scorer, text = cast("ActionSequencing", suite.scorer(task_id)), book[task_id].text
         written = scorer.notation.read(text)
-        actions = scorer.resolve(written) if isinstance(written, WrittenPlan) else None
+        actions = scorer.resolve_names(written) if isinstance(written, WrittenPlan) else None
         if isinstance(actions, tuple) and getattr(scorer.score(text), "success", False):
             commands = [action_text(action, scorer.task.scene) for action in actions]
             found.append(Plan(scorer.task, scorer.domain, actions, commands))

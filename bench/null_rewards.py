@@ -25,7 +25,7 @@ from statistics import mean
 from typing import get_args
 
 from bench.record import add_write_option, suite_title, write_rows
-from eai.abilities.declining import QUESTION, write_refusal
+from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
@@ -108,7 +108,7 @@ def all_operators(suite: Suite, task_id: str) -> str:
 
 def make_declining_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
     """Return two answers for each task: a refusal and a question."""
-    refused, asked = write_refusal("nothing leads there"), write_refusal("Which one?", QUESTION)
+    refused, asked = write_refusal_answer("nothing leads there"), write_refusal_answer("Which one?", QUESTION)
     yield "refuse", lambda task_id: refused
     yield "ask", lambda task_id: asked
 

@@ -127,7 +127,7 @@ class Judge:
         plan = self.scorers[rules.reading].notation.read(text)
         if isinstance(plan, Unreadable):
             return _counted(self._not_run(ErrorReport(FaultKind.PARSING, None, plan.reason)), rules)
-        actions = self.scorers[rules.naming].resolve(plan)
+        actions = self.scorers[rules.naming].resolve_names(plan)
         if isinstance(actions, ErrorReport):
             return _counted(self._not_run(actions), rules)
         if rules.script is REFERENCE and actions == self.task.script:

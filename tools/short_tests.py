@@ -26,7 +26,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.extensions.adaptive import difficulties as adaptive
 from eai.extensions.adaptive import short_tests
@@ -65,7 +65,7 @@ def main() -> None:
         validity = cross_validate(scores)
         name = f"{suite.domain}/{Ability(suite.ability).value}"
         tests[name] = list(choose(scores))
-        if declaration_of(Ability(suite.ability)).has_plans:
+        if get_declaration(Ability(suite.ability)).has_plans:
             difficulties[name] = fit_difficulties(scores)
         models = f"{len(scores.models)} models"
         chosen, drawn = (

@@ -16,7 +16,7 @@ import datasets
 
 import eai
 from eai import Ability, Suite
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.benchmarks.prompt_library import Library
 from eai.results.summary import contributions
 
@@ -49,7 +49,9 @@ def shares(row: Mapping[str, str], answers: Sequence[str]) -> dict[str, Any]:
     ability = Ability(row["ability"])
     verdict = suite_of(row["domain"], row["ability"]).score(row["task_id"], answers[0])
     counted = contributions([verdict], ability)
-    return {name: tuple(each[name]) for each in counted for name in declaration_of(ability).overview_headings}
+    return {
+        name: tuple(each[name]) for each in counted for name in get_declaration(ability).overview_headings
+    }
 
 
 def rate(counted: Sequence[tuple[float, float]]) -> float:

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.answer_schema import is_accepted, list_schema, object_schema, text_schema, union_schema
+from eai.abilities.answer_schema import (
+    is_schema_accepted_by_providers,
+    make_list_schema,
+    make_object_schema,
+    make_text_schema,
+    make_union_schema,
+)
 
 
 @pytest.mark.parametrize(
@@ -19,12 +25,17 @@ from eai.abilities.answer_schema import is_accepted, list_schema, object_schema,
     ],
 )
 def test_schemas_have_a_maximum_number_of_words(choices: list[int], length: int, expected: bool) -> None:
-    schemas = [text_schema([f"{i:0{length}}" for i in range(count)]) for count in choices]
-    assert is_accepted(object_schema({"a": list_schema(union_schema(schemas))})) == expected
+    schemas = [make_text_schema([f"{i:0{length}}" for i in range(count)]) for count in choices]
+    assert (
+        is_schema_accepted_by_providers(
+            make_object_schema({"a": make_list_schema(make_union_schema(schemas))})
+        )
+        == expected
+    )
 
 
 def test_every_member_is_needed_and_no_other_is_allowed() -> None:
-    assert object_schema({"a": text_schema(), "b": text_schema(["c"])}) == {
+    assert make_object_schema({"a": make_text_schema(), "b": make_text_schema(["c"])}) == {
         "type": "object",
         "properties": {"a": {"type": "string"}, "b": {"type": "string", "enum": ["c"]}},
         "required": ["a", "b"],

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from eai.abilities.answer_text import (
     MAX_DEPTH,
     MAX_LENGTH,
-    AnswerForm,
+    AnswerFormat,
     JsonObject,
     ParsedAnswer,
-    holds_strings,
+    contains_json_string,
     read_json,
 )
 from eai.abilities.verdict import SpanKind, Unreadable
@@ -30,17 +30,17 @@ def plain(value: object) -> object:
     return [plain(part) for part in value] if isinstance(value, list) else value
 
 
-ANYTHING: AnswerForm[object] = AnswerForm("value", plain)
-OBJECT: AnswerForm[object] = AnswerForm(
+ANYTHING: AnswerFormat[object] = AnswerFormat("value", plain)
+OBJECT: AnswerFormat[object] = AnswerFormat(
     "object",
     lambda value: plain(value) if isinstance(value, JsonObject) and value.members else None,
-    is_part=holds_strings,
+    is_part=contains_json_string,
     is_line_of_answer=lambda line: line.startswith("WALK"),
     flaw=lambda value: "a list" if isinstance(value, list) else None,
 )
 
 
-def found(text: str, form: AnswerForm[object] = OBJECT) -> object:
+def found(text: str, form: AnswerFormat[object] = OBJECT) -> object:
     reading = read_json(text, form)
     return reading.value if isinstance(reading, ParsedAnswer) else None
 
@@ -258,7 +258,7 @@ def test_json_is_read_as_it_was_written(value: object) -> None:
             return {key: from_pairs(part) for key, part in value.members}
         return [from_pairs(part) for part in value] if isinstance(value, list) else value
 
-    reading = read_json(json.dumps(value), AnswerForm("value", lambda read: (from_pairs(read),)))
+    reading = read_json(json.dumps(value), AnswerFormat("value", lambda read: (from_pairs(read),)))
     assert isinstance(reading, ParsedAnswer)
     assert reading.value == (value,)
 

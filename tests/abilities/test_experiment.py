@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.experiment import Experiment, StudyChoice
+from eai.abilities.experiment import Experiment, StudySettings
 from eai.base.errors import InputError
 from experiments import experiment
 from results.random_records import EXPERIMENTS
@@ -43,13 +43,13 @@ from results.random_records import EXPERIMENTS
     ],
 )
 def test_an_experiment_lists_its_studies_and_has_a_label(varied: Experiment, names: str, label: str) -> None:
-    assert (" ".join(varied.ordered_choices), varied.label) == (names, label)
+    assert (" ".join(varied.settings_in_label_order), varied.label) == (names, label)
 
 
 def test_a_run_with_only_harness_and_effort_is_plain() -> None:
-    assert Experiment(harness="react", effort="high").is_plain
-    assert not experiment(harness="react", prompt_name="short").is_plain
-    assert not Experiment(harness="react", rules="until-goal").is_plain
+    assert Experiment(harness="react", effort="high").has_no_settings
+    assert not experiment(harness="react", prompt_name="short").has_no_settings
+    assert not Experiment(harness="react", rules="until-goal").has_no_settings
 
 
 def test_two_experiments_combine_their_choices() -> None:
@@ -64,18 +64,18 @@ def test_two_experiments_combine_their_choices() -> None:
 
 def test_a_replaced_choice_keeps_its_position_in_the_label() -> None:
     choices = {
-        name: StudyChoice(name, label_position=place) for place, name in enumerate(("first", "second"))
+        name: StudySettings(name, label_position=place) for place, name in enumerate(("first", "second"))
     }
-    changed = Experiment(choices).replace_choices(
-        Experiment({"first": StudyChoice("other", label_position=9)})
+    changed = Experiment(choices).replace_study_settings(
+        Experiment({"first": StudySettings("other", label_position=9)})
     )
     assert changed.label == "other+second"
 
 
 def test_dropping_the_only_choice_leaves_no_experiment() -> None:
     both = experiment(goals_from="m", scene="image")
-    assert both.drop_study("perception") == experiment(goals_from="m")
-    assert experiment(scene="image").drop_study("perception") is None
+    assert both.without_study("perception") == experiment(goals_from="m")
+    assert experiment(scene="image").without_study("perception") is None
 
 
 def test_the_label_of_studies_names_neither_harness_nor_effort() -> None:
@@ -109,7 +109,7 @@ def test_an_option_may_be_any_text_that_can_name_a_file(name: str) -> None:
 @pytest.mark.parametrize("label", ["", "a/b", "a++b", "..", "a b"])
 def test_a_label_that_cannot_name_a_folder_is_refused(label: str) -> None:
     with pytest.raises(InputError):
-        StudyChoice(label)
+        StudySettings(label)
 
 
 @given(EXPERIMENTS)

@@ -14,9 +14,9 @@ from eai.abilities.explanation import (
     GoalReport,
     Statement,
     StepReport,
-    find_names,
     find_near_misses,
-    read_statement,
+    find_predicate_names,
+    parse_statement,
 )
 from eai.abilities.reports import report_parts, report_steps
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
@@ -47,7 +47,7 @@ def test_a_step_report_lists_changes_of_the_tasks_objects(explained: Explain) ->
     (step,) = explained('{"OPEN": ["fridge"]}', task).steps
     added, removed = ("OPEN(fridge.10)",), ("CLOSED(fridge.10)",)
     assert step == StepReport(
-        "OPEN(fridge.10)", "executed", added=added, removed=removed, call=read_statement("OPEN(fridge.10)")
+        "OPEN(fridge.10)", "executed", added=added, removed=removed, call=parse_statement("OPEN(fridge.10)")
     )
 
 
@@ -94,7 +94,7 @@ def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None
         "PUTIN(cup.13, fridge.10)",
         "missing_step",
         "the character does not hold cup.13",
-        call=read_statement("PUTIN(cup.13, fridge.10)"),
+        call=parse_statement("PUTIN(cup.13, fridge.10)"),
     )
 
 
@@ -258,8 +258,8 @@ def test_a_near_miss_is_another_fact_about_the_goals_objects(
     added: tuple[str, ...], removed: tuple[str, ...], goal: str, near: tuple[str, ...]
 ) -> None:
     steps = (
-        StepReport("A()", "executed", added=added, call=read_statement("A()")),
-        StepReport("B()", "executed", removed=removed, call=read_statement("B()")),
+        StepReport("A()", "executed", added=added, call=parse_statement("A()")),
+        StepReport("B()", "executed", removed=removed, call=parse_statement("B()")),
     )
     missed = Explanation(steps=steps, goals=(GoalReport("relation", goal, False),))
     assert find_near_misses(missed) == ({goal: near} if near else {})
@@ -273,12 +273,12 @@ def test_a_state_that_ended_the_wanted_state_is_a_near_miss() -> None:
             "executed",
             added=("OFF(a)",),
             removed=("ON(a)",),
-            call=read_statement("SWITCHOFF(a)"),
+            call=parse_statement("SWITCHOFF(a)"),
         ),
         StepReport(
-            "OPEN(a)", "executed", added=("OPEN(a)",), removed=("CLOSED(a)",), call=read_statement("OPEN(a)")
+            "OPEN(a)", "executed", added=("OPEN(a)",), removed=("CLOSED(a)",), call=parse_statement("OPEN(a)")
         ),
-        StepReport("GRASP(a)", "executed", added=("in_right_hand(a)",), call=read_statement("GRASP(a)")),
+        StepReport("GRASP(a)", "executed", added=("in_right_hand(a)",), call=parse_statement("GRASP(a)")),
     )
     missed = Explanation(steps=steps, goals=(GoalReport("state", "ON(a)", False),))
     assert find_near_misses(missed) == {"ON(a)": ("OFF(a)",)}
@@ -286,7 +286,7 @@ def test_a_state_that_ended_the_wanted_state_is_a_near_miss() -> None:
 
 def test_a_goal_that_is_reached_has_no_near_miss() -> None:
     steps = (
-        StepReport("A()", "executed", added=("INSIDE(a, b)", "ONTOP(a, b)"), call=read_statement("A()")),
+        StepReport("A()", "executed", added=("INSIDE(a, b)", "ONTOP(a, b)"), call=parse_statement("A()")),
     )
     assert (
         find_near_misses(Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))) == {}
@@ -301,8 +301,8 @@ def test_steps_and_goals_are_values_beside_their_texts() -> None:
         (call.name, call.arguments) for call in calls
     ]
     assert [goal.predicates for goal in found.goals] == [("CLOSED",), ("ONTOP",), ("LOOKAT", "WALK")]
-    assert all(read_statement(step.action) == step.call for step in found.steps)
-    assert all(find_names(goal.goal) == goal.predicates for goal in found.goals)
+    assert all(parse_statement(step.action) == step.call for step in found.steps)
+    assert all(find_predicate_names(goal.goal) == goal.predicates for goal in found.goals)
 
 
 @pytest.mark.parametrize(
@@ -317,4 +317,4 @@ def test_steps_and_goals_are_values_beside_their_texts() -> None:
     ],
 )
 def test_atoms_and_steps_are_read_again(text: str, call: Statement) -> None:
-    assert read_statement(text) == call
+    assert parse_statement(text) == call

@@ -219,9 +219,9 @@ def test_the_question_describes_the_perceived_scene() -> None:
     assert "seen before attempt 2\n" in second.user
     assert "at(robot, shed)" in second.user
     trial = Trial(cast("ActionSequencing", SUITE.scorer("both")), AttemptOptions(1, "continue", "state"))
-    assert asks.describe_scene(trial) == {}
+    assert asks.describe_scene_metadata(trial) == {}
     trial.try_answer(plan(SHED))
-    assert asks.describe_scene(trial) == {"scene": "2"}
+    assert asks.describe_scene_metadata(trial) == {"scene": "2"}
 
 
 def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:

@@ -120,11 +120,11 @@ def test_caches_of_plans_are_bounded_and_change_no_result(monkeypatch: pytest.Mo
     scorer = eai.open("virtualhome", "action_sequencing").scorer("27_2")
     assert isinstance(scorer, ActionSequencing)
     text = '{"WALK": ["washing_machine", 1001]}'
-    plan_repairer._get_repairer.cache_clear()
+    plan_repairer._get_cached_repairer.cache_clear()
     first = repair_of(scorer, text)
     assert repair_of(scorer, text) == first
-    assert plan_repairer._get_repairer.cache_info().currsize == 1
-    assert plan_repairer._get_repairer.cache_info().maxsize
+    assert plan_repairer._get_cached_repairer.cache_info().currsize == 1
+    assert plan_repairer._get_cached_repairer.cache_info().maxsize
     monkeypatch.setattr(repair_search, "_MAX_CACHED_STATES", 0)
     assert repair_of(scorer, text) == first
 

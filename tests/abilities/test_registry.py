@@ -106,6 +106,6 @@ def test_an_entry_point_must_hold_the_ability_of_its_name(monkeypatch: pytest.Mo
     point = EntryPoint("other", "abilities.counting:COUNTING", protocol.ABILITY_GROUP)
     monkeypatch.setattr(declaration, "find_abilities", lambda: {Ability("other"): point})
     with pytest.raises(InputError, match="expected the AbilityDeclaration of other"):
-        declaration.declaration_of(Ability("other"))
+        declaration.get_declaration(Ability("other"))
     with pytest.raises(InputError, match="the ability none is not installed"):
-        declaration.declaration_of(Ability("none"))
+        declaration.get_declaration(Ability("none"))

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from agents.switches import SWITCHES
-from eai.abilities.declaration import AnswerOutcome, declaration_of
+from eai.abilities.declaration import AnswerOutcome, get_declaration
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.scorer import Assessment, Scorer
@@ -63,7 +63,7 @@ def raising(ability: Ability, error: Exception, *, always: bool = False) -> Suit
     "error", [OverflowError("too large"), RecursionError(), MemoryError(), InputError("an odd answer")]
 )
 def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception) -> None:
-    suite, declared = raising(ability, error), declaration_of(ability)
+    suite, declared = raising(ability, error), get_declaration(ability)
     task_id = suite.task_ids[0]
     responses = [Response(task, BOOM if task == task_id else "[]") for task in suite.task_ids]
     records = [*Scoring().records(suite, "m", responses, explanations=True)]
@@ -91,7 +91,7 @@ def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception
     "ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION, ACTING], ids=str
 )
 def test_an_answer_to_a_task_whose_scorer_always_raises_fails_too(ability: Ability) -> None:
-    suite, declared = raising(ability, ValueError(), always=True), declaration_of(ability)
+    suite, declared = raising(ability, ValueError(), always=True), get_declaration(ability)
     verdict = suite.score(suite.task_ids[0], "[]")
     assert verdict.excluded is None
     assert declared.contributions(verdict)[next(iter(declared.overview_headings))] == (0, 1)

@@ -62,7 +62,7 @@ def gold_plans(name: str, store: Store) -> tuple[Plan, ...]:
         assert isinstance(verdict, PlanVerdict)
         written = scorer.notation.read(answer.text)
         if verdict.success and not isinstance(written, Unreadable):
-            actions = scorer.resolve(written)
+            actions = scorer.resolve_names(written)
             assert isinstance(actions, tuple)
             lines = [action_text(action, scorer.task.scene) for action in actions]
             plans.append(Plan(task_id, answer.parts, lines))

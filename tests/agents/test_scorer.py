@@ -231,7 +231,7 @@ def test_a_replay_pays_nothing_and_lists_no_possible_actions(
     def refuse(self: object, *_: object) -> None:
         raise AssertionError("only the player needs this")
 
-    monkeypatch.setattr(PlanRepairer, "closeness", refuse)
+    monkeypatch.setattr(PlanRepairer, "compute_closeness", refuse)
     monkeypatch.setattr(Game, "list_admissible_commands", refuse)
     verdict = verdict_of(suite, play.to_text("stopped"))
     assert (verdict.error, verdict.success, len(verdict.turns)) == (None, True, len(play.turns))

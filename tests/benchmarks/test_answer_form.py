@@ -12,7 +12,7 @@ from typing import get_args
 import pytest
 
 from by_path import ROOT
-from eai.abilities.answer_schema import Schema, is_accepted
+from eai.abilities.answer_schema import Schema, is_schema_accepted_by_providers
 from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
@@ -115,9 +115,12 @@ def test_a_schema_has_only_words_of_the_question_and_not_too_many(
 ) -> None:
     prompts_by_task = open_questions(name, ability, data_store, prompts)
     declared = {operator.name for operator in benchmark(name).domain.operators}
-    declared |= {spelling for spelling, _ in benchmark(name).notation.goals.words(benchmark(name).domain)}
+    declared |= {
+        spelling
+        for spelling, _ in benchmark(name).notation.goals.map_predicate_spellings(benchmark(name).domain)
+    }
     for task_id, form in make_forms(name, ability, data_store, prompts).items():
-        assert is_accepted(form)
+        assert is_schema_accepted_by_providers(form)
         question = f"{prompts_by_task[task_id].system}{prompts_by_task[task_id].user}"
         for word in list_words(form):
             assert word in question or word in declared or word in ("not", "yes", "no", ""), word
@@ -149,7 +152,7 @@ def test_a_schema_with_too_many_words_accepts_any_object_name(
     tasks = benchmark(name).tasks(Source(data_store))
     forms = make_forms(name, Ability.ACTION_SEQUENCING, data_store, every=1)
     named = [
-        set(benchmark(name).notation.plans.words(tasks[i])) <= set(list_words(form))
+        set(benchmark(name).notation.plans.list_object_words(tasks[i])) <= set(list_words(form))
         for i, form in forms.items()
     ]
     assert named.count(False) == open_ones
@@ -176,7 +179,7 @@ def test_an_answer_that_may_decline_a_task_may_have_any_form(special: Special, d
 
 def test_a_notation_without_a_schema_requires_none(data_store: Store) -> None:
     class Terse(type(benchmark("lamps").notation.plans)):  # type: ignore[misc]
-        schema = PlanNotation.schema
+        schema = PlanNotation.make_schema
 
     terse = replace(benchmark("lamps"), notation=Notation(Terse()))
     task = terse.tasks(Source(data_store))["light"]

@@ -55,7 +55,7 @@ class ExecutablePlan(NamedTuple):
 def read_plan(scorer: ActionSequencing, text: str) -> ExecutablePlan | None:
     """Return the plan of an answer, or None if it cannot be executed."""
     written = scorer.notation.read(text)
-    actions = None if isinstance(written, Unreadable) else scorer.resolve(written)
+    actions = None if isinstance(written, Unreadable) else scorer.resolve_names(written)
     if actions is None or isinstance(actions, ErrorReport):
         return None
     return ExecutablePlan(scorer.task.id, scorer.domain, scorer.task.initial, actions)

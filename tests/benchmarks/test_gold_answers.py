@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from by_path import TESTS
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.base.errors import InputError
@@ -50,7 +50,7 @@ def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -
     book = answer_book(domain, ability, data_store)
     scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
     verdicts = [scored.score(task_id, book[task_id].text) for task_id in [*book][:40]]
-    rate = summarise(verdicts, ability)[next(iter(declaration_of(ability).overview_headings))]
+    rate = summarise(verdicts, ability)[next(iter(get_declaration(ability).overview_headings))]
     assert rate.percent == 100.0
 
 

@@ -90,7 +90,7 @@ def test_a_random_plan_continues_after_executed_actions(data_store: Store) -> No
         plan = benchmark.notation.plans.read(answer(task_id, "0", done).text)
         from eai.abilities.action_sequencing.scorer import ActionSequencing
 
-        actions = ActionSequencing(task, benchmark.domain, benchmark.notation.plans).resolve(plan)  # type: ignore[arg-type]
+        actions = ActionSequencing(task, benchmark.domain, benchmark.notation.plans).resolve_names(plan)  # type: ignore[arg-type]
         now = execute(benchmark.domain, task.initial, done).final
         assert execute(benchmark.domain, now, actions).failure is None  # type: ignore[arg-type]
 

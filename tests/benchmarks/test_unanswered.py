@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import RAISED, Confusion
@@ -38,7 +38,7 @@ def test_a_task_without_an_answer_fails_without_an_error(
     if protocol is Protocol.STRICT:
         assert len(counted) == COUNTED_TASKS.get((domain, ability), len(suite.task_ids))
     assert not any(verdict.error or verdict.repairs for verdict in counted)
-    declared, rates = declaration_of(ability), summarise(verdicts, ability)
+    declared, rates = get_declaration(ability), summarise(verdicts, ability)
     for column in declared.columns:
         assert not rates[column.metric].numerator, column.metric
     for metric in declared.yes_no_metrics - {"overall.planner_success", "overall.plan_works"}:
@@ -80,7 +80,7 @@ def test_no_text_changes_a_denominator_or_makes_a_scorer_raise(
     data_store: Store, domain: str, ability: Ability
 ) -> None:
     suite = open_suite(domain, ability, source=Source(data_store, planner=PlannerChoice.NONE))
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     for task_id in suite.task_ids[::40]:
         nothing = declared.contributions(suite.score_missing_answer(task_id))
         for text in ODD_TEXTS:

@@ -41,7 +41,7 @@ def _in_homes(ability: Ability, book: AnswerBook) -> Maker:
     def words(task_id: str) -> Words:
         scene = tasks[task_id].scene
         near = [scene.objects[i].name for i in tasks[task_id].relevant]
-        signature = VirtualHomeSubgoals(SUBGOAL_ACTIONS).lexicon(scene).signature
+        signature = VirtualHomeSubgoals(SUBGOAL_ACTIONS).make_formula_lexicon(scene).signature
         return Words(signature, [thing.name for thing in scene.objects], near)
 
     match ability:
@@ -65,7 +65,7 @@ def _in_scenes(ability: Ability, book: AnswerBook) -> Maker:
 
 
 def _words(scene: Scene) -> Words:
-    known = BehaviorSubgoals().lexicon(scene)
+    known = BehaviorSubgoals().make_formula_lexicon(scene)
     names = [name for name in known.objects if "." in name and "_part" not in name]
     return Words(known.signature, names, names)
 

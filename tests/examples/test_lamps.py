@@ -13,7 +13,7 @@ import pytest
 import eai as library
 from by_path import ROOT
 from command_line import Command
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.results.paper_tables import NULL_MODELS
 from eai.world import Action, Episode, check, execute
@@ -123,7 +123,7 @@ def test_built_in_models_run(model: str) -> None:
     for ability in abilities:
         folder = Path("runs/lamps", ability.value, model.replace("/", "_"))
         summary = json.loads((folder / "summary.json").read_text())
-        assert summary[next(iter(declaration_of(ability).overview_headings))][
+        assert summary[next(iter(get_declaration(ability).overview_headings))][
             "value"
         ] == 100.0 or model not in (
             "eai/oracle",

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.attempt_options import AttemptOptions, FeedbackLevel
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
-from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
+from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import ErrorReport, SummaryCounts
@@ -41,7 +41,7 @@ def records() -> st.SearchStrategy[Record]:
 
 
 def _of(ability: Ability) -> st.SearchStrategy[Record]:
-    verdicts = with_every_field(declaration_of(ability).verdict)
+    verdicts = with_every_field(get_declaration(ability).verdict)
     attempts: st.SearchStrategy[list[Attempt]] = st.just([])
     if ability is Ability.ACTION_SEQUENCING:
         attempts = st.lists(with_every_field(Attempt, verdict=verdicts), max_size=2)
@@ -61,7 +61,7 @@ st.register_type_strategy(str, TEXTS)
 st.register_type_strategy(Protocol, st.sampled_from([*Protocol.list_names()]))
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(Share, st.builds(Share, HALVES, COUNTS))
-for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, PartReport):
+for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, GoalPartReport):
     st.register_type_strategy(kind, with_every_field(kind))
 st.register_type_strategy(
     SummaryCounts,

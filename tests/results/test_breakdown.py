@@ -5,7 +5,13 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, find_names, read_statement
+from eai.abilities.explanation import (
+    Explanation,
+    GoalReport,
+    StepReport,
+    find_predicate_names,
+    parse_statement,
+)
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
@@ -29,8 +35,8 @@ from results.verdicts import SUCCEEDED, failed, record
 
 PLAN = Explanation(
     steps=(
-        StepReport("WALK(bed.1)", "executed", call=read_statement("WALK(bed.1)")),
-        StepReport("GRAB(cup.2)", "missing_step", "why", call=read_statement("GRAB(cup.2)")),
+        StepReport("WALK(bed.1)", "executed", call=parse_statement("WALK(bed.1)")),
+        StepReport("GRAB(cup.2)", "missing_step", "why", call=parse_statement("GRAB(cup.2)")),
     ),
     goals=(
         GoalReport("state", "not ON(light.1)", True, predicates=("ON",)),
@@ -168,14 +174,14 @@ def test_success_by_length_is_the_paper_s_figure(behavior_tasks: BehaviorTasks) 
     ],
 )
 def test_a_goal_mentions_each_predicate_once(goal: str, names: tuple[str, ...]) -> None:
-    assert find_names(goal) == names
+    assert find_predicate_names(goal) == names
 
 
 def test_an_additional_step_is_tried_and_not_executed() -> None:
     """The authors' evaluator counts additional steps in this way."""
     steps = (
-        StepReport("OPEN(box.1)", "executed", call=read_statement("OPEN(box.1)")),
-        StepReport("OPEN(box.1)", "additional_step", "is open", call=read_statement("OPEN(box.1)")),
+        StepReport("OPEN(box.1)", "executed", call=parse_statement("OPEN(box.1)")),
+        StepReport("OPEN(box.1)", "additional_step", "is open", call=parse_statement("OPEN(box.1)")),
     )
     plan = replace(record("1", SUCCEEDED), explanation=Explanation(steps=steps))
     assert break_down([plan], Ability.ACTION_SEQUENCING).by_action == {"OPEN": Rate(1, 2)}

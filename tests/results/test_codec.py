@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
-from eai.abilities.declaration import declaration_of
-from eai.abilities.explanation import Explanation, GoalReport, PartReport, Statement, StepReport
+from eai.abilities.declaration import get_declaration
+from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, Statement, StepReport
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
@@ -117,7 +117,7 @@ def test_a_record_that_was_written_without_evidence_is_read() -> None:
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_every_ability_has_the_fields_of_the_contract_first(ability: Ability) -> None:
-    line = record_to_json(record(declaration_of(ability).verdict(), ability))
+    line = record_to_json(record(get_declaration(ability).verdict(), ability))
     assert tuple(line)[: len(FIRST)] == FIRST
     assert list(line)[-1] == "response"
     assert line["schema"] == SCHEMA
@@ -214,7 +214,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
             ),
         ),
         (GoalReport("state", "ON(light.2)", True, predicates=("ON",)),),
-        (PartReport("ON(light.2) and TOUCH(x.3)", None, ("TOUCH(x.3)",)),),
+        (GoalPartReport("ON(light.2) and TOUCH(x.3)", None, ("TOUCH(x.3)",)),),
     )
     line = record_to_json(replace(record(PLAN), explanation=explanation))
     assert record_from_json(line).explanation == explanation

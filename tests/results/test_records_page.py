@@ -19,8 +19,8 @@ from eai.abilities.attempt_options import (
     FeedbackLevel,
 )
 from eai.abilities.declaration import load_paper_abilities
-from eai.abilities.experiment import Experiment, StudyChoice
-from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
+from eai.abilities.experiment import Experiment, StudySettings
+from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.task_features import TaskFeatures
@@ -47,11 +47,11 @@ def test_the_pages_examples_equal_written_records(ability: Ability) -> None:
 
 def test_every_field_is_on_the_page() -> None:
     example = record_from_json(json.loads(EXAMPLES[Ability.ACTION_SEQUENCING]))
-    explained = (Explanation, StepReport, GoalReport, PartReport, OperatorReport)
+    explained = (Explanation, StepReport, GoalReport, GoalPartReport, OperatorReport)
     declared = (
         TaskFeatures,
         Experiment,
-        StudyChoice,
+        StudySettings,
         AttemptOptions,
         Perceived,
         Attempt,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.declaration import declaration_of, load_paper_abilities
+from eai.abilities.declaration import get_declaration, load_paper_abilities
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
@@ -24,7 +24,7 @@ ARITY = ErrorReport(FaultKind.ARGUMENT_NUMBER, None, "OPEN takes 1 argument")
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_every_column_that_is_shown_is_a_metric(ability: Ability) -> None:
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     rates = summarise([declared.verdict()], ability)
     shown = {column.metric for column in declared.columns}
     assert {
@@ -40,7 +40,7 @@ def test_every_column_that_is_shown_is_a_metric(ability: Ability) -> None:
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_lower_is_better_only_for_errors_and_granularity(ability: Ability) -> None:
     fewer = {kind.value for kind in FaultKind} | {"ill_formed", "granularity"}
-    for column in declaration_of(ability).columns:
+    for column in get_declaration(ability).columns:
         assert column.more_is_better is (column.metric not in fewer), column.metric
 
 
@@ -176,7 +176,7 @@ def test_without_a_planner_there_is_no_planner_success() -> None:
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_a_run_without_scored_answers_has_all_metrics_without_a_value(ability: Ability) -> None:
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     rates = summarise([declared.verdict(excluded="for a reason")], ability)
     assert rates.keys() == declared.contributions(declared.verdict()).keys()
     assert all(rate.denominator == 0 for rate in rates.values())

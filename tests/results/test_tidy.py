@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.explanation import find_names, read_statement
+from eai.abilities.explanation import find_predicate_names, parse_statement
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
@@ -91,8 +91,8 @@ def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, 
         if isinstance(record.verdict, OperatorVerdict)
         for clause, content in record.verdict.clauses.items()
     ]
-    assert all(read_statement(text) == value for value, text in (*steps, *atoms))
-    assert all(find_names(text) == value for value, text in goals)
+    assert all(parse_statement(text) == value for value, text in (*steps, *atoms))
+    assert all(find_predicate_names(text) == value for value, text in goals)
     assert all(tuple(sorted(predicates_in(text))) == value for value, text in clauses)
     assert any((steps, goals, atoms, clauses))
 

@@ -11,7 +11,7 @@ from inspect_ai import list_tasks
 
 import eai
 from by_path import ROOT
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
@@ -35,7 +35,7 @@ def test_every_suite_is_a_task_of_the_lm_evaluation_harness() -> None:
         assert f"task: {path.stem}\n" in path.read_text(encoding="utf-8")
         ability = next(each for each in PAPER_ABILITIES if path.stem.endswith(each.value))
         assert path.read_text(encoding="utf-8").count("metric: ") == len(
-            declaration_of(ability).overview_headings
+            get_declaration(ability).overview_headings
         )
     assert {path.stem for path in EXAMPLE.glob("eai_*.yaml")} == {f"eai_{name}" for name in OF_HOUSEHOLDS}
 

@@ -6,7 +6,7 @@ import pytest
 from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol, find_abilities
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -19,7 +19,7 @@ SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for abilit
 
 
 def test_inspect_finds_every_suite_under_its_name() -> None:
-    of_files = {ability for ability in find_abilities() if declaration_of(ability).interaction.task_command}
+    of_files = {ability for ability in find_abilities() if get_declaration(ability).interaction.task_command}
     others = find_abilities().keys() - of_files
     names = {*of_files, *(f"{domain}_{ability}" for domain in list_benchmarks() for ability in others)}
     assert TASKS.keys() == names

@@ -22,17 +22,17 @@ MAX_LONG_CHOICE_CHARACTERS = 15_000
 """Maximum number of characters of all words of a long choice."""
 
 
-def text_schema(words: Iterable[str] | None = None) -> Schema:
+def make_text_schema(words: Iterable[str] | None = None) -> Schema:
     """Return the schema of a text that is one of some words, or of any text if the words are None."""
     return {"type": "string"} if words is None else {"type": "string", "enum": list(words)}
 
 
-def list_schema(items: Schema) -> Schema:
+def make_list_schema(items: Schema) -> Schema:
     """Return the schema of a list whose items have a schema."""
     return {"type": "array", "items": items}
 
 
-def object_schema(members: Mapping[str, Schema]) -> Schema:
+def make_object_schema(members: Mapping[str, Schema]) -> Schema:
     """Return the schema of an object with exactly the given members."""
     return {
         "type": "object",
@@ -42,28 +42,28 @@ def object_schema(members: Mapping[str, Schema]) -> Schema:
     }
 
 
-def union_schema(schemas: Sequence[Schema]) -> Schema:
+def make_union_schema(schemas: Sequence[Schema]) -> Schema:
     """Return the schema of a value that has one of several schemas."""
     return schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
 
 
-def is_accepted(schema: Schema) -> bool:
+def is_schema_accepted_by_providers(schema: Schema) -> bool:
     """Whether a schema has no more words and characters than all providers allow."""
-    choices = [list(map(str, choice)) for choice in _choices(schema)]
+    choices = [list(map(str, choice)) for choice in _list_enumerated_values(schema)]
     return sum(map(len, choices)) <= MAX_WORDS and all(
         len(choice) <= LONG_CHOICE_WORDS or sum(map(len, choice)) <= MAX_LONG_CHOICE_CHARACTERS
         for choice in choices
     )
 
 
-def _choices(schema: Json) -> Iterator[Sequence[Json]]:
+def _list_enumerated_values(schema: Json) -> Iterator[Sequence[Json]]:
     """Yield the words of each choice in a schema."""
     if isinstance(schema, Mapping):
         words = schema.get("enum")
         if isinstance(words, list):
             yield words
         for member in schema.values():
-            yield from _choices(member)
+            yield from _list_enumerated_values(member)
     elif isinstance(schema, list):
         for member in schema:
-            yield from _choices(member)
+            yield from _list_enumerated_values(member)

@@ -2,7 +2,7 @@
 
 Each character is read, repaired by a named repair, or classified as prose.
 
-`read_json` serves all abilities and benchmarks. An `AnswerForm` describes the expected value and signs of
+`read_json` serves all abilities and benchmarks. An `AnswerFormat` describes the expected value and signs of
 its parts. If text outside the value looks like a part, the value is incomplete and the answer is
 unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. The repairs
 are:
@@ -108,7 +108,7 @@ _BEGINNINGS = frozenset('{["-0123456789tfnNI')
 """First characters of JSON values, including NaN and Infinity. Checking them avoids slow exceptions."""
 
 
-def _looks_like_nothing(text: str) -> bool:
+def _never_looks_like_answer(text: str) -> bool:
     return False
 
 
@@ -116,16 +116,16 @@ def _no_repairs(meaning: object) -> tuple[str, ...]:
     return ()
 
 
-def _is_no_piece(meaning: object) -> bool:
+def _is_never_piece(meaning: object) -> bool:
     return False
 
 
-def _has_no_flaw(value: object) -> str | None:
+def _find_no_flaw(value: object) -> str | None:
     return None
 
 
 @dataclass(frozen=True, slots=True)
-class AnswerForm(Generic[T]):
+class AnswerFormat(Generic[T]):
     """The form of the value in an answer.
 
     Attributes:
@@ -149,11 +149,11 @@ class AnswerForm(Generic[T]):
 
     description: str
     read: Callable[[object], T | None]
-    is_part: Callable[[str], bool] = _looks_like_nothing
-    is_line_of_answer: Callable[[str], bool] = _looks_like_nothing
-    flaw: Callable[[object], str | None] = _has_no_flaw
+    is_part: Callable[[str], bool] = _never_looks_like_answer
+    is_line_of_answer: Callable[[str], bool] = _never_looks_like_answer
+    flaw: Callable[[object], str | None] = _find_no_flaw
     join: Callable[[Sequence[T]], T] | None = None
-    is_piece: Callable[[T], bool] = _is_no_piece
+    is_piece: Callable[[T], bool] = _is_never_piece
     repairs_of: Callable[[T], tuple[str, ...]] = _no_repairs
     is_certain: Callable[[T], bool] = bool
     is_single: bool = True
@@ -163,16 +163,18 @@ class AnswerForm(Generic[T]):
 _QUOTED = re.compile(r"""["'“‘]""")
 
 
-def holds_strings(text: str) -> bool:
+def contains_json_string(text: str) -> bool:
     """Whether a bracketed text contains a string, as JSON answers do."""
     return _QUOTED.search(text) is not None
 
 
-def _object_or_list(value: object) -> JsonObject | list[object] | None:
+def _get_object_or_list(value: object) -> JsonObject | list[object] | None:
     return value if isinstance(value, JsonObject | list) else None
 
 
-ANY_VALUE = AnswerForm("JSON object or list", _object_or_list, is_part=holds_strings, is_single=False)
+ANY_VALUE = AnswerFormat(
+    "JSON object or list", _get_object_or_list, is_part=contains_json_string, is_single=False
+)
 """Form of an answer that is any JSON object or list. The last object or list in the answer counts."""
 
 
@@ -197,7 +199,7 @@ class _JsonProblem(NamedTuple):
     position: int
 
 
-class _Stretch(NamedTuple):
+class _BracketedText(NamedTuple):
     """Start and end of a bracketed part of a text, and the problem with its brackets, if any."""
 
     start: int
@@ -216,7 +218,7 @@ class _TextRange(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class _ReadValue(Generic[T]):
+class _ValueInText(Generic[T]):
     """A part of a text that was read as a value."""
 
     start: int
@@ -225,22 +227,22 @@ class _ReadValue(Generic[T]):
     repairs: tuple[str, ...]
 
 
-def read_json(text: str, form: AnswerForm[T]) -> ParsedAnswer[T] | Unreadable:
+def read_json(text: str, form: AnswerFormat[T]) -> ParsedAnswer[T] | Unreadable:
     """Read the value of a form in an answer, or return why the whole answer cannot be read.
 
     If an answer has several values with other text between them, the last value counts.
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
-    return _AnswerText(text, form).reading()
+    return _AnswerReader(text, form).read_answer()
 
 
-class _AnswerText(Generic[T]):
+class _AnswerReader(Generic[T]):
     """An answer, and the form of the value that the answer must contain."""
 
-    def __init__(self, text: str, form: AnswerForm[T]) -> None:
+    def __init__(self, text: str, form: AnswerFormat[T]) -> None:
         self.form = form
-        self.strays: list[_Stretch] = []
+        self.strays: list[_BracketedText] = []
         self.thoughts = thoughts_in(text)
         self.removed: tuple[str, ...] = ("reasoning",) if self.thoughts else ()
         self.text = blank_out(self.thoughts, text)
@@ -248,35 +250,35 @@ class _AnswerText(Generic[T]):
             self.text = _SPECIAL_TOKENS.sub(lambda token: " " * len(token[0]), self.text)
             self.removed = (*self.removed, "special_tokens")
 
-    def reading(self) -> ParsedAnswer[T] | Unreadable:
+    def read_answer(self) -> ParsedAnswer[T] | Unreadable:
         body = self.text.strip()
         start = self.text.find(body) if body else 0
-        decoded = _decode(body)
-        whole = None if isinstance(decoded, _JsonProblem) else _unwrap(decoded.value, self.form)
+        decoded = _decode_with_repairs(body)
+        whole = None if isinstance(decoded, _JsonProblem) else _read_wrapped_value(decoded.value, self.form)
         if whole is not None and isinstance(decoded, _DecodedJson):
-            value = _ReadValue(start, start + len(body), whole[0], (*decoded.repairs, *whole[1]))
-            return self._make_result([value], value.meaning, ())
+            value = _ValueInText(start, start + len(body), whole[0], (*decoded.repairs, *whole[1]))
+            return self._make_parsed_answer([value], value.meaning, ())
         if not body:
-            return self._report_nothing()
+            return self._report_missing_value()
         values = self._read_values()
-        return values if isinstance(values, Unreadable) else self._choose(values)
+        return values if isinstance(values, Unreadable) else self._choose_answer_value(values)
 
-    def _report_nothing(self) -> Unreadable:
+    def _report_missing_value(self) -> Unreadable:
         if self.thoughts and not self.thoughts[-1].is_finished:
             return Unreadable(
                 "the reasoning is never closed, so that there is no answer", spans=self._make_spans([])
             )
         return Unreadable(f"there is no {self.form.description}", spans=self._make_spans([]))
 
-    def _read_values(self) -> list[_ReadValue[T]] | Unreadable:
+    def _read_values(self) -> list[_ValueInText[T]] | Unreadable:
         """Read all bracketed values that have the form.
 
         A part that cannot be read makes the answer unreadable, unless it is a draft. A draft is closed, and a
         complete answer follows it.
         """
-        values: list[_ReadValue[T]] = []
+        values: list[_ValueInText[T]] = []
         error: Unreadable | None = None
-        for number, stretch in enumerate(_find_stretches(self.text)):
+        for number, stretch in enumerate(_find_bracketed_texts(self.text)):
             if number == MAX_VALUES:
                 return Unreadable(f"the answer has more than {MAX_VALUES:,} bracketed values")
             if stretch.problem is not None:
@@ -286,34 +288,36 @@ class _AnswerText(Generic[T]):
                 self.strays.append(stretch)
                 continue
             is_part = self.form.is_part(inside)
-            decoded = _decode(inside, stretch.start, repair=is_part)
-            meaning = None if isinstance(decoded, _JsonProblem) else _unwrap(decoded.value, self.form)
+            decoded = _decode_with_repairs(inside, stretch.start, repair=is_part)
+            meaning = (
+                None if isinstance(decoded, _JsonProblem) else _read_wrapped_value(decoded.value, self.form)
+            )
             if meaning is not None and isinstance(decoded, _DecodedJson):
                 repairs = (*decoded.repairs, *meaning[1])
-                values.append(_ReadValue(stretch.start, stretch.end, meaning[0], repairs))
+                values.append(_ValueInText(stretch.start, stretch.end, meaning[0], repairs))
                 if self.form.is_certain(meaning[0]) and not self.form.is_piece(meaning[0]):
                     error = None
             elif is_part and error is None:
                 error = self._report_error(stretch, decoded)
         return values if error is None else error
 
-    def _report_error(self, stretch: _Stretch, cause: _JsonProblem | _DecodedJson) -> Unreadable:
+    def _report_error(self, stretch: _BracketedText, cause: _JsonProblem | _DecodedJson) -> Unreadable:
         if isinstance(cause, _JsonProblem):
-            flaw: str | None = f"{_line_and_column(self.text, cause.position)}: {cause.reason}"
+            flaw: str | None = f"{_format_line_and_column(self.text, cause.position)}: {cause.reason}"
         else:
             flaw = self.form.flaw(cause.value)
         reason = f"there is no {self.form.description}" + (f": {flaw}" if flaw else "")
         return Unreadable(reason, spans=self._make_spans([], unread=stretch))
 
-    def _choose(self, values: list[_ReadValue[T]]) -> ParsedAnswer[T] | Unreadable:
+    def _choose_answer_value(self, values: list[_ValueInText[T]]) -> ParsedAnswer[T] | Unreadable:
         """Choose the value that counts as the answer, or join the pieces of the answer, such as steps."""
         chosen = self._select_relevant(values)
         line = self._find_stray_line(values)
         if line is not None:
             return self._report_stray(line)
         if not chosen:
-            return self._report_nothing()
-        gaps = [_Stretch(one.end, other.start) for one, other in pairwise(chosen)]
+            return self._report_missing_value()
+        gaps = [_BracketedText(one.end, other.start) for one, other in pairwise(chosen)]
         texts = [self.text[gap.start : gap.end] for gap in gaps]
         are_pieces = gaps and any(self.form.is_piece(value.meaning) for value in chosen)
         if self.form.join is not None and are_pieces:
@@ -324,18 +328,20 @@ class _AnswerText(Generic[T]):
                 return self._report_stray(between)
             are_numbered = not all(map(_SEPARATORS.fullmatch, texts))
             repairs = ("json_lines", *(["numbered"] if are_numbered else []))
-            return self._make_result(chosen, self.form.join([value.meaning for value in chosen]), repairs)
+            return self._make_parsed_answer(
+                chosen, self.form.join([value.meaning for value in chosen]), repairs
+            )
         are_adjacent = self.form.is_single and any(map(_SEPARATORS.fullmatch, texts))
-        if are_adjacent and not _are_equal(self.text, chosen):
-            return self._report_stray(_Stretch(chosen[-2].start, chosen[-1].end))
-        return self._make_result(chosen[-1:], chosen[-1].meaning, ())
+        if are_adjacent and not _have_equal_texts(self.text, chosen):
+            return self._report_stray(_BracketedText(chosen[-2].start, chosen[-1].end))
+        return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
-    def _select_relevant(self, values: list[_ReadValue[T]]) -> list[_ReadValue[T]]:
+    def _select_relevant(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
         """Return the values that name something of the task, and the values next to them.
 
         If no value names something of the task, return all values.
         """
-        groups: list[list[_ReadValue[T]]] = []
+        groups: list[list[_ValueInText[T]]] = []
         for value in values:
             is_neighbour = groups and _NUMBERING.fullmatch(self.text[groups[-1][-1].end : value.start])
             if is_neighbour:
@@ -347,29 +353,31 @@ class _AnswerText(Generic[T]):
         ]
         return [value for group in certain or groups for value in group]
 
-    def _find_stray_line(self, values: Sequence[_ReadValue[T]]) -> _Stretch | None:
-        for start, end in _find_gaps(values, len(self.text)):
+    def _find_stray_line(self, values: Sequence[_ValueInText[T]]) -> _BracketedText | None:
+        for start, end in _find_ranges_between(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
                 if not line[0].isspace() and self.form.is_line_of_answer(line[0]):
-                    return _Stretch(start + line.start(), start + line.end())
+                    return _BracketedText(start + line.start(), start + line.end())
         return None
 
-    def _report_stray(self, stretch: _Stretch) -> Unreadable:
+    def _report_stray(self, stretch: _BracketedText) -> Unreadable:
         inside = self.text[stretch.start : stretch.end]
         words = " ".join(inside.split())
         quoted = words if len(words) <= _MAX_QUOTED else f"{words[: _MAX_QUOTED - 3]}..."
-        position = _line_and_column(self.text, stretch.start + len(inside) - len(inside.lstrip()))
+        position = _format_line_and_column(self.text, stretch.start + len(inside) - len(inside.lstrip()))
         reason = f"{position}: {quoted!r} looks like a part of the answer and stands outside"
         return Unreadable(
             f"there is no whole {self.form.description}: {reason}", spans=self._make_spans([], unread=stretch)
         )
 
-    def _make_result(
-        self, chosen: Sequence[_ReadValue[T]], meaning: T, repairs: tuple[str, ...]
+    def _make_parsed_answer(
+        self, chosen: Sequence[_ValueInText[T]], meaning: T, repairs: tuple[str, ...]
     ) -> ParsedAnswer[T]:
         text, first = self.text, chosen[0]
         around: tuple[str, ...] = ("stray_bracket",) if self.strays else ()
-        outside = "".join([text[start:end] for start, end in _find_gaps([*self.strays, *chosen], len(text))])
+        outside = "".join(
+            [text[start:end] for start, end in _find_ranges_between([*self.strays, *chosen], len(text))]
+        )
         if _FENCE in outside and text.count(_FENCE, 0, first.start) % 2:
             around = ("code_fence", *around)
         elif outside and not outside.isspace():
@@ -379,7 +387,7 @@ class _AnswerText(Generic[T]):
         return ParsedAnswer(meaning, names, self._make_spans(chosen))
 
     def _make_spans(
-        self, chosen: Sequence[_ReadValue[T]], unread: _Stretch | None = None
+        self, chosen: Sequence[_ValueInText[T]], unread: _BracketedText | None = None
     ) -> tuple[Span, ...]:
         """Return the treatment of each part of the text, in order.
 
@@ -391,7 +399,7 @@ class _AnswerText(Generic[T]):
             marked.append(Span(value.start, value.end, kind))
         if unread is not None:
             marked.append(Span(unread.start, unread.end, SpanKind.UNREAD))
-        for start, end in _find_gaps(marked, len(self.text)):
+        for start, end in _find_ranges_between(marked, len(self.text)):
             words = _FENCE_MARK.sub(lambda mark: " " * len(mark[0]), self.text[start:end])
             if stripped := words.strip():
                 begin = start + words.index(stripped)
@@ -399,7 +407,7 @@ class _AnswerText(Generic[T]):
         return tuple(sorted(marked))
 
 
-def _find_gaps(taken: Iterable[_TextRange], length: int) -> Iterator[tuple[int, int]]:
+def _find_ranges_between(taken: Iterable[_TextRange], length: int) -> Iterator[tuple[int, int]]:
     """Yield start and end of each range of a text that lies outside the given ranges.
 
     Args:
@@ -415,11 +423,11 @@ def _find_gaps(taken: Iterable[_TextRange], length: int) -> Iterator[tuple[int, 
         yield position, length
 
 
-def _are_equal(text: str, values: Sequence[_ReadValue[T]]) -> bool:
+def _have_equal_texts(text: str, values: Sequence[_ValueInText[T]]) -> bool:
     return len({"".join(text[value.start : value.end].split()) for value in values}) == 1
 
 
-def _line_and_column(text: str, position: int) -> str:
+def _format_line_and_column(text: str, position: int) -> str:
     line_start = text.rfind("\n", 0, position) + 1
     return f"line {text.count(chr(10), 0, position) + 1}, column {position - line_start + 1}"
 
@@ -428,26 +436,26 @@ def is_unclosed(text: str) -> bool:
     """Whether a bracket of a text is open at its end."""
     return any(
         stretch.problem is not None and stretch.problem.reason == _UNCLOSED
-        for stretch in _find_stretches(text)
+        for stretch in _find_bracketed_texts(text)
     )
 
 
-def _find_stretches(text: str) -> Iterator[_Stretch]:
+def _find_bracketed_texts(text: str) -> Iterator[_BracketedText]:
     position = 0
     while bracket := _BRACKET.search(text, position):
         start = bracket.start()
         if bracket[0] in _OPENING_BRACKET:
-            yield _Stretch(start, start + 1)
+            yield _BracketedText(start, start + 1)
             position = start + 1
             continue
-        stretch = _stretch_at(text, start)
+        stretch = _find_bracketed_text_at(text, start)
         yield stretch
         if stretch.problem is not None:
             return
         position = stretch.end
 
 
-def _stretch_at(text: str, start: int) -> _Stretch:
+def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
     opened: list[int] = []
     for token in _INSIDE.finditer(text, start):
         word = token[0]
@@ -456,16 +464,17 @@ def _stretch_at(text: str, start: int) -> _Stretch:
         elif word in _OPENING_BRACKET:
             opening = opened.pop()
             if text[opening] != _OPENING_BRACKET[word]:
-                reason = (
-                    f"this {word} does not close the {text[opening]} of {_line_and_column(text, opening)}"
-                )
-                return _Stretch(start, len(text), _JsonProblem(reason, token.start()))
+                where = _format_line_and_column(text, opening)
+                reason = f"this {word} does not close the {text[opening]} of {where}"
+                return _BracketedText(start, len(text), _JsonProblem(reason, token.start()))
             if not opened:
-                return _Stretch(start, token.end())
-    return _Stretch(start, len(text), _JsonProblem(_UNCLOSED, opened[0]))
+                return _BracketedText(start, token.end())
+    return _BracketedText(start, len(text), _JsonProblem(_UNCLOSED, opened[0]))
 
 
-def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:
+def _read_wrapped_value(
+    value: object, form: AnswerFormat[T], depth: int = 3
+) -> tuple[T, tuple[str, ...]] | None:
     """Return the meaning of a value, and the names of the repairs that it needs.
 
     A value without a meaning in this form may be a string that contains JSON, or an object with one
@@ -477,20 +486,22 @@ def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tupl
     if isinstance(value, str):
         if "{" not in value and "[" not in value:
             return None
-        decoded = _decode(value.strip())
-        inner = None if isinstance(decoded, _JsonProblem) else _unwrap(decoded.value, form, depth - 1)
+        decoded = _decode_with_repairs(value.strip())
+        inner = (
+            None if isinstance(decoded, _JsonProblem) else _read_wrapped_value(decoded.value, form, depth - 1)
+        )
         if inner is None or isinstance(decoded, _JsonProblem):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
     if not isinstance(value, JsonObject):
         return None
-    inside = [(key, _unwrap(member, form, depth - 1)) for key, member in value.members]
+    inside = [(key, _read_wrapped_value(member, form, depth - 1)) for key, member in value.members]
     wrapped = [(key, inner) for key, inner in inside if inner is not None]
     others = [
         member for (key, member), (_, inner) in zip(value.members, inside, strict=True) if inner is None
     ]
     if len(wrapped) != 1 or any(
-        isinstance(member, JsonObject | list) and _list_parts(member) for member in others
+        isinstance(member, JsonObject | list) and _list_nested_values(member) for member in others
     ):
         return None
     key, (meaning, repairs) = wrapped[0]
@@ -498,7 +509,7 @@ def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tupl
     return meaning, (*named, *repairs)
 
 
-def _decode(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _JsonProblem:
+def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _JsonProblem:
     """Return the value of a text that is JSON, or that becomes JSON by repairs of its characters.
 
     Args:
@@ -517,7 +528,7 @@ def _decode(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson 
         if isinstance(again, _DecodedJson):
             return _DecodedJson(again.value, names or ("line_breaks",))
     for repaired, names in repaired_texts:
-        literal = _parse_literal(repaired)
+        literal = _parse_python_literal(repaired)
         if literal is not None:
             return _DecodedJson(literal.value, (*names, "single_quotes"))
     return value._replace(position=value.position + offset)
@@ -557,7 +568,7 @@ def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _JsonPr
         return _JsonProblem("expected a JSON value that is less nested, with shorter numbers", 0)
     if end != len(text):
         return _JsonProblem("expected the end of the JSON value", end)
-    if text.count("[") + text.count("{") >= MAX_DEPTH and not _is_shallow(value):
+    if text.count("[") + text.count("{") >= MAX_DEPTH and not _is_nested_shallowly(value):
         return _JsonProblem(f"expected at most {MAX_DEPTH} nested brackets", 0)
     return _DecodedJson(value)
 
@@ -569,23 +580,23 @@ def _describe_json_error(error: json.JSONDecodeError) -> str:
     )
 
 
-def _is_shallow(value: object) -> bool:
+def _is_nested_shallowly(value: object) -> bool:
     """Whether a value is nested at most `MAX_DEPTH` deep, the limit for recursive functions."""
     level = [value]
     for _ in range(MAX_DEPTH):
-        level = [part for whole in level for part in _list_parts(whole)]
+        level = [part for whole in level for part in _list_nested_values(whole)]
         if not level:
             return True
     return False
 
 
-def _list_parts(value: object) -> Sequence[object]:
+def _list_nested_values(value: object) -> Sequence[object]:
     if isinstance(value, JsonObject):
         return [part for _, part in value.members]
     return value if isinstance(value, list) else ()
 
 
-def _parse_literal(text: str) -> _DecodedJson | None:
+def _parse_python_literal(text: str) -> _DecodedJson | None:
     """Return the value of a Python literal with single quotes, or None if the text is no such literal."""
     if "'" not in text:
         return None
@@ -597,12 +608,12 @@ def _parse_literal(text: str) -> _DecodedJson | None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Python's compiler would warn about escapes in the answer
             tree = ast.parse(text, mode="eval").body
-        return _DecodedJson(_read_literal(tree, MAX_DEPTH))
+        return _DecodedJson(_evaluate_literal(tree, MAX_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return None
 
 
-def _read_literal(node: ast.expr, depth: int) -> object:
+def _evaluate_literal(node: ast.expr, depth: int) -> object:
     """Return the value of a Python literal.
 
     A dictionary becomes a `JsonObject`, which keeps the order and the duplicates of keys.
@@ -615,12 +626,12 @@ def _read_literal(node: ast.expr, depth: int) -> object:
     if isinstance(node, ast.Constant):
         return node.value
     if isinstance(node, ast.List | ast.Tuple):
-        return [_read_literal(element, depth - 1) for element in node.elts]
+        return [_evaluate_literal(element, depth - 1) for element in node.elts]
     if not isinstance(node, ast.Dict):
         raise ValueError("not a literal")
     members = []
     for key, value in zip(node.keys, node.values, strict=True):
         if not isinstance(key, ast.Constant) or not isinstance(key.value, str):
             raise ValueError("a key is not a string")
-        members.append((key.value, _read_literal(value, depth - 1)))
+        members.append((key.value, _evaluate_literal(value, depth - 1)))
     return JsonObject(members)

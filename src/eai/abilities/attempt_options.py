@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from typing import Literal, TypeAlias
 
-from eai.abilities.experiment import SEPARATOR, Experiment, StudyChoice, name_label
+from eai.abilities.experiment import SEPARATOR, Experiment, StudySettings, make_name_label
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.world.fault import Notice
@@ -98,14 +98,14 @@ class AttemptOptions:
     @property
     def experiment(self) -> Experiment:
         """The experiment with only these options."""
-        return Experiment({STUDY: StudyChoice(self.label, asdict(self), _LABEL_POSITION)})
+        return Experiment({STUDY: StudySettings(self.label, asdict(self), _LABEL_POSITION)})
 
     @property
     def label(self) -> str:
         """A short text that is unique to these options."""
-        return SEPARATOR.join(self._labels())
+        return SEPARATOR.join(self._list_label_parts())
 
-    def _labels(self) -> Iterator[str]:
+    def _list_label_parts(self) -> Iterator[str]:
         words = f"{self.world}-{self.feedback}" + ("" if self.form == "prompt" else f"-{self.form}")
         yield f"replans-{self.replans}-{words}" if self.replans else "replans-0"
         if self.slip:
@@ -115,4 +115,4 @@ class AttemptOptions:
         if self.until == "goal":
             yield f"until-{self.until}"
         if self.preset is not None:
-            yield name_label("as", self.preset)
+            yield make_name_label("as", self.preset)

@@ -244,7 +244,7 @@ class AbilityDeclaration(Generic[V]):
 
 
 @cache
-def declaration_of(ability: Ability) -> AbilityDeclaration[Any]:
+def get_declaration(ability: Ability) -> AbilityDeclaration[Any]:
     """Return the declaration of an installed ability.
 
     Raises:
@@ -261,15 +261,15 @@ def declaration_of(ability: Ability) -> AbilityDeclaration[Any]:
 
 def load_paper_abilities() -> Mapping[Ability, AbilityDeclaration[Any]]:
     """Return the declarations of the paper's four abilities, in the paper's order."""
-    return {ability: declaration_of(ability) for ability in PAPER_ABILITIES}
+    return {ability: get_declaration(ability) for ability in PAPER_ABILITIES}
 
 
-def error_outcome(verdict: Verdict) -> AnswerOutcome | None:
+def find_error_outcome(verdict: Verdict) -> AnswerOutcome | None:
     """Return the outcome of an answer that an error ended, or None if there was no error."""
     return None if verdict.error is None else AnswerOutcome(verdict.error.kind.value)
 
 
-def counts_outcome(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
+def classify_counts(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
     """Return the outcome of an answer whose parts are right or wrong.
 
     Args:
@@ -281,16 +281,16 @@ def counts_outcome(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
     return AnswerOutcome.PARTLY_RIGHT if counts.true_positives else AnswerOutcome.GOAL_MISSED
 
 
-def label_of(name: str) -> str:
+def get_display_name(name: str) -> str:
     """Return the name of a metric, an error or a category as readers see it."""
     return name.replace("_", " ").replace(".", " ").capitalize()
 
 
-def score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
+def make_score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
     """Return the table columns for precision, recall and F1 of each part of an answer."""
     measures = (("precision", "P"), ("recall", "R"), ("f1", "F1"))
     return tuple(
-        MetricColumn(f"{part}.{measure}", label_of(part), label)
+        MetricColumn(f"{part}.{measure}", get_display_name(part), label)
         for part in parts
         for measure, label in measures
     )
@@ -309,7 +309,10 @@ PARTIAL = "partial_success"
 """Name of the metric: mean share of the goals' conditions that are met (`eai.tasks.goal_test`)."""
 
 GOAL_COLUMNS = (
-    *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
+    *(
+        MetricColumn(metric, SATISFIED, get_display_name(metric.removesuffix("_goal")))
+        for metric in GOAL_METRICS
+    ),
     MetricColumn(PARTIAL, SATISFIED, "Partial success"),
 )
 """Columns of tables for the rates of goals that plans reach."""
@@ -362,7 +365,7 @@ def declare_plan_ability(
         short_title=short,
         verdict=verdict,
         contributions=contributions,
-        outcome=plan_outcome,
+        outcome=classify_plan_outcome,
         columns=COLUMNS,
         terminal_metrics=tuple(column.metric for column in COLUMNS),
         overview_headings=main,
@@ -371,7 +374,7 @@ def declare_plan_ability(
     )
 
 
-def count_fault(verdict: PlanVerdict, kind: FaultKind) -> int:
+def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
     """Return how many errors of a kind an answer counts in summaries. Errors of this kind end a plan."""
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
@@ -384,11 +387,11 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
     Several such steps count once, unless the verdict's `SummaryCounts` say otherwise.
     """
     if verdict.counted is not None:
-        return count_fault(verdict, FaultKind.ADDITIONAL_STEP)
+        return count_faults(verdict, FaultKind.ADDITIONAL_STEP)
     return int(bool(verdict.additional_steps))
 
 
-def goal_shares(verdict: PlanVerdict) -> Shares:
+def compute_goal_shares(verdict: PlanVerdict) -> Shares:
     """Return what one answer adds to the rates of reached goals; 0 of 0 if its goals are unknown."""
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
@@ -398,8 +401,8 @@ def goal_shares(verdict: PlanVerdict) -> Shares:
     return {**dict(zip(GOAL_METRICS, (*shares, whole), strict=True)), PARTIAL: met}
 
 
-def plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:
+def classify_plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:
     """Return the outcome of an answer that is executed as a plan."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    return error_outcome(verdict) or AnswerOutcome.GOAL_MISSED
+    return find_error_outcome(verdict) or AnswerOutcome.GOAL_MISSED

@@ -19,7 +19,7 @@ ASK, REFUSE = "ASK", "IMPOSSIBLE"
 """Command for a question about the meant object; `REFUSE` is the command that calls the task impossible."""
 
 
-class _Declining(NamedTuple):
+class _DecliningAnswer(NamedTuple):
     """An answer that declines a task.
 
     Attributes:
@@ -33,7 +33,7 @@ class _Declining(NamedTuple):
     notes: tuple[str, str]
 
 
-def read_declining(task: Task, text: str, notation: PlanNotation) -> _Declining | None:
+def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _DecliningAnswer | None:
     """Read an answer that declines a task.
 
     Return None if the answer does not decline, or if the task allows no declining.
@@ -47,17 +47,17 @@ def read_declining(task: Task, text: str, notation: PlanNotation) -> _Declining 
             evidence = f"the instruction fits {' and '.join(fits)}"
         case _:
             return None
-    reason = read_reason(notation.decode_names(text), member)
-    return None if reason is None else _Declining(reason, is_right, (f"{said}: {reason}", evidence))
+    reason = read_refusal_reason(notation.decode_names(text), member)
+    return None if reason is None else _DecliningAnswer(reason, is_right, (f"{said}: {reason}", evidence))
 
 
-def write_right_declining(task: Task, notation: PlanNotation) -> str | None:
+def write_right_declining_answer(task: Task, notation: PlanNotation) -> str | None:
     """Return the right answer to a task for which declining is right, or None if a plan is right."""
     match task.special:
         case Impossible(missing) if missing:
-            return write_refusal(notation.encode_names(", ".join(missing)))
+            return write_refusal_answer(notation.encode_names(", ".join(missing)))
         case Ambiguous(fits) if len(fits) > 1:
-            return write_refusal(f"{' or '.join(fits)}?", QUESTION)
+            return write_refusal_answer(f"{' or '.join(fits)}?", QUESTION)
     return None
 
 
@@ -75,7 +75,7 @@ def list_declining_commands(task: Task) -> list[str]:
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
 
-def write_refusal(reason: str, key: str = IMPOSSIBLE) -> str:
+def write_refusal_answer(reason: str, key: str = IMPOSSIBLE) -> str:
     """Return an answer that calls a task impossible, or an answer that asks a question.
 
     Args:
@@ -85,7 +85,7 @@ def write_refusal(reason: str, key: str = IMPOSSIBLE) -> str:
     return json.dumps({key: reason})
 
 
-def read_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
+def read_refusal_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
     """Return the reason of a refusal, or the question of an answer that asks.
 
     The last JSON value of the answer must be an object with only this key. Otherwise the result is None.
@@ -103,15 +103,15 @@ def read_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
 
 def is_question(command: str) -> bool:
     """Whether an agent's command is a question, such as ``ASK(which one?)``."""
-    return _begins_with(ASK, command)
+    return _is_command(ASK, command)
 
 
-def read_refusal(command: str) -> str | None:
+def read_refusal_command(command: str) -> str | None:
     """Return the reason in a command such as ``IMPOSSIBLE(no stove works)``, or None for another command."""
-    if not _begins_with(REFUSE, command):
+    if not _is_command(REFUSE, command):
         return None
     return command.partition(REFUSE)[2].strip().removeprefix("(").removesuffix(")").strip()
 
 
-def _begins_with(word: str, command: str) -> bool:
+def _is_command(word: str, command: str) -> bool:
     return command.split("(")[0].split(maxsplit=1)[:1] == [word]

@@ -25,11 +25,11 @@ MAX_SEED = 2**63 - 1
 """Maximum random seed of slips, which are actions without effect."""
 
 _DEFAULT_POSITION = 50
-"""Default of `StudyChoice.label_position`."""
+"""Default of `StudySettings.label_position`."""
 
 
 @dataclass(frozen=True, slots=True)
-class StudyChoice:
+class StudySettings:
     """The options of a run that belong to one study, such as the study of several attempts.
 
     All records of the run have these options.
@@ -59,7 +59,7 @@ class StudyChoice:
     def __hash__(self) -> int:
         return hash(self.label)
 
-    def combine(self, study: str, other: StudyChoice) -> StudyChoice:
+    def combine(self, study: str, other: StudySettings) -> StudySettings:
         """Return a choice with the options of both choices, and with both labels.
 
         Raises:
@@ -76,14 +76,14 @@ class StudyChoice:
         return replace(self, label=label, options={**self.options, **other.options})
 
 
-def make_name_choice(
+def make_named_settings(
     kind: str, option: str, name: str, label_position: int = _DEFAULT_POSITION
-) -> StudyChoice:
-    """Return a `StudyChoice` with one option whose value is a name. Its label is ``kind-name``."""
-    return StudyChoice(name_label(kind, name), {option: name}, label_position)
+) -> StudySettings:
+    """Return `StudySettings` with one option whose value is a name. Its label is ``kind-name``."""
+    return StudySettings(make_name_label(kind, name), {option: name}, label_position)
 
 
-def name_label(kind: str, name: str) -> str:
+def make_name_label(kind: str, name: str) -> str:
     """Return ``kind-name``, the part of a label that names an option's value.
 
     Raises:
@@ -108,7 +108,7 @@ class Experiment:
         InputError: the harness, the effort or the rules cannot be the name of a file.
     """
 
-    study: Mapping[str, StudyChoice] = field(default_factory=dict)
+    study: Mapping[str, StudySettings] = field(default_factory=dict)
     harness: str | None = None
     effort: str | None = None
     rules: str | None = None
@@ -122,7 +122,7 @@ class Experiment:
         return hash((frozenset(self.study.items()), self.harness, self.effort, self.rules))
 
     @property
-    def is_plain(self) -> bool:
+    def has_no_settings(self) -> bool:
         """Whether only harness and effort are set, so that the run is ranked with plain runs."""
         return not self.study and self.rules is None
 
@@ -141,9 +141,9 @@ class Experiment:
             name: self.study[name].combine(name, choice) if name in self.study else choice
             for name, choice in other.study.items()
         }
-        return self.replace_choices(replace(other, study=study))
+        return self.replace_study_settings(replace(other, study=study))
 
-    def replace_choices(self, other: Experiment) -> Experiment:
+    def replace_study_settings(self, other: Experiment) -> Experiment:
         """Return this experiment with its choices replaced by those of another experiment."""
         study = {**self.study}
         for name, choice in other.study.items():
@@ -158,7 +158,7 @@ class Experiment:
         values = {setting.name: getattr(self, setting.name) for setting in fields(self)[1:]}
         return {name: value for name, value in values.items() if value is not None}
 
-    def drop_study(self, study: str) -> Experiment | None:
+    def without_study(self, study: str) -> Experiment | None:
         """Return the experiment without its choice in a study, or None if no choice is left."""
         left = replace(self, study={name: self.study[name] for name in self.study if name != study})
         return None if left == Experiment() else left
@@ -169,21 +169,21 @@ class Experiment:
         return "" if self.rules is None else f"rules {self.rules.replace(RULES_SEPARATOR, ' ')}"
 
     @property
-    def ordered_choices(self) -> dict[str, StudyChoice]:
+    def settings_in_label_order(self) -> dict[str, StudySettings]:
         """The choices of all studies, in the order of their labels."""
         return dict(sorted(self.study.items(), key=lambda item: item[1].label_position))
 
     @property
     def label(self) -> str:
         """A short text that is unique to this experiment; the name of its folder."""
-        return self._join_label(self.agent_settings)
+        return self._join_label_parts(self.agent_settings)
 
     @property
     def study_label(self) -> str:
         """The label without harness and effort; empty for a plain run."""
-        return self._join_label({"rules": self.rules} if self.rules is not None else {})
+        return self._join_label_parts({"rules": self.rules} if self.rules is not None else {})
 
-    def _join_label(self, agent: Mapping[str, str]) -> str:
+    def _join_label_parts(self, agent: Mapping[str, str]) -> str:
         order = ("rules", "harness", "effort")
-        parts = [name_label(kind, agent[kind]) for kind in order if kind in agent]
-        return SEPARATOR.join([*(choice.label for choice in self.ordered_choices.values()), *parts])
+        parts = [make_name_label(kind, agent[kind]) for kind in order if kind in agent]
+        return SEPARATOR.join([*(choice.label for choice in self.settings_in_label_order.values()), *parts])

@@ -35,7 +35,7 @@ class Statement(NamedTuple):
         return self.name if self.positive else f"{_NOT}{self.name}"
 
 
-def read_statement(text: str) -> Statement:
+def parse_statement(text: str) -> Statement:
     """Read an atom from its text. A text without the form of an atom becomes a name without arguments."""
     positive = not text.startswith(_NOT)
     name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
@@ -102,7 +102,7 @@ class GoalReport:
 
 
 @dataclass(frozen=True, slots=True)
-class PartReport:
+class GoalPartReport:
     """The report on one part of the task's temporal goal. The parts must be met one after the other.
 
     Attributes:
@@ -145,15 +145,15 @@ class Explanation:
     notes: tuple[str, ...] = ()
     steps: tuple[StepReport, ...] = ()
     goals: tuple[GoalReport, ...] = ()
-    parts: tuple[PartReport, ...] = ()
+    parts: tuple[GoalPartReport, ...] = ()
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
-    def statement(self, text: str) -> Statement:
+    def get_statement(self, text: str) -> Statement:
         """Return the `Statement` of a goal's text. An unknown text becomes a name without arguments."""
         return (self.atoms or {}).get(text, Statement(text, None))
 
 
-def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
+def write_repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
     """Return a sentence on each repair of the text that was needed to read the answer."""
     return tuple(f"read with repair: {repair}" for repair in repairs)
 
@@ -161,7 +161,7 @@ def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
 _NAME = re.compile(r"([^\s(),]+)\(")
 
 
-def find_names(goal: str) -> tuple[str, ...]:
+def find_predicate_names(goal: str) -> tuple[str, ...]:
     """Return the names of the predicates or the actions in a goal's text, each once."""
     return tuple(dict.fromkeys(_NAME.findall(goal))) or tuple(goal.split(" or "))
 
@@ -181,21 +181,21 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
     that two objects are close.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
-    made, ended = _find_changes(explanation.steps if missed else ())
+    made, ended = _find_made_and_ended_facts(explanation.steps if missed else ())
     near_misses = {}
     for goal in missed:
-        wanted = _parts(goal)
+        wanted = _split_fact(goal)
         if wanted is not None:
             near = sorted(
-                (fact for fact in made if _is_near(wanted, fact, ended)),
+                (fact for fact in made if _is_near_miss(wanted, fact, ended)),
                 key=lambda fact: fact[1:] != wanted[1:],
             )
             if near:
-                near_misses[goal] = tuple(_text(fact) for fact in near[:MAX_NEAR_MISSES])
+                near_misses[goal] = tuple(_join_fact(fact) for fact in near[:MAX_NEAR_MISSES])
     return near_misses
 
 
-def _find_changes(
+def _find_made_and_ended_facts(
     steps: Iterable[StepReport],
 ) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
     """Return the facts that became true and stayed true, and a mapping from each to the facts that it ended.
@@ -205,16 +205,18 @@ def _find_changes(
     made: dict[_FactWords, None] = {}
     ended: dict[_FactWords, frozenset[_FactWords]] = {}
     for step in steps:
-        removed = frozenset(filter(None, map(_parts, step.removed)))
+        removed = frozenset(filter(None, map(_split_fact, step.removed)))
         for fact in removed:
             made.pop(fact, None)
-        for fact in filter(None, map(_parts, step.added)):
+        for fact in filter(None, map(_split_fact, step.added)):
             made[fact] = None
             ended[fact] = ended.get(fact, frozenset()) | removed
     return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made], ended
 
 
-def _is_near(wanted: _FactWords, fact: _FactWords, ended: Mapping[_FactWords, frozenset[_FactWords]]) -> bool:
+def _is_near_miss(
+    wanted: _FactWords, fact: _FactWords, ended: Mapping[_FactWords, frozenset[_FactWords]]
+) -> bool:
     same_objects = fact[1:] == wanted[1:] and fact[0] != wanted[0]
     if same_objects and len(wanted) == 2:
         return wanted in ended[fact]
@@ -222,7 +224,7 @@ def _is_near(wanted: _FactWords, fact: _FactWords, ended: Mapping[_FactWords, fr
     return same_objects or other_place
 
 
-def _parts(text: str) -> tuple[str, ...] | None:
+def _split_fact(text: str) -> tuple[str, ...] | None:
     """Split ``INSIDE(soap.1002, cup.1003)`` into predicate and objects; return None if the form differs."""
     name, bracket, rest = text.partition("(")
     if not bracket or not rest.endswith(")") or not name.isidentifier() or "(" in rest:
@@ -230,6 +232,6 @@ def _parts(text: str) -> tuple[str, ...] | None:
     return (name, *(word.strip() for word in rest[:-1].split(",")))
 
 
-def _text(fact: Iterable[str]) -> str:
+def _join_fact(fact: Iterable[str]) -> str:
     name, *arguments = fact
     return f"{name}({', '.join(arguments)})"

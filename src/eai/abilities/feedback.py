@@ -58,11 +58,11 @@ class QuestionWriter:
     templates: Templates = field(default_factory=Templates)
     perceive: ScenePerception | None = None
 
-    def describe_scene(self, trial: Trial) -> Mapping[str, str]:
+    def describe_scene_metadata(self, trial: Trial) -> Mapping[str, str]:
         """Return metadata about the scene in the next question, or an empty mapping if it is unchanged."""
         return (
             self._perceive_scene(trial)[1]
-            if self.perceive is not None and _tells_present_world(trial)
+            if self.perceive is not None and _describes_present_world(trial)
             else {}
         )
 
@@ -77,7 +77,9 @@ class QuestionWriter:
         if chosen.world == "continue" and self.restate is not None:
             prompt = self.restate(self._perceive_scene(trial)[0])
         elif chosen.world == "continue":
-            feedback = "\n\n".join([self._describe_world(trial), feedback or self._text("again_continue")])
+            feedback = "\n\n".join(
+                [self._describe_world(trial), feedback or self._read_template("again_continue")]
+            )
         return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [feedback])]))
 
     def _write_conversation(self, prompt: Prompt, trial: Trial) -> Prompt:
@@ -93,34 +95,37 @@ class QuestionWriter:
 
     def _write_reply(self, number: int, trial: Trial) -> str:
         chosen = trial.options
-        values = {"world": self._text(chosen.world), "again": self._text(f"again_{chosen.world}")}
+        values = {
+            "world": self._read_template(chosen.world),
+            "again": self._read_template(f"again_{chosen.world}"),
+        }
         if chosen.feedback == "state":
             return " ".join(values.values())
-        return self._fill("chat", reasons=self._write_reasons(number, trial), **values)
+        return self._fill_template("chat", reasons=self._write_reasons(number, trial), **values)
 
     def _write_feedback(self, trial: Trial) -> str:
         feedback = [
-            self._fill(
+            self._fill_template(
                 "attempt",
                 number=str(number),
-                answer=attempt.response.strip() or self._text("nothing_written"),
+                answer=attempt.response.strip() or self._read_template("nothing_written"),
                 reasons=self._write_reasons(number, trial),
             )
             for number, attempt in enumerate(trial.attempts, 1)
         ]
         world = trial.options.world
-        return self._fill(
+        return self._fill_template(
             "prompt",
-            world=self._text(world),
+            world=self._read_template(world),
             attempts="\n\n".join(feedback),
-            again=self._text(f"again_{world}"),
+            again=self._read_template(f"again_{world}"),
         )
 
     def _write_reasons(self, number: int, trial: Trial) -> str:
         attempt, goals = trial.attempts[number - 1], trial.goal_reports[number - 1]
         reasons = self._list_reasons(attempt, goals, trial.options)
         lines = "\n".join([f"- {reason}" for reason in reasons])
-        return self._fill("reasons", number=str(number), reasons=lines)
+        return self._fill_template("reasons", number=str(number), reasons=lines)
 
     def _list_reasons(
         self, attempt: Attempt, goals: Sequence[GoalReport], chosen: AttemptOptions
@@ -134,30 +139,30 @@ class QuestionWriter:
             elif step.outcome == FaultKind.SLIP.value and chosen.notice == "detected":
                 yield self._describe_step(FaultKind.SLIP, number, step, explains=False)
         if error is not None and error.kind is not FaultKind.SLIP:
-            yield self._describe_error(error, explanation.steps, explains=explains)
+            yield self._explain_error(error, explanation.steps, explains=explains)
         told = [goal for goal in goals if goal.kind != HIDDEN_HAZARD]
         missed = [f"  {goal.kind}: {goal.goal}" for goal in told if not goal.satisfied]
         if missed and (error is None or error.kind not in NOT_EXECUTED):
-            yield self._fill("goals", goals="\n".join(missed))
+            yield self._fill_template("goals", goals="\n".join(missed))
 
-    def _describe_error(self, error: ErrorReport, steps: Sequence[StepReport], *, explains: bool) -> str:
+    def _explain_error(self, error: ErrorReport, steps: Sequence[StepReport], *, explains: bool) -> str:
         if error.check == RAISED:
-            return self._text("raised")
+            return self._read_template("raised")
         if error.step is not None and error.kind not in NOT_EXECUTED:
             return self._describe_step(error.kind, error.step, steps[error.step], explains=explains)
         number = "" if error.step is None else str(error.step + 1)
-        meaning = self._fill(error.kind.value, step=number)
+        meaning = self._fill_template(error.kind.value, step=number)
         if not explains and error.kind is not FaultKind.ARGUMENT_NUMBER:
             return meaning
-        return self._fill("explained", meaning=meaning, reason=error.detail)
+        return self._fill_template("explained", meaning=meaning, reason=error.detail)
 
     def _describe_step(self, kind: FaultKind, number: int, step: StepReport, *, explains: bool) -> str:
-        meaning = self._fill(kind.value, step=str(number + 1), action=step.action)
+        meaning = self._fill_template(kind.value, step=str(number + 1), action=step.action)
         if not explains or not step.reason:
             return meaning
         if not step.earlier:
-            return self._fill("explained", meaning=meaning, reason=step.reason)
-        return self._fill("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
+            return self._fill_template("explained", meaning=meaning, reason=step.reason)
+        return self._fill_template("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
 
     def _describe_world(self, trial: Trial) -> str:
         """Describe the present state of the world, and the actions that a plan must still contain."""
@@ -165,8 +170,8 @@ class QuestionWriter:
         actions = [write_goal(goal.formula) for goal in belief.task.goals_of(GoalKind.ACTION)]
         state = initial_text(self.wording, belief)
         if not actions:
-            return self._fill("now", state=state)
-        return self._fill("now_actions", state=state, actions="\n".join(actions))
+            return self._fill_template("now", state=state)
+        return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
     def _perceive_scene(self, trial: Trial) -> tuple[Belief, Mapping[str, str]]:
         """Return the belief about the scene and the remaining goals, and metadata of the next question."""
@@ -174,13 +179,13 @@ class QuestionWriter:
             return Belief(trial.remaining), {}
         return self.perceive(trial.remaining, len(trial.attempts) + 1)
 
-    def _text(self, name: str) -> str:
+    def _read_template(self, name: str) -> str:
         return self.templates.read(f"{_FOLDER}/{name}.txt")
 
-    def _fill(self, name: str, **values: str) -> str:
+    def _fill_template(self, name: str, **values: str) -> str:
         return self.templates.fill(f"{_FOLDER}/{name}.txt", values)
 
 
-def _tells_present_world(trial: Trial) -> bool:
+def _describes_present_world(trial: Trial) -> bool:
     chosen = trial.options
     return bool(trial.attempts) and chosen.world == "continue" and chosen.feedback != "none"

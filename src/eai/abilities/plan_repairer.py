@@ -45,21 +45,21 @@ class PlanRepairer:
         self.task = task
         self.domain = domain
         self._notation = notation
-        self._object = notation.objects(task)
-        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_closeness)
+        self._object = notation.make_object_lookup(task)
+        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._search_closeness)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """Return the steps of a plan as actions, with None for steps with unknown names."""
-        return tuple(map(self._step, plan.steps))
+        return tuple(map(self._to_action, plan.steps))
 
-    def _step(self, step: WrittenStep) -> Action | None:
-        operator = self._notation.operator(step.action)
+    def _to_action(self, step: WrittenStep) -> Action | None:
+        operator = self._notation.to_operator_name(step.action)
         objects = [self._object(name) for name in step.objects]
         indices = [index for index in objects if index is not None]
         fits = len(indices) == len(objects) == self.domain.arities.get(operator)
         return Action(operator, tuple(indices)) if fits else None
 
-    def repair(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
+    def find_smallest_repair(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
         """Return the smallest repair of a plan that a bounded search finds.
 
         Args:
@@ -69,7 +69,7 @@ class PlanRepairer:
         """
         if verdict.success:
             return Repair(at_most=0)
-        if (why := self._why_unknown) is not None:
+        if (why := self._why_distance_unknown) is not None:
             return Repair(why_null=why)
         steps, effort = self.read_steps(plan), Effort(limit)
         repairer = self._make_repairer(steps)
@@ -83,7 +83,7 @@ class PlanRepairer:
         return Repair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
-    def _why_unknown(self) -> str | None:
+    def _why_distance_unknown(self) -> str | None:
         """The reason why distances from success are unknown for this task; None if they can be computed."""
         if self.task.has_no_plan:
             return "unsolvable"
@@ -94,7 +94,7 @@ class PlanRepairer:
             return "order"
         return None
 
-    def closeness(self, steps: PlanSteps) -> float | None:
+    def compute_closeness(self, steps: PlanSteps) -> float | None:
         """Return the closeness of steps to success: 1 - d / n if d edits are needed, 0 for more than n edits.
 
         Every plan of the task has at least n steps, so an empty plan has closeness 0. If the
@@ -107,46 +107,46 @@ class PlanRepairer:
         Returns:
             The closeness, from 0 to 1, or None if it is unknown.
         """
-        if self._why_unknown is not None:
+        if self._why_distance_unknown is not None:
             return None
-        number = len(steps) + self._min_steps
+        number = len(steps) + self._min_plan_steps
         effort = min(
             _MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length()
         )  # powers of two, since each different limit starts another search
         return self._cached_closeness(tuple(steps), effort)
 
-    def _compute_closeness(self, steps: PlanSteps, limit: int) -> float:
-        if steps.count(None) >= self._min_steps:
+    def _search_closeness(self, steps: PlanSteps, limit: int) -> float:
+        if steps.count(None) >= self._min_plan_steps:
             return 0.0
         _, edits = self._make_repairer(()).repair(steps, Effort(limit))
         if not edits:
             return float(edits is not None)
-        return max(0.0, 1 - len(edits) / self._min_steps)
+        return max(0.0, 1 - len(edits) / self._min_plan_steps)
 
     @cached_property
-    def _min_steps(self) -> int:
+    def _min_plan_steps(self) -> int:
         """A proved lower bound: every plan for the task has at least this number of steps."""
         return self._make_repairer(()).find_min_steps(Effort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
         """Return a repairer. Its edits may use the task's objects and the objects in the given steps."""
         named = [index for step in steps if step is not None for index in step.arguments]
-        return _get_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
+        return _get_cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
     def _describe_single_edits(
         self, plan: WrittenPlan, steps: PlanSteps, repairer: Repairer, shown: int | None, effort: int
     ) -> Repair:
         names = [o.name for o in self.domain.operators]
-        mentioned = self._find_objects(steps)
+        mentioned = self._find_mentioned_objects(steps)
         single_edits = [*repairer.find_single_edits(steps)]
         needless = {edit.removed for edit in single_edits if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}
 
-        def key(edit: PlanEdit) -> tuple[object, ...]:
+        def rank_edit(edit: PlanEdit) -> tuple[object, ...]:
             action = edit.action
             new = () if action is None else tuple(set(action.arguments) - mentioned)
-            kind = self._classify(edit, plan, steps)
+            kind = self._classify_edit(edit, plan, steps)
             rank = names.index(action.operator) if action is not None else -1
             arguments = () if action is None else action.arguments
             cost = (
@@ -159,7 +159,7 @@ class PlanRepairer:
             elsewhere = failing.isdisjoint(arguments)
             return (
                 len(new),
-                _distance_class(edit.step, shown, len(steps)),
+                _rank_position(edit.step, shown, len(steps)),
                 cost,
                 -edit.step,
                 elsewhere,
@@ -167,7 +167,7 @@ class PlanRepairer:
                 arguments,
             )
 
-        singles = sorted(single_edits, key=key)
+        singles = sorted(single_edits, key=rank_edit)
         told = [self._to_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = find_blame(told)
@@ -182,19 +182,21 @@ class PlanRepairer:
             effort=effort,
         )
 
-    def _find_objects(self, steps: PlanSteps) -> set[int]:
+    def _find_mentioned_objects(self, steps: PlanSteps) -> set[int]:
         index = self.task.scene.index
         named = [name for goal in self.task.goals for name in find_object_names(goal.formula)]
         in_goals = {index[name] for name in named if name in index}
         return in_goals | {i for step in steps if step is not None for i in step.arguments}
 
-    def _classify(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> EditKind:
+    def _classify_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> EditKind:
         if edit.action is None:
             return "delete"
         if edit.removed is None:
             return "insert"
         was = steps[edit.removed]
-        operator = self._notation.operator(plan.steps[edit.removed].action) if was is None else was.operator
+        operator = (
+            self._notation.to_operator_name(plan.steps[edit.removed].action) if was is None else was.operator
+        )
         if operator == edit.action.operator:
             return "object"
         if was is None or was.arguments[-1:] != edit.action.arguments[-1:]:
@@ -204,7 +206,7 @@ class PlanRepairer:
         return "hand" if len(changed) == 1 and changed <= _HAND_CHANGES else "action"
 
     def _to_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
-        kind = self._classify(edit, plan, steps)
+        kind = self._classify_edit(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)
         return Edit(
             kind,
@@ -222,11 +224,11 @@ class PlanRepairer:
 
 
 @lru_cache(maxsize=16)
-def _get_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
+def _get_cached_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
     return Repairer(get_planner(plans.domain), plans.task.initial, to_planning_goal(plans.task), usable)
 
 
-def _distance_class(step: int, shown: int | None, end: int) -> int:
+def _rank_position(step: int, shown: int | None, end: int) -> int:
     """Return the position of an edit: 0 at the failed step, 1 before that step, 2 after that step."""
     if shown is None or step == shown:
         return 0

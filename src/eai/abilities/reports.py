@@ -6,7 +6,15 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import eai.logic.formula as f
-from eai.abilities.explanation import EXECUTED, SLIP, SLIPPED, GoalReport, PartReport, Statement, StepReport
+from eai.abilities.explanation import (
+    EXECUTED,
+    SLIP,
+    SLIPPED,
+    GoalPartReport,
+    GoalReport,
+    Statement,
+    StepReport,
+)
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute_terms
 from eai.logic.semantics import explain_truth, find_violation
@@ -223,7 +231,7 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
     return f"violated after {action}: {what}"
 
 
-def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
+def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[GoalPartReport, ...]:
     """Return reports on the parts of a task's temporal goal, with the domain's names."""
     if goal is None:
         return ()
@@ -236,11 +244,11 @@ def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartRe
     for number, part in enumerate(parts):
         position = met[number] if number < len(met) else None
         if position is None:
-            reports.append(PartReport(print_ltl(part), None, blamed.pop() if blamed else ()))
+            reports.append(GoalPartReport(print_ltl(part), None, blamed.pop() if blamed else ()))
             continue
         acted = any(
             isinstance(formula_part, f.Occurs) for formula_part in walk_subformulas(part)
         ) and position + 1 < len(numbers)
         at = numbers[position + 1] if acted else None
-        reports.append(PartReport(print_ltl(part), numbers[position], met_at=at))
+        reports.append(GoalPartReport(print_ltl(part), numbers[position], met_at=at))
     return tuple(reports)

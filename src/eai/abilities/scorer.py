@@ -103,14 +103,14 @@ class PlanScorer(Scorer):
         """Read the plan in an answer, or return why the whole answer cannot be read."""
 
     @abstractmethod
-    def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
+    def resolve_names(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """Return the plan as ground actions, or its first grammar error.
 
         Unknown names are reported before wrong numbers of arguments.
         """
 
     @abstractmethod
-    def closeness(self, text: str) -> float | None:
+    def compute_closeness(self, text: str) -> float | None:
         """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
 
         Raises:

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from typing import TypeAlias
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
-from eai.abilities.notation.plans import resolve
+from eai.abilities.notation.plans import resolve_plan
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmarks.benchmark import Benchmark
 from eai.tasks.task import Task
@@ -50,18 +50,18 @@ class CommandNotation:
         object_name = benchmark.observed_wording().object_name
         self._names = [object_name(task, i) for i in range(len(task.scene.objects))]
         self._index = {name: i for i, name in reversed(list(enumerate(self._names)))}
-        self._by_notation = self._notation.objects(task)
+        self._by_notation = self._notation.make_object_lookup(task)
 
     @property
     def usage_hint(self) -> str:
         """The sentence that explains how to write a command."""
         example = self._domain.operators[0]
         names = [parameter.name for parameter in example.parameters]
-        return f"Write one action, such as {self._notation.command(example.name, names)}."
+        return f"Write one action, such as {self._notation.write_command(example.name, names)}."
 
     def write_command(self, action: Action) -> str:
         """Return an action as a line, such as ``OPEN(jar_0)``."""
-        return self._notation.command(action.operator, [self._names[i] for i in action.arguments])
+        return self._notation.write_command(action.operator, [self._names[i] for i in action.arguments])
 
     def read_command(
         self, text: str, allowed_objects: Collection[int], *, may_end: bool
@@ -90,7 +90,7 @@ class CommandNotation:
 
         everything = len(allowed_objects) == len(self._names)
         stranger = "there is no" if everything else "you have not yet seen"
-        meant = resolve(plan, self._domain, self._notation, find_object, stranger)
+        meant = resolve_plan(plan, self._domain, self._notation, find_object, stranger)
         return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
     def _read_steps(self, text: str) -> WrittenPlan | Unreadable:

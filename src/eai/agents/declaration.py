@@ -18,9 +18,9 @@ from eai.abilities.declaration import (
     MetricColumn,
     MultiTurnInteraction,
     QuestionAndAnswer,
-    goal_shares,
-    label_of,
-    plan_outcome,
+    classify_plan_outcome,
+    compute_goal_shares,
+    get_display_name,
 )
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
@@ -80,7 +80,7 @@ def compute_rate_contributions(verdict: ActingVerdict) -> dict[str, Share]:
         UNREPLAYABLE: share_of_one(verdict.is_unreplayable),
         "lost_for_good": share_of_one(verdict.outlook == "lost") if is_known else EMPTY_SHARE,
         "outlook_unknown": EMPTY_SHARE if verdict.outlook is None else share_of_one(not is_known),
-        **goal_shares(verdict),
+        **compute_goal_shares(verdict),
     }
 
 
@@ -141,13 +141,13 @@ ACTING = AbilityDeclaration(
     short_title="acting",
     verdict=ActingVerdict,
     contributions=compute_rate_contributions,
-    outcome=plan_outcome,
+    outcome=classify_plan_outcome,
     columns=(
         MetricColumn("success", SUCCESS, "Success"),
         *_WITHIN,
         MetricColumn("spl", SUCCESS, "SPL"),
         MetricColumn("impossible", "Impossible actions", "All", False),
-        *(MetricColumn(kind, "Impossible actions", label_of(kind), False) for kind in KINDS),
+        *(MetricColumn(kind, "Impossible actions", get_display_name(kind), False) for kind in KINDS),
         MetricColumn("additional_step", "Actions", "Not needed", False),
         MetricColumn("loops", "Actions", "Loops", False),
         MetricColumn("won_after_fault", "After a fault", "Success"),

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
 
-from eai.abilities.declining import ASK, REFUSE, is_question, read_refusal
+from eai.abilities.declining import ASK, REFUSE, is_question, read_refusal_command
 from eai.abilities.scorer import exception_text
 from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, credit_actions
 from eai.agents.command import DONE, CommandMeaning, is_look_command
@@ -158,7 +158,7 @@ class Game:
         earned = self._compute_credit(is_last=is_last)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
-            return self.stage.repairer.closeness((*self._find_counted_actions(), *last)) or 0.0
+            return self.stage.repairer.compute_closeness((*self._find_counted_actions(), *last)) or 0.0
         return 0.0 if earned is None else pay_for(earned, self._rules.reward)
 
     def _find_counted_actions(self) -> list[Action]:
@@ -232,7 +232,7 @@ class Game:
         if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
             return self._answer_question(special.fits[0])
         if isinstance(special, Impossible) and REFUSE not in operators:
-            self.refused = read_refusal(self.stage.benchmark.notation.plans.decode_names(text))
+            self.refused = read_refusal_command(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
                 return self._make_result(_CommandOutcome(f"{REFUSE}."), ())
         ends = self._rules.until == "done"

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
-from eai.abilities.notation.plans import resolve
+from eai.abilities.notation.plans import resolve_plan
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.agents.agents import AGENTS
 from eai.agents.command import DONE, CommandNotation, is_look_command
@@ -137,8 +137,8 @@ def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     plan = benchmark.notation.plans.read(answer, benchmark.domain.arities)
     if isinstance(plan, Unreadable):
         return [*filter(str.strip, answer.splitlines()), DONE]
-    actions = resolve(
-        plan, benchmark.domain, benchmark.notation.plans, benchmark.notation.plans.objects(task)
+    actions = resolve_plan(
+        plan, benchmark.domain, benchmark.notation.plans, benchmark.notation.plans.make_object_lookup(task)
     )
     if isinstance(actions, ErrorReport):
         return [*(f"{step.action}({', '.join(map(str, step.objects))})" for step in plan.steps), DONE]

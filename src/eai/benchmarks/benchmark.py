@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.abilities.declaration import AbilityWorld, declaration_of
+from eai.abilities.declaration import AbilityWorld, get_declaration
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability, find_abilities
 from eai.abilities.scorer import Scorer
@@ -171,7 +171,7 @@ class Benchmark:
         if own_tasks and not self.open_tasks(source):
             options = f"give --ability {' or '.join(own_tasks)}"
             raise InputError(f"--domain {self.reference}: {options}, as this file has no tasks for {ability}")
-        interaction = declaration_of(ability).interaction if ability in find_abilities() else None
+        interaction = get_declaration(ability).interaction if ability in find_abilities() else None
         if interaction is not None and interaction.task_command:
             wanted = f"a file that {interaction.task_command} writes"
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
@@ -221,7 +221,7 @@ class Benchmark:
         Raises:
             DataError: the files cannot be obtained.
         """
-        if self.data.prompts is None or declaration_of(ability).interaction.make_question is not None:
+        if self.data.prompts is None or get_declaration(ability).interaction.make_question is not None:
             return None
         files = self.data.prompts(ability, source)
         correct = self.get_errata(source).make_question_corrector(ability, lambda: self.operators(source))

@@ -59,7 +59,7 @@ def copy_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
     Quantifiers are expanded, because not every notation has them. A goal about pairs of objects becomes a
     goal about the first pairs. Goals over time are left out.
     """
-    lexicon = notation.lexicon(task.scene)
+    lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.arities
     actions = [
         _join_formulas(f.Or, [_require_action(name, arities[name]) for name in alternative_actions(goal)])
@@ -365,8 +365,8 @@ def _adapt_subgoals(
     if nearest is None:
         return ()
     notation = benchmark.subgoals()
-    parts, here = answers[nearest.id].parts, notation.lexicon(task.scene)
-    there = notation.lexicon(nearest.scene).objects
+    parts, here = answers[nearest.id].parts, notation.make_formula_lexicon(task.scene)
+    there = notation.make_formula_lexicon(nearest.scene).objects
     mentioned = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
     counterparts = _match_objects(nearest, task, mentioned)
     names = {word: here.name(counterparts[index]) for word, index in there.items() if index in counterparts}

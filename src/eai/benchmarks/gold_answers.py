@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.abilities.declaration import declaration_of
-from eai.abilities.declining import write_right_declining
+from eai.abilities.declaration import get_declaration
+from eai.abilities.declining import write_right_declining_answer
 from eai.abilities.feedback import REASONS
 from eai.abilities.notation.goal_lexicon import read_stated_goals, write_goals
 from eai.abilities.protocol import Ability
@@ -189,7 +189,7 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
             return make_answer_book(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
             return _open_plan_book(benchmark, ability, source, scripts=True)
-    pose, world = declaration_of(ability).interaction.make_question, benchmark.world(source)
+    pose, world = get_declaration(ability).interaction.make_question, benchmark.world(source)
     if pose is None:
         raise InputError(f"{benchmark.name} {ability.value} has no known right answers")
     return make_answer_book(benchmark, ability, source, lambda task: pose(world, task)[1:])
@@ -292,7 +292,7 @@ def _open_plan_book(
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         may_decline = scripts and ability is Ability.ACTION_SEQUENCING
-        if may_decline and (declining := write_right_declining(task, plans)) is not None:
+        if may_decline and (declining := write_right_declining_answer(task, plans)) is not None:
             return WrittenAnswer((declining,), "".join)
         if scripts and (task.script or task.unsolvable is not None):
             return WrittenAnswer(tuple(write(task, task.script)), join)

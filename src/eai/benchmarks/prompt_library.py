@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from eai.abilities.answer_schema import Schema, is_accepted
-from eai.abilities.declaration import QuestionMaker, declaration_of
+from eai.abilities.answer_schema import Schema, is_schema_accepted_by_providers
+from eai.abilities.declaration import QuestionMaker, get_declaration
 from eai.abilities.feedback import QuestionWriter, ScenePerception
 from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
@@ -42,12 +42,12 @@ def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, promp
         task: the task whose objects the question lists; None if the question lists objects of several tasks.
         prompt: the question.
     """
-    declared = declaration_of(ability).interaction.answer_form
+    declared = get_declaration(ability).interaction.answer_form
     if declared is None:
         return None
     words, form = declared(benchmark.world(Source()), task)
     schema = form(words) if words and _contains_all(f"{prompt.system or ''}\n{prompt.user}", words) else None
-    return schema if schema is not None and is_accepted(schema) else form(None)
+    return schema if schema is not None and is_schema_accepted_by_providers(schema) else form(None)
 
 
 def _contains_all(question: str, words: Sequence[str]) -> bool:
@@ -142,7 +142,7 @@ class Library:
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
         """Return our prompts, rendered from templates, or written by the ability if it defines their form."""
-        templates, interaction = self.templates, declaration_of(ability).interaction
+        templates, interaction = self.templates, get_declaration(ability).interaction
         if interaction.uses_operator_tasks:
             return operator_prompts(benchmark.operators(self.source), templates)
         if interaction.make_question is not None:
@@ -157,7 +157,7 @@ class Library:
         Each question is made on first use, because it may need pictures.
         """
         world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
-        templates, pictures = self.templates, declaration_of(ability).interaction.pictures
+        templates, pictures = self.templates, get_declaration(ability).interaction.pictures
 
         def pose_question(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)

@@ -127,7 +127,7 @@ def _write_plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ran
 
 def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
     """Return one random change of each step as a subgoal."""
-    lexicon = benchmark.subgoals().lexicon(task.scene)
+    lexicon = benchmark.subgoals().make_formula_lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_list_changes(wording, task, *pair)) for pair in pairwise(states)]

@@ -171,10 +171,10 @@ def open_pddl(files: str) -> Benchmark:
 
 def _open_own_tasks(path: Path) -> Benchmark | None:
     """Return the benchmark of a file whose tasks are made for one ability, or None for other files."""
-    from eai.abilities.declaration import declaration_of
+    from eai.abilities.declaration import get_declaration
 
     for ability in find_abilities() if path.is_file() else ():
-        opener = declaration_of(ability).interaction.open_file
+        opener = get_declaration(ability).interaction.open_file
         if opener is not None and (tasks := opener(path)) is not None:
             return _make_benchmark(ability, *tasks)
     return None

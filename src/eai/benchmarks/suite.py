@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol, find_protocols
 from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
 from eai.abilities.task_features import TaskFeatures
@@ -27,7 +27,7 @@ from eai.world.fault import FaultKind
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
     """Return the scorers of an ability's tasks under ``strict``, as the ability declares them."""
     tasks = benchmark.tasks_for(ability, source)
-    make = declaration_of(ability).interaction.scorers(benchmark.world(source))
+    make = get_declaration(ability).interaction.scorers(benchmark.world(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
 
 
@@ -87,7 +87,7 @@ class Suite:
     @property
     def has_plans(self) -> bool:
         """Whether answers are plans or subgoals, which are executed."""
-        return declaration_of(self.ability).has_plans
+        return get_declaration(self.ability).has_plans
 
     def reference(self, task_id: str) -> str:
         """Return the text that names a task in `eai.reward`, as in ``virtualhome/action_sequencing/27_2``."""
@@ -123,7 +123,7 @@ class Suite:
     def features(self, task_id: str) -> TaskFeatures | None:
         """Return the features of a task, or None if the task asks only for operators."""
         features_of_task = self._features.get(task_id)
-        compute = declaration_of(self.ability).interaction.features
+        compute = get_declaration(self.ability).interaction.features
         if features_of_task is None and compute is not None:
             task = self.benchmark.tasks_for(self.ability, self.source)[task_id]
             features_of_task = self._features[task_id] = compute(task)
@@ -137,7 +137,7 @@ class Suite:
         Raises:
             InputError: there is no such task.
         """
-        scorer, empty = self.scorer(task_id), declaration_of(self.ability).verdict()
+        scorer, empty = self.scorer(task_id), get_declaration(self.ability).verdict()
         assessment = assess_or_fail(scorer, empty, lambda: scorer.assess(text))
         error = assessment.verdict.error
         is_unread = error is not None and error.kind is FaultKind.PARSING and error.step is None
@@ -205,7 +205,7 @@ def find_answered_ability(benchmark: Benchmark, asked: Ability, text: str) -> Ab
     actions = benchmark.domain.arities
     plan = benchmark.notation.plans.read(text, actions)
     if not isinstance(plan, Unreadable) and any(
-        benchmark.notation.plans.operator(step.action) in actions for step in plan.steps
+        benchmark.notation.plans.to_operator_name(step.action) in actions for step in plan.steps
     ):
         return None if asked is Ability.ACTION_SEQUENCING else Ability.ACTION_SEQUENCING
     subgoals = benchmark.subgoals().read(text)

@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 import typer
 from rich.text import Text
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.names import plain_name
@@ -164,7 +164,7 @@ def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuit
     """
     places = {}
     for place, run in runs.items():
-        is_apart = declaration_of(run.key.ability).interaction.task_command
+        is_apart = get_declaration(run.key.ability).interaction.task_command
         places[place] = place._replace(domain="" if is_apart else plain_name(place.domain))
     alone = Counter(places.values())
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}

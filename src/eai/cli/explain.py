@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, find_near_misses
+from eai.abilities.explanation import EXECUTED, Explanation, GoalPartReport, StepReport, find_near_misses
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT, repair_lines
 from eai.abilities.reports import action_text
@@ -220,7 +220,7 @@ def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
     if not isinstance(scorer, PlanScorer):
         return ()
     plan = scorer.read(record.response)
-    actions = None if isinstance(plan, Unreadable) else scorer.resolve(plan)
+    actions = None if isinstance(plan, Unreadable) else scorer.resolve_names(plan)
     if actions is None or isinstance(actions, ErrorReport):
         return ()
     tried = len(record.explanation.steps)
@@ -365,7 +365,7 @@ def _together(facts: Sequence[str]) -> list[str]:
     return list(merged.values())
 
 
-def _print_part(console: Console, part: PartReport, never: str) -> None:
+def _print_part(console: Console, part: GoalPartReport, never: str) -> None:
     if part.met_after is not None:
         console.print(Text(f"  ✓ {part.part}  {part.when}", style="green"))
     else:

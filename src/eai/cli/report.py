@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declaration import MetricColumn, declaration_of
+from eai.abilities.declaration import MetricColumn, get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError
@@ -233,4 +233,4 @@ def _format_overview(ranking: Ranking) -> Table:
 
 def _heading(column: MetricColumn) -> str:
     label = column.label.lower() if column.label != "F1" else column.label
-    return label if column.ability is None else f"{declaration_of(column.ability).short_title}\n{label}"
+    return label if column.ability is None else f"{get_declaration(column.ability).short_title}\n{label}"

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import typer
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.agents.setting import STANDARD
@@ -241,7 +241,7 @@ def _request_answers_and_score(
     about = {} if believed is None else believed.metadata
     harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
-    if declaration_of(suite.ability).takes_turns:
+    if get_declaration(suite.ability).takes_turns:
         from eai.agents.play import make_prompts_in_setting
 
         asked, about = make_prompts_in_setting(spec.agent, asked, suite)

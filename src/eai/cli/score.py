@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.base.entry_points import load_from_extension
@@ -249,7 +249,7 @@ def _parts(
 
     Several epochs have one record per task, with their mean.
     """
-    averaged = declaration_of(share.suite.ability).combine_epochs
+    averaged = get_declaration(share.suite.ability).combine_epochs
     if averaged is None or not share.answers.further_epochs:
         return _parts_of(share, settings, workplace, quiet=quiet)
     # imported late, because answers of one epoch do not need it

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import title_of
@@ -39,7 +39,7 @@ def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool)
         wide: Whether all columns stand side by side, however wide the table is.
     """
     first = next(iter(results.values())).first
-    declared = declaration_of(first.ability)
+    declared = get_declaration(first.ability)
     if not below and first.experiment is not None:
         below = first.experiment.study_label
     title = f"{title_of(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"

@@ -10,7 +10,7 @@ from itertools import chain, tee
 from operator import length_hint
 from typing import TYPE_CHECKING, TypeAlias
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
@@ -166,7 +166,7 @@ def _score_item(suite: Suite, settings: ScoringOptions, item: Response) -> _Scor
             and not is_elsewhere
             and suite.scorer(item.task_id).find_exclusion() is None
         ):
-            verdict = declaration_of(suite.ability).verdict(excluded=NOT_ANSWERED)
+            verdict = get_declaration(suite.ability).verdict(excluded=NOT_ANSWERED)
     else:
         assessment = suite.assess(item.task_id, item.text)
         explanation = assessment.explain() if settings.explanations else None
@@ -220,7 +220,7 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
     Answers by the standard rules come first, under the key None. Empty and unreadable answers fail by any
     rules: they join this group, or the largest group if no answer is by the standard rules.
     """
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     if not declared.takes_turns:
         return {None: answers}
     made_by = declared.read_experiment
@@ -245,7 +245,7 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
 
 def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
     """Return the first harness that the answers name, and the game rules of the first readable answer."""
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     first: Experiment | None = None
     if not declared.takes_turns:
         return Experiment()
@@ -258,7 +258,7 @@ def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
 
 def _add_agent(record: Record, first: Experiment) -> Record:
     """Return a record with the harness and rules of its answer, or of the run if the answer names none."""
-    agent = declaration_of(record.ability).read_experiment(record.response) or first
+    agent = get_declaration(record.ability).read_experiment(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
 
 

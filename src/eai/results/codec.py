@@ -20,8 +20,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.attempt import Attempt
 from eai.abilities.attempt_options import STUDY, AttemptOptions
-from eai.abilities.declaration import declaration_of
-from eai.abilities.experiment import Experiment, StudyChoice
+from eai.abilities.declaration import get_declaration
+from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.explanation import Explanation, Statement
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
@@ -114,7 +114,7 @@ def experiment_to_json(
         summaries: mapping from the name of a study to its summary of the answer.
     """
     study: dict[str, Json] = {}
-    for name, choice in experiment.ordered_choices.items():
+    for name, choice in experiment.settings_in_label_order.items():
         summary = {"summary": _to_json(summaries[name])} if name in summaries else {}
         study[name] = {"label": choice.label, "options": _to_json(choice.options), **summary}
     agent = {name: getattr(experiment, name) for name in ("harness", "effort", "rules")}
@@ -131,7 +131,7 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
     if not values:
         return None
     if values.keys() & {"study", "agent"}:
-        study = _parse_value(dict[str, StudyChoice], values.get("study") or {}, "study")
+        study = _parse_value(dict[str, StudySettings], values.get("study") or {}, "study")
         agent = _parse_value(dict[str, Any], values.get("agent") or {}, "agent")
         if STUDY in study:
             _parse_value(AttemptOptions, study[STUDY].options, f"study.{STUDY}.options")
@@ -325,7 +325,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int)
     if status != ("scored" if reason is None else "excluded"):
         raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
     repairs = _parse_value(tuple[str, ...], _require_field(values, "repairs"), "repairs")
-    declared: type[Verdict] = declaration_of(ability).verdict
+    declared: type[Verdict] = get_declaration(ability).verdict
     fields = {name: values[name] for name in _field_names(declared) if name in values}
     fields |= {
         name: _convert_numbers(fields[name], _shorten_number)

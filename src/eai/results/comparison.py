@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import EMPTY_SHARE, Shares
 from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, sum_by_name, sum_by_task
 from eai.results.rate import Rate, rate_of
@@ -148,7 +148,7 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     """
     first_shares, second_shares = shares_by_task(first), shares_by_task(second)
     named = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
-    declared = declaration_of(first[0].ability)
+    declared = get_declaration(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
     shared = [record for record in second if record.task_id in verdicts]
     different = {r.task_id for r in shared if not declared.is_same_task(verdicts[r.task_id], r.verdict)}

@@ -18,7 +18,7 @@ from typing import Any
 
 from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.declaration import Interaction, declaration_of
+from eai.abilities.declaration import Interaction, get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.feedback import ScenePerception
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
@@ -61,7 +61,7 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     The result is None if the answer cannot be read. The ability declares which differences are irrelevant
     (`Interaction`).
     """
-    format = declaration_of(ability).interaction
+    format = get_declaration(ability).interaction
     reading = read_json(text, ANY_VALUE)
     if isinstance(reading, ParsedAnswer):
         return _normalise_value(reading.value, format)
@@ -245,7 +245,7 @@ class SuiteResult:
 
         If a task counts by the mean over epochs, these are the records of all epochs.
         """
-        averaged = declaration_of(self.suite.ability).combine_epochs is not None
+        averaged = get_declaration(self.suite.ability).combine_epochs is not None
         return self.records_by_key().values() if averaged else self.records
 
     def records_by_key(self) -> dict[AnswerKey, Record]:
@@ -305,7 +305,7 @@ def score_answers(
         for epoch in range(1, model_answers.epochs + 1)
         if model_answers.epochs > 1
     ]
-    average = declaration_of(suite.ability).combine_epochs
+    average = get_declaration(suite.ability).combine_epochs
     if epoch_results and average is not None:
         means = average_records([result_of_epoch.records for result_of_epoch in epoch_results], average)
         records = [replace(record, model=model_answers.name) for record in means]

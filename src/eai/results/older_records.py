@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from eai.abilities.attempt_options import STUDY, AttemptOptions
-from eai.abilities.experiment import Experiment, StudyChoice, make_name_choice
+from eai.abilities.experiment import Experiment, StudySettings, make_named_settings
 
 _AGENT = ("harness", "effort", "rules")
 
@@ -32,10 +32,10 @@ _STATED = (
 
 def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
     """Return the experiment of an older record, from its named options and its options of attempts."""
-    study: dict[str, StudyChoice] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
+    study: dict[str, StudySettings] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
     for option, (name, kind) in _OPTIONS.items():
         if option in names:
-            choice = make_name_choice(kind, option, names[option])
+            choice = make_named_settings(kind, option, names[option])
             study[name] = study[name].combine(name, choice) if name in study else choice
     positions = enumerate(_ORDER)
     ordered = {

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.experiment import Experiment, StudyChoice
+from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
@@ -93,16 +93,16 @@ class Record:
         return (*before, *self.verdict.repairs)
 
     @property
-    def study(self) -> dict[str, StudyChoice]:
+    def study(self) -> dict[str, StudySettings]:
         """Mapping from each study to the choice of the run, with the study's summary of the answer."""
-        choices = {} if self.experiment is None else self.experiment.ordered_choices
+        choices = {} if self.experiment is None else self.experiment.settings_in_label_order
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
         """Return the record with another experiment's choices; they replace its own choices of equal name."""
         if experiment == Experiment():
             return self
-        return replace(self, experiment=(self.experiment or Experiment()).replace_choices(experiment))
+        return replace(self, experiment=(self.experiment or Experiment()).replace_study_settings(experiment))
 
     def drop_explanations(self) -> Record:
         """Return the record without explanations, also in its attempts."""

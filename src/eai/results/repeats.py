@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from math import comb
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
 from eai.results.certainty import Case, Cases, certainty_of_rate
@@ -21,7 +21,7 @@ from eai.tasks.share import Share
 
 def find_success_metric(ability: Ability) -> str | None:
     """Return the main metric for the success of a whole answer, or None if the ability has no such metric."""
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     return next((metric for metric in declared.overview_headings if metric in declared.yes_no_metrics), None)
 
 

@@ -19,7 +19,7 @@ from functools import cache, partial
 
 from typing_extensions import assert_never
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, exception_text
 from eai.abilities.verdict import Credit, ErrorReport, PlanVerdict, Verdict, compute_condition_gain
@@ -122,7 +122,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 def is_paid(ability: Ability) -> bool:
     """Whether answers of an ability can earn a reward: their verdicts must give credit."""
-    return declaration_of(ability).verdict.credit is not Verdict.credit
+    return get_declaration(ability).verdict.credit is not Verdict.credit
 
 
 class Reward:
@@ -197,7 +197,7 @@ class Reward:
                 f"the shaping repair is not defined under {self.suite.protocol.value}: use strict"
             )
         try:
-            return scorer.closeness(text if len(text) <= self.limit else "")
+            return scorer.compute_closeness(text if len(text) <= self.limit else "")
         except EaiError:
             raise
         except Exception as error:

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, ability_rank
 from eai.base.errors import InputError
@@ -66,7 +66,7 @@ class RunKey(NamedTuple):
     @property
     def is_plain(self) -> bool:
         """Whether the run is ranked: it has no experiment, or one that only names a harness or an effort."""
-        return self.experiment is None or self.experiment.is_plain
+        return self.experiment is None or self.experiment.has_no_settings
 
     @property
     def order(self) -> tuple[int, int, str, int, str, str]:
@@ -208,7 +208,7 @@ def _log_beside(records: Path) -> LogSamples | None:
 
 def explorer_address(record: Record) -> str:
     """Return the fragment of a web address that shows a record in the explorer of a report."""
-    agent = declaration_of(record.ability).read_experiment(record.response)
+    agent = get_declaration(record.ability).read_experiment(record.response)
     key = _key(record if agent is None else record.add_experiment(agent))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"

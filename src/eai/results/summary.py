@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.declaration import AnswerOutcome, declaration_of, load_paper_abilities
+from eai.abilities.declaration import AnswerOutcome, get_declaration, load_paper_abilities
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import EMPTY_SHARE as NO_SHARE
@@ -35,7 +35,7 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
 
     Excluded verdicts do not count. Metrics without any verdict are present as rates without cases.
     """
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
     return {**nothing, **total(contributions(verdicts, ability))}
 
@@ -45,7 +45,7 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
 
     They are yielded one by one to save memory in long runs.
     """
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     void = dict.fromkeys(
         (metric for verdict in scored for metric in declared.missing_metrics(verdict)), NO_SHARE
@@ -214,7 +214,7 @@ def outcome_of(record: Record) -> AnswerOutcome:
         return AnswerOutcome.EXCLUDED
     if record.unanswered is not None:
         return AnswerOutcome.NOT_ANSWERED
-    return declaration_of(record.ability).outcome(record.verdict)
+    return get_declaration(record.ability).outcome(record.verdict)
 
 
 def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
@@ -223,7 +223,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     Missing and excluded answers count only as outcomes. Records without the features of their tasks are left
     out of breakdowns by task.
     """
-    declared = declaration_of(ability)
+    declared = get_declaration(ability)
     metric = None if declared.combine_epochs is None else find_success_metric(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, list[Case]] = {}
@@ -261,7 +261,7 @@ def _find_success(record: Record, answer_outcome: AnswerOutcome, metric: str | N
     """Return an answer's contribution to the success metric: 0 or 1, or the mean over several answers."""
     if metric is None:
         return Share(answer_outcome is AnswerOutcome.SUCCESS, 1)
-    return declaration_of(record.ability).contributions(record.verdict)[metric]
+    return get_declaration(record.ability).contributions(record.verdict)[metric]
 
 
 def _count_flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:

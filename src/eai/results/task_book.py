@@ -32,9 +32,9 @@ class TaskBook:
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self._benchmark, self._domain = benchmark, benchmark.domain
         self._tasks = benchmark.tasks(source)
-        self._words = benchmark.notation.goals.words(benchmark.domain)
+        self._words = benchmark.notation.goals.map_predicate_spellings(benchmark.domain)
         self._spellings = {word for word, _ in self._words}
-        self._names = cache(lambda task_id: benchmark.notation.goals.names(self._tasks[task_id]))
+        self._names = cache(lambda task_id: benchmark.notation.goals.list_object_names(self._tasks[task_id]))
         self._states = cache(self._find_plan_states)
         self.features = cache(self._features)
         self.reason = cache(self._reason)

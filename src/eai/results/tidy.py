@@ -7,8 +7,8 @@ from dataclasses import fields
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from eai.abilities.declaration import AnswerOutcome, declaration_of
-from eai.abilities.explanation import read_statement
+from eai.abilities.declaration import AnswerOutcome, get_declaration
+from eai.abilities.explanation import parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, Shares
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
@@ -111,12 +111,12 @@ def _make_answer_line(record: Record, key: FirstColumns, shares: Shares, book: T
 
 
 def _has_plans(record: Record) -> bool:
-    return declaration_of(record.ability).has_plans
+    return get_declaration(record.ability).has_plans
 
 
 def _find_success(record: Record, shares: Shares) -> bool | None:
     """Return whether an answer is a success in its ability's main table; None without a success metric."""
-    declared = declaration_of(record.ability)
+    declared = get_declaration(record.ability)
     candidates = (
         shares.get(metric, EMPTY_SHARE)
         for metric in declared.overview_headings
@@ -131,7 +131,7 @@ def _find_success(record: Record, shares: Shares) -> bool | None:
 
 def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
     """Return the numbers of right, wrong and missing items that an answer adds to precision and recall."""
-    for metric in declaration_of(ability).overview_headings:
+    for metric in get_declaration(ability).overview_headings:
         prefix, dot, measure = metric.rpartition(".")
         if dot and measure == "f1" and shares:
             hits, stated = shares[f"{prefix}.precision"]
@@ -179,7 +179,11 @@ def _make_atom_lines(record: Record, key: FirstColumns, book: TaskBook | None) -
     verdict = cast("GoalVerdict", record.verdict)
     for status in ("matched", "wrong", "missing"):
         for atom in getattr(verdict, status):
-            call = read_statement(atom) if record.explanation is None else record.explanation.statement(atom)
+            call = (
+                parse_statement(atom)
+                if record.explanation is None
+                else record.explanation.get_statement(atom)
+            )
             reason = book.reason(record.task_id, call) if status == "wrong" and book is not None else None
             yield AtomLine(
                 **key, verdict=status, atom=atom, predicate=call.name, positive=call.positive, reason=reason
@@ -187,7 +191,7 @@ def _make_atom_lines(record: Record, key: FirstColumns, book: TaskBook | None) -
 
 
 def _make_clause_lines(record: Record, key: FirstColumns) -> Iterator[ClauseLine]:
-    if not declaration_of(record.ability).interaction.uses_operator_tasks:
+    if not get_declaration(record.ability).interaction.uses_operator_tasks:
         return
     from eai.abilities.transition_modeling.verdict import OTHER
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import RAISED
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
@@ -77,7 +77,7 @@ class Totals:
             self.left[verdict.second_planner_outcome] += 1
         self._add_statuses({record.task_id: _status_bits(record)})
         if verdict.excluded is None:
-            declared = declaration_of(record.ability)
+            declared = get_declaration(record.ability)
             self.void.update(declared.missing_metrics(verdict))
             add_up(self.sums, declared.contributions(verdict))
 
@@ -116,7 +116,7 @@ class Totals:
     @property
     def rates(self) -> dict[str, Rate]:
         """Rates of all metrics of the ability, also of metrics without cases."""
-        declared = declaration_of(self.first.ability)
+        declared = get_declaration(self.first.ability)
         return {**dict.fromkeys(declared.contributions(declared.verdict()), NOTHING), **self.counted}
 
     @property

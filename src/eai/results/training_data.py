@@ -54,7 +54,7 @@ def make_reward_rows(
     ``left_out`` counts the records that give no row, by reason.
     """
     for record in records:
-        if record.experiment is not None and not record.experiment.is_plain:
+        if record.experiment is not None and not record.experiment.has_no_settings:
             left_out[EXPERIMENT] += 1
             continue
         value = None if record.unanswered is not None else reward(record.task_id, record.response)

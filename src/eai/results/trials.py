@@ -149,7 +149,9 @@ class Trials:
         """Begin the conversation about a task in one epoch."""
         trial = begin_trial(self.suite, self.options, task_id, epoch, self.stated.get(task_id))
         return Conversation(
-            partial(self.asker.write_question, trial), trial, partial(self.asker.describe_scene, trial)
+            partial(self.asker.write_question, trial),
+            trial,
+            partial(self.asker.describe_scene_metadata, trial),
         )
 
 

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 from pydantic import Field
 
 from eai.abilities.answer_schema import Schema
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, SCENE_GRAPH, Ability
 from eai.agents.setting import AGENT
@@ -58,7 +58,7 @@ def can_model_answer(name: str, ability: Ability) -> bool:
     provider, _, model = name.partition("/")
     if provider != PROVIDER:
         return True
-    if declaration_of(ability).takes_turns:
+    if get_declaration(ability).takes_turns:
         return model != CAPTIONER
     return ability in _ABILITIES_OF_MODEL.get(model, (ability,))
 

@@ -18,7 +18,7 @@ from inspect_ai.model import ChatMessage, GenerateConfig, ModelAPI, ModelOutput,
 from inspect_ai.tool import ToolChoice, ToolInfo
 from pydantic import Field
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS
 from eai.agents.command import DONE
@@ -168,7 +168,7 @@ class _BuiltInModel(ModelAPI):
             n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _REQUIRED_METADATA
         ]
         metadata = (input[positions[-1]].metadata or {}) if positions else {}
-        takes_turns = bool(positions) and declaration_of(Ability(metadata["ability"])).takes_turns
+        takes_turns = bool(positions) and get_declaration(Ability(metadata["ability"])).takes_turns
         if not positions or (not takes_turns and positions[-1] != len(input) - 1):
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         question = _ModelQuestion(

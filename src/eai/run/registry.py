@@ -3,7 +3,7 @@
 An ability whose benchmarks are files has one task, and ``-T domain=FILE`` names the file.
 """
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import find_abilities
 from eai.benchmarks.registry import list_benchmarks
 from eai.run import provider
@@ -14,7 +14,7 @@ from eai.run.tasks import register_suite_task
 TASKS = {
     f"{name}_{ability}".lstrip("_"): register_suite_task(name, ability)
     for ability in find_abilities()
-    for name in ([""] if declaration_of(ability).interaction.task_command else list_benchmarks())
+    for name in ([""] if get_declaration(ability).interaction.task_command else list_benchmarks())
 }
 """Mapping from names to the Inspect tasks. Creating a task registers it with Inspect."""
 

@@ -30,9 +30,9 @@ from inspect_ai.scorer import (
 from inspect_ai.solver import TaskState
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
+from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.abilities.experiment import RULES_SEPARATOR, Experiment
-from eai.abilities.explanation import Explanation, PartReport, StepReport
+from eai.abilities.explanation import Explanation, GoalPartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, find_abilities
 from eai.abilities.verdict import Verdict
 from eai.base.files import to_file_name
@@ -81,7 +81,7 @@ def _write_headline(record: Record) -> str:
     verdict, answer_outcome = record.verdict, outcome_of(record)
     if answer_outcome is AnswerOutcome.EXCLUDED:
         return f"Excluded: {verdict.excluded}"
-    label = label_of(answer_outcome.value)
+    label = get_display_name(answer_outcome.value)
     if answer_outcome is AnswerOutcome.NOT_ANSWERED:
         return f"{label}: {record.unanswered}"
     if verdict.error is None or answer_outcome is AnswerOutcome.SUCCESS:
@@ -90,7 +90,7 @@ def _write_headline(record: Record) -> str:
 
 
 def _describe_step(step: StepReport) -> Iterator[str]:
-    yield f"{label_of(step.outcome).lower()}, {step.reason}" if step.reason else step.outcome
+    yield f"{get_display_name(step.outcome).lower()}, {step.reason}" if step.reason else step.outcome
     if step.earlier:
         yield step.earlier
     for sign, facts in (("+", step.added), ("-", step.removed)):
@@ -99,7 +99,7 @@ def _describe_step(step: StepReport) -> Iterator[str]:
         yield f"{step.hidden_changes} more change{'' if step.hidden_changes == 1 else 's'}, not shown"
 
 
-def _describe_goal_part(part: PartReport, number: int) -> str:
+def _describe_goal_part(part: GoalPartReport, number: int) -> str:
     if part.met_after is not None:
         return f"✓ `{part.part}`, {part.when}"
     never = "never after that" if number else "never"
@@ -120,7 +120,7 @@ def make_paper_metric(ability: str) -> Metric:
         ability_of_scores = Ability.from_name(ability)
         ordered = sorted(scores, key=lambda score: int(_get_metadata(score)["epoch"]))
         by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
-        average = declaration_of(ability_of_scores).combine_epochs
+        average = get_declaration(ability_of_scores).combine_epochs
         if average is None:
             verdicts = _read_verdicts(
                 [_select_majority_score(of_task, ability_of_scores) for of_task in by_task]
@@ -167,7 +167,9 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
     model, task_id = to_file_name(str(state.model)), str(state.sample_id)
     if state.output.choices:
         text = (
-            read_episode_text(state) if declaration_of(suite.ability).takes_turns else state.output.completion
+            read_episode_text(state)
+            if get_declaration(suite.ability).takes_turns
+            else state.output.completion
         )
         answer = Response(task_id, text)
     else:  # Inspect also scores samples of failed requests
@@ -182,7 +184,7 @@ def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
     The log may have further limits, such as a token limit, that an episode does not have.
     """
     agent = (
-        declaration_of(record.ability).read_experiment(record.response) or record.experiment or Experiment()
+        get_declaration(record.ability).read_experiment(record.response) or record.experiment or Experiment()
     )
     in_episode, in_log = (
         {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (agent.rules, stated.rules)

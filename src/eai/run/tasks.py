@@ -30,7 +30,7 @@ from inspect_ai.util import registry_info
 from rich.text import Text
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.agents.play import make_prompts_in_setting
@@ -123,7 +123,7 @@ def build_task(
         dataset=MemoryDataset(samples, name=name),
         solver=solver,
         scorer=SCORERS[ability](benchmark.reference, *rules),
-        headline_metric=HeadlineMetric(metric=next(iter(declaration_of(ability).overview_headings))),
+        headline_metric=HeadlineMetric(metric=next(iter(get_declaration(ability).overview_headings))),
         name=name,
         metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
     )
@@ -145,7 +145,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
         tasks: str | int | Sequence[str] | None = None,
         **studies: Any,
     ) -> inspect_ai.Task:
-        takes_turns = declaration_of(ability).takes_turns
+        takes_turns = get_declaration(ability).takes_turns
         with convert_input_errors():
             spec = read_spec(
                 {
@@ -236,7 +236,7 @@ def _sort_arguments_into_sections(
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
-        if declaration_of(ability).takes_turns and name in AgentSetting.model_fields:
+        if get_declaration(ability).takes_turns and name in AgentSetting.model_fields:
             tables.setdefault(AGENT, {})[name] = value
             continue
         if name.startswith("scene_") or (name, value) == ("scene", "predicted"):
@@ -359,7 +359,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     answered_samples.sort(key=lambda sample: sample.epoch)
     responses = [Response(str(sample.id), read_episode_text(sample)) for sample in answered_samples]
     model = to_file_name(log.eval.model)
-    if declaration_of(suite.ability).combine_epochs is not None:
+    if get_declaration(suite.ability).combine_epochs is not None:
         epochs = group_pairs(zip([sample.epoch for sample in answered_samples], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(answers)) for answers in epochs.values()]
         return replace(first, further_epochs=tuple(further))
@@ -378,7 +378,7 @@ def make_experiment_adder(path: Path, suite: Suite) -> Callable[[Record], Record
     """
     samples = _read_log(path).samples or ()
     experiment = next((s.metadata[EXPERIMENT] for s in samples if EXPERIMENT in s.metadata), None)
-    if experiment is None or declaration_of(suite.ability).combine_epochs is not None:
+    if experiment is None or get_declaration(suite.ability).combine_epochs is not None:
         return None
     by_task = group_pairs((str(sample.id), sample) for sample in samples if sample.output.choices)
     majority_samples = [
@@ -456,7 +456,9 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
     return build_task(
         job.suite,
         job.prompts,
-        play_open_episodes(run) if declaration_of(job.suite.ability).takes_turns else ask_open_questions(run),
+        play_open_episodes(run)
+        if get_declaration(job.suite.ability).takes_turns
+        else ask_open_questions(run),
         metadata={JOB: job.sha256},
         experiment=job.experiment,
         question_metadata=job.metadata,

@@ -123,9 +123,9 @@ def choose_metric(ability: Ability, chosen: str | None) -> str:
     Raises:
         InputError: the table has no such metric.
     """
-    from eai.abilities.declaration import declaration_of
+    from eai.abilities.declaration import get_declaration
 
-    metrics = declaration_of(ability).overview_headings
+    metrics = get_declaration(ability).overview_headings
     if chosen is not None and chosen not in metrics:
         raise InputError(f"metric={chosen}: expected one of {', '.join(metrics)}")
     return chosen or next(iter(metrics))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from pydantic import SerializeAsAny
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.experiment import SEPARATOR, StudyChoice, name_label
+from eai.abilities.experiment import SEPARATOR, StudySettings, make_name_label
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
 from eai.base.errors import InputError
 from eai.base.json_value import Json
@@ -149,14 +149,14 @@ class Variation(Options):
         """The options of attempts at each task, or None for one attempt in which every action works."""
         return None
 
-    def record_choice(self, study: str) -> StudyChoice | None:
+    def record_choice(self, study: str) -> StudySettings | None:
         """Return the choice for records: the options that differ from their defaults.
 
         A study whose stage states the choice returns None (`BeliefSet.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
-        label = SEPARATOR.join([name_label(name, str(value)) for name, value in options.items()])
-        return StudyChoice(label or study, options)
+        label = SEPARATOR.join([make_name_label(name, str(value)) for name, value in options.items()])
+        return StudySettings(label or study, options)
 
     @property
     def captioner(self) -> str | None:

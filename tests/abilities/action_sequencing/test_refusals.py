@@ -9,7 +9,7 @@ import pytest
 import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
-from eai.abilities.declining import QUESTION, read_reason, write_refusal
+from eai.abilities.declining import QUESTION, read_refusal_reason, write_refusal_answer
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
@@ -25,7 +25,7 @@ from eai.tasks.prompts.template import Templates
 from eai.tasks.special import Ambiguous, Impossible
 
 WHY = "lit(lamp)"
-NO = write_refusal(WHY)
+NO = write_refusal_answer(WHY)
 
 
 def world(**changes: object) -> Benchmark:
@@ -58,7 +58,7 @@ def verdict_on(text: str, **changes: object) -> PlanVerdict:
     ],
 )
 def test_the_last_json_value_decides_on_a_refusal(text: str, reason: str | None) -> None:
-    assert read_reason(text) == reason
+    assert read_refusal_reason(text) == reason
 
 
 def test_a_refusal_is_right_if_facts_are_missing() -> None:
@@ -118,7 +118,7 @@ def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
 
 
 def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
-    plan, ask = as_plan(["PRESS(lamp)"]), write_refusal("Which?", QUESTION)
+    plan, ask = as_plan(["PRESS(lamp)"]), write_refusal_answer("Which?", QUESTION)
     for text, special, is_right in [
         (f"{plan} {NO}", Impossible(()), False),
         (f"{plan} {NO}", Impossible((WHY,)), True),

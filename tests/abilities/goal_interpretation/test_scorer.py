@@ -31,7 +31,7 @@ class ByCategory(JsonGoals):
 
     symmetric = frozenset({"together"})
 
-    def names(self, task: Task) -> tuple[str, ...]:
+    def list_object_names(self, task: Task) -> tuple[str, ...]:
         return tuple(thing.category for thing in task.scene.objects)
 
 

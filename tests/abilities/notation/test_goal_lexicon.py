@@ -65,7 +65,7 @@ def test_ill_formed_goals_are_left_out() -> None:
 class ByClass(JsonGoals):
     """A notation in which the name of an object is its class, so that several objects have one name."""
 
-    def names(self, task: Task) -> tuple[str, ...]:
+    def list_object_names(self, task: Task) -> tuple[str, ...]:
         return tuple(thing.category for thing in task.scene.objects)
 
 
@@ -132,7 +132,7 @@ def test_a_repeated_class_means_the_object_before_its_last(
     things = task.scene.objects
     lights = [things[i].name for i in task.relevant if things[i].category == "light"]
     assert len(lights) == 2
-    last = benchmark.notation.plans.objects(task)("light")
+    last = benchmark.notation.plans.make_object_lookup(task)("light")
     assert last is not None
     assert things[last].name == lights[-1]
     for times, meant in ((1, lights[1:]), (2, lights[::-1]), (5, lights[::-1])):

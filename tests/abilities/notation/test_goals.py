@@ -10,7 +10,7 @@ from eai.abilities.notation.goals import (
     JsonGoals,
     WrittenGoal,
     WrittenGoals,
-    read_nested,
+    read_nested_formula,
 )
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Formula
@@ -68,7 +68,7 @@ def test_written_goals_are_read_back() -> None:
 
 
 def test_goals_may_use_visible_predicates_that_change() -> None:
-    assert NOTATION.words(DOMAIN).keys() == {
+    assert NOTATION.map_predicate_spellings(DOMAIN).keys() == {
         ("lit", 1),
         ("open", 1),
         ("inside", 2),
@@ -77,7 +77,7 @@ def test_goals_may_use_visible_predicates_that_change() -> None:
 
 
 def test_an_object_is_called_by_its_name() -> None:
-    assert NOTATION.names(make_task())[:2] == ("lamp_0", "lamp_1")
+    assert NOTATION.list_object_names(make_task())[:2] == ("lamp_0", "lamp_1")
 
 
 def test_a_goal_is_printed_as_its_text() -> None:
@@ -130,7 +130,7 @@ def literal(entry: object, variables: frozenset[str]) -> Formula | None:
     ],
 )
 def test_nested_entries_become_formulas(entry: list[Any], condition: str) -> None:
-    read = read_nested(entry, literal)
+    read = read_nested_formula(entry, literal)
     assert read is not None
     assert print_condition(read) == condition
 
@@ -149,7 +149,7 @@ def test_nested_entries_become_formulas(entry: list[Any], condition: str) -> Non
     ],
 )  # fmt: skip
 def test_an_entry_that_is_not_a_condition_has_no_meaning(entry: object) -> None:
-    assert read_nested(entry, literal) is None
+    assert read_nested_formula(entry, literal) is None
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_an_entry_that_is_not_a_condition_has_no_meaning(entry: object) -> None:
 def test_the_form_of_goals_has_the_words_of_the_task(
     words: tuple[str, ...] | None, refused: list[Any]
 ) -> None:
-    schema = NOTATION.schema(DOMAIN, words)
+    schema = NOTATION.make_schema(DOMAIN, words)
     rest = {"edge goals": [], "action goals": []}
     for literal in (["open", "box"], ["not", ["open", "box"]]):
         jsonschema.validate({"node goals": [literal], **rest}, schema)

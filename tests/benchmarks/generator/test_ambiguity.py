@@ -11,7 +11,7 @@ import pytest
 import eai
 from benchmarks.generator.worlds import HOUSEHOLDS, generator
 from eai import Benchmark, given
-from eai.abilities.declining import QUESTION, write_refusal
+from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
@@ -109,7 +109,7 @@ def test_prompts_give_only_the_instruction_and_allow_a_question(like: str) -> No
             assert told.count(task.instruction) == 1
             assert '{"ask"' in told
             assert '"impossible"' not in told
-            asked = suite.score(task.id, write_refusal("Which one?", QUESTION))
+            asked = suite.score(task.id, write_refusal_answer("Which one?", QUESTION))
             assert isinstance(asked, PlanVerdict)
             assert (asked.success, asked.refused) == (len(fits(task)) > 1, "Which one?")
 

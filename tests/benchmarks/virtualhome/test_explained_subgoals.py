@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.abilities.explanation import EXECUTED, Explanation, PartReport
+from eai.abilities.explanation import EXECUTED, Explanation, GoalPartReport
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
@@ -54,7 +54,9 @@ def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> di
     return states
 
 
-def is_met(part: Formula, report: PartReport, explanation: Explanation, states: Mapping[int, State]) -> bool:
+def is_met(
+    part: Formula, report: GoalPartReport, explanation: Explanation, states: Mapping[int, State]
+) -> bool:
     """Whether a part is met at its reported step: by the state, or by an action of that name."""
     actions = [formula.action for formula in walk_subformulas(part) if isinstance(formula, Occurs)]
     if not actions:

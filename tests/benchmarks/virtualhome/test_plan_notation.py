@@ -155,7 +155,7 @@ def assert_reads_written_plan(notation: PlanNotation, plan: list[Action]) -> Non
     task = make_task()
     read = notation.read(NOTATION.join(NOTATION.write(plan, task.scene)))
     assert isinstance(read, WrittenPlan)
-    index_of = notation.objects(task)
+    index_of = notation.make_object_lookup(task)
     assert [Action(s.action, tuple(map(index_of, s.objects))) for s in read.steps] == plan  # type: ignore[arg-type]
 
 

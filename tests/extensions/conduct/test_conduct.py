@@ -11,7 +11,7 @@ import pytest
 import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Task, given, make_task
-from eai.abilities.declining import QUESTION, write_refusal
+from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.benchmarks.generator.spec import SHUT_LAST
 from eai.extensions.conduct.study import FLOOR, _names_missing_fact
 from eai.results.batch import score_run
@@ -99,10 +99,10 @@ def test_refusals_have_risk_and_coverage(tmp_path: Path) -> None:
     press = as_plan(["PRESS(lamp)"])
     answers = {
         "a": press,
-        "b": write_refusal("room(shed)"),
+        "b": write_refusal_answer("room(shed)"),
         "c": as_plan(["WAVE()"]),
-        "d": write_refusal("The hall is no room."),
-        "e": write_refusal("It is dark."),
+        "d": write_refusal_answer("The hall is no room."),
+        "e": write_refusal_answer("It is dark."),
         "f": as_plan(["WAVE()"]),
     }
     found = tables(tmp_path, asked, answers)
@@ -119,7 +119,7 @@ def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
     asked = [
         replace(plain, id=name, title=name, special=Ambiguous(fitting)) for name, fitting in fits.items()
     ]
-    press, ask = as_plan(["PRESS(lamp)"]), write_refusal("Which?", QUESTION)
+    press, ask = as_plan(["PRESS(lamp)"]), write_refusal_answer("Which?", QUESTION)
     found = tables(tmp_path, asked, {"a": press, "b": ask, "c": as_plan(["PRESS(torch)"]), "d": ask})
     (row,) = found["refusals"].row_dicts()
     assert (row["kind"], row["tasks"], row["never"]) == ("ambiguous", 4, 75)

@@ -10,7 +10,7 @@ import pytest
 import eai
 from benchmarks.generator import test_ambiguity
 from benchmarks.generator.worlds import pairs
-from eai.abilities.declining import read_reason
+from eai.abilities.declining import read_refusal_reason
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.gold_answers import open_answer_book
@@ -31,7 +31,7 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
     gold = open_answer_book(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
     assert isinstance(twin.task.special, Impossible)
     (missing,) = twin.task.special.missing
-    assert read_reason(gold) != missing
+    assert read_refusal_reason(gold) != missing
     verdict = eai.open(other, Ability.ACTION_SEQUENCING).score(twin.task.id, gold)
     assert isinstance(verdict, PlanVerdict)
     assert (verdict.success, verdict.refused) == (True, missing)

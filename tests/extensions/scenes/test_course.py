@@ -8,7 +8,7 @@ import pytest
 
 from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import Attempt
-from eai.abilities.explanation import Explanation, StepReport, read_statement
+from eai.abilities.explanation import Explanation, StepReport, parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.setting import ACTING
@@ -43,14 +43,14 @@ def told(course: TileScenes, agent: str) -> list[set[str]]:
 
 
 def reports(*actions: str) -> tuple[StepReport, ...]:
-    return tuple(StepReport(action, "executed", call=read_statement(action)) for action in actions)
+    return tuple(StepReport(action, "executed", call=parse_statement(action)) for action in actions)
 
 
 def test_each_step_is_carried_out_again_and_no_other() -> None:
     took, put, _ = reports(*DONE)
     vain = (
-        StepReport("LIGHT(cup_1)", "affordance", call=read_statement("LIGHT(cup_1)")),
-        StepReport("LIGHT(lamp_2)", "slip", call=read_statement("LIGHT(lamp_2)")),
+        StepReport("LIGHT(cup_1)", "affordance", call=parse_statement("LIGHT(cup_1)")),
+        StepReport("LIGHT(lamp_2)", "slip", call=parse_statement("LIGHT(lamp_2)")),
     )
     states = replay_steps(DOMAIN, kitchen_task().initial, [took, *vain, put])
     assert states is not None

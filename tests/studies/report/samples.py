@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, parse_statement
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
@@ -42,24 +42,27 @@ STEPS = (
         "executed",
         added=("NEXT_TO(me.65, bed.1)",),
         hidden_changes=2,
-        call=read_statement("WALK(bed.1)"),
+        call=parse_statement("WALK(bed.1)"),
     ),
     StepReport(
-        "SWITCHON(light.2)", "additional_step", "light.2 is not off", call=read_statement("SWITCHON(light.2)")
+        "SWITCHON(light.2)",
+        "additional_step",
+        "light.2 is not off",
+        call=parse_statement("SWITCHON(light.2)"),
     ),
     StepReport(
         "GRAB(cup.3)",
         "executed",
         added=("HOLDS(me.65, cup.3)",),
         removed=("ONTOP(cup.3, bed.1)",),
-        call=read_statement("GRAB(cup.3)"),
+        call=parse_statement("GRAB(cup.3)"),
     ),
     StepReport(
         "OPEN(box.4)",
         "wrong_order",
         "box.4 is open",
         "it would have been possible after step 1",
-        call=read_statement("OPEN(box.4)"),
+        call=parse_statement("OPEN(box.4)"),
     ),
 )
 

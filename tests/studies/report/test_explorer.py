@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, parse_statement
 from eai.results.page import encode_for_script
 from eai.results.runs import read_runs
 from eai.studies.report.explorer import ExplorerBackground, ExplorerData, explorer_html
@@ -70,7 +70,7 @@ def test_only_prompts_of_answered_tasks_are_stored(data: str) -> None:
 
 
 def test_a_missed_goal_shows_the_facts_that_hold_instead(tmp_path: Path) -> None:
-    steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=read_statement("PUT(a, b)")),)
+    steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=parse_statement("PUT(a, b)")),)
     goals = (GoalReport("relation", "ONTOP(a, b)", False), GoalReport("state", "ON(a)", True))
     answer = replace(action_run()[0], explanation=Explanation(steps=steps, goals=goals))
     packed = ExplorerData()

@@ -11,10 +11,10 @@ from eai.abilities.declaration import (
     AbilityWorld,
     Interaction,
     SchemaMaker,
+    compute_goal_shares,
     count_additional_steps,
-    count_fault,
+    count_faults,
     declare_plan_ability,
-    goal_shares,
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, share_of_one
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-def contributions(verdict: PlanVerdict) -> dict[str, Share]:
+def compute_metric_shares(verdict: PlanVerdict) -> dict[str, Share]:
     """Return what one plan adds to each rate.
 
     If the verdict has `SummaryCounts`, the numbers come from them, or else from the verdict.
@@ -34,9 +34,9 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
     return {
         "task_success": share_of_one(verdict.success if counted is None else counted.success),
         "execution_success": share_of_one(verdict.executable),
-        **{name: share_of_one(count_fault(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
+        **{name: share_of_one(count_faults(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
         "additional_step": share_of_one(count_additional_steps(verdict)),
-        **goal_shares(verdict),
+        **compute_goal_shares(verdict),
     }
 
 
@@ -50,22 +50,22 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return partial(ActionSequencing, domain=world.domain, notation=world.notation.plans)
 
 
-def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     """Return the words for objects in answers, and the function that makes the answer's JSON schema.
 
     Without a task no words are returned. A task that may be declined has no schema.
     """
     if task is not None and task.may_be_declined:
-        return world.notation.plans.words(task), lambda words: None
-    words = () if task is None else world.notation.plans.words(task)
-    return words, lambda words: world.notation.plans.schema(world.domain, words)
+        return world.notation.plans.list_object_words(task), lambda words: None
+    words = () if task is None else world.notation.plans.list_object_words(task)
+    return words, lambda words: world.notation.plans.make_schema(world.domain, words)
 
 
 ACTION_SEQUENCING = declare_plan_ability(
     Ability.ACTION_SEQUENCING,
-    Interaction(_make_scorers, answer_form=_answer_form, keys_in_order=True, plain_text_prefix=None),
+    Interaction(_make_scorers, answer_form=_make_answer_schema, keys_in_order=True, plain_text_prefix=None),
     "Action sequencing",
     "actions",
     PlanVerdict,
-    contributions,
+    compute_metric_shares,
 )

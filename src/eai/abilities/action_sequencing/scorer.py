@@ -6,10 +6,10 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
-from eai.abilities.declining import read_declining
-from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
+from eai.abilities.declining import read_declining_answer
+from eai.abilities.explanation import SLIPPED, Explanation, write_repair_notes
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
-from eai.abilities.notation.plans import Execution, PlanExecutor, PlanNotation, resolve
+from eai.abilities.notation.plans import Execution, PlanExecutor, PlanNotation, resolve_plan
 from eai.abilities.repair import Repair
 from eai.abilities.reports import report_goals, report_steps
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
@@ -56,41 +56,43 @@ class ActionSequencing(PlanScorer):
         self.notation = notation
         self.goals = goals or GoalTest(task)
         self.excluded = task.plan_exclusion
-        self._object = notation.objects(task)
+        self._object = notation.make_object_lookup(task)
         self._known: dict[WrittenStep, Action] = {}
         self._outcomes: KnownOutcomes = {}
         self._tried = 0
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on a plan that runs from the initial state. No action slips."""
-        assessment = self.assess_execution(text, self._execute)
-        repair = partial(self._repair, text, assessment.verdict)
-        return assessment._replace(analyze_failure=repair) if self._is_plain else assessment
+        assessment = self.assess_execution(text, self._execute_from_start)
+        repair = partial(self._add_repair_to_verdict, text, assessment.verdict)
+        return assessment._replace(analyze_failure=repair) if self._uses_standard_rules else assessment
 
     @property
-    def _is_plain(self) -> bool:
+    def _uses_standard_rules(self) -> bool:
         """Whether the standard rules execute plans and test goals, as the search for repairs assumes."""
         if self.domain.begin is not begin_as_declared:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
 
-    def closeness(self, text: str) -> float | None:
-        """Return the closeness of a plan to success (`PlanRepairer.closeness`); 0 if the plan cannot be read.
+    def compute_closeness(self, text: str) -> float | None:
+        """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
 
         Raises:
             InputError: the protocol is not ``strict``.
         """
-        if not self._is_plain:
+        if not self._uses_standard_rules:
             raise InputError("the closeness of a plan to success needs the protocol strict")
-        declined = read_declining(self.task, text, self.notation)
+        declined = read_declining_answer(self.task, text, self.notation)
         if declined is not None or self.task.has_no_plan:  # no edits lead to a plan
             return float(declined is not None and declined.is_right)
         plan = self.read(text)
         return (
-            0.0 if isinstance(plan, Unreadable) else self.repairer.closeness(self.repairer.read_steps(plan))
+            0.0
+            if isinstance(plan, Unreadable)
+            else self.repairer.compute_closeness(self.repairer.read_steps(plan))
         )
 
-    def _repair(self, text: str, verdict: Verdict, limit: int) -> Verdict:
+    def _add_repair_to_verdict(self, text: str, verdict: Verdict, limit: int) -> Verdict:
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
         if verdict.declines and verdict.success:
@@ -98,7 +100,7 @@ class ActionSequencing(PlanScorer):
         plan = self.read(text)
         if verdict.declines or isinstance(plan, Unreadable):
             return replace(verdict, repair=Repair(why_null="unreadable"))
-        return replace(verdict, repair=self.repairer.repair(plan, verdict, limit))
+        return replace(verdict, repair=self.repairer.find_smallest_repair(plan, verdict, limit))
 
     @cached_property
     def repairer(self) -> PlanRepairer:
@@ -117,23 +119,23 @@ class ActionSequencing(PlanScorer):
             execute: executes the plan. The verdict calls it at most once.
         """
         if self.excluded is None:
-            return self._assess(text, execute)
+            return self._assess_any_task(text, execute)
         left_out = PlanVerdict(excluded=self.excluded)
-        return Assessment(left_out, lambda: self._assess(text, execute).explain())
+        return Assessment(left_out, lambda: self._assess_any_task(text, execute).explain())
 
-    def _assess(self, text: str, execute: PlanExecutor) -> Assessment:
+    def _assess_any_task(self, text: str, execute: PlanExecutor) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
-        declined = read_declining(self.task, text, self.notation)
+        declined = read_declining_answer(self.task, text, self.notation)
         if declined is not None:
             return self._assess_declining(*declined)
         plan = self.read(text)
         if isinstance(plan, Unreadable):
             error = ErrorReport(FaultKind.PARSING, plan.step, plan.reason)
-            return self._refuse(error, WrittenPlan((), spans=plan.spans), execute)
-        actions = self.resolve(plan)
+            return self._assess_unexecuted(error, WrittenPlan((), spans=plan.spans), execute)
+        actions = self.resolve_names(plan)
         if isinstance(actions, ErrorReport):
-            return self._refuse(actions, plan, execute)
-        return self._run(plan, actions, execute)
+            return self._assess_unexecuted(actions, plan, execute)
+        return self._execute_and_assess(plan, actions, execute)
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
         """Read the plan in an answer.
@@ -147,9 +149,9 @@ class ActionSequencing(PlanScorer):
 
     @cached_property
     def _holds_at_start(self) -> bool:
-        return all(self._test_goals(self._execute(())))
+        return all(self._test_goals(self._execute_from_start(())))
 
-    def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
+    def resolve_names(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """Return the plan as ground actions, or its first grammar error.
 
         Unknown names are reported before wrong numbers of arguments.
@@ -160,38 +162,40 @@ class ActionSequencing(PlanScorer):
         try:
             new = tuple([step for step in plan.steps if step not in known])
         except TypeError:  # a step with a list of objects is not hashable
-            return self._resolve(plan)
+            return self._resolve_uncached(plan)
         if new:
-            actions = self._resolve(WrittenPlan(new))
-            if isinstance(actions, ErrorReport) or not all(map(_is_plain, new)):
-                return self._resolve(plan)
+            actions = self._resolve_uncached(WrittenPlan(new))
+            if isinstance(actions, ErrorReport) or not all(map(_has_only_string_names, new)):
+                return self._resolve_uncached(plan)
             known.update(zip(new, actions, strict=True))
         return tuple([known[step] for step in plan.steps])
 
-    def _resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
-        return resolve(plan, self.domain, self.notation, self._object)
+    def _resolve_uncached(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
+        return resolve_plan(plan, self.domain, self.notation, self._object)
 
     def _assess_declining(self, reason: str, is_right: bool, notes: tuple[str, str]) -> Assessment:
         reached = self.goals.none_reached
-        verdict = self._verdict(reached, WrittenPlan(()), success=is_right, refused=reason)
+        verdict = self._make_verdict(reached, WrittenPlan(()), success=is_right, refused=reason)
         return Assessment(verdict, lambda: Explanation(notes, goals=report_goals(self.task, reached)))
 
-    def _refuse(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> Assessment:
+    def _assess_unexecuted(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> Assessment:
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
-        verdict = self._rejection(error, plan, execute)
+        verdict = self._make_rejection_verdict(error, plan, execute)
 
         def explain() -> Explanation:
             goals = report_goals(self.task, verdict.goals_satisfied)
-            return Explanation((*self._notes(plan.repairs), reason), goals=goals)
+            return Explanation((*self._write_notes(plan.repairs), reason), goals=goals)
 
         return Assessment(verdict, explain)
 
-    def _rejection(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> PlanVerdict:
+    def _make_rejection_verdict(
+        self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor
+    ) -> PlanVerdict:
         reached = self._test_goals_unexecuted(execute)
-        return self._verdict(reached, plan, success=False, error=error)
+        return self._make_verdict(reached, plan, success=False, error=error)
 
-    def _execute(self, actions: tuple[Action, ...]) -> Execution:
+    def _execute_from_start(self, actions: tuple[Action, ...]) -> Execution:
         episode = Episode(self.domain, self.task.initial, known_outcomes=self._outcomes)
         episode.run(actions)
         trajectory = episode.trajectory
@@ -200,12 +204,14 @@ class ActionSequencing(PlanScorer):
             self._outcomes, self._tried = {}, 0
         return Execution(trajectory)
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor) -> Assessment:
+    def _execute_and_assess(
+        self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor
+    ) -> Assessment:
         execution = execute(actions)
-        verdict = self._judge(execution, plan)
+        verdict = self._judge_execution(execution, plan)
         return Assessment(verdict, partial(self._explain, verdict, execution))
 
-    def _judge(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
+    def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
         reached = self._test_goals(execution)
         trajectory, failure = execution.trajectory, execution.trajectory.failure
         error = None
@@ -216,16 +222,18 @@ class ActionSequencing(PlanScorer):
         elif execution.slipped:
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
         success, additional = self._succeeds(error, reached), trajectory.additional_steps
-        return self._verdict(
+        return self._make_verdict(
             reached,
             plan,
             success=success,
             error=error,
             additional_steps=additional,
-            partial=self.goals.find_partial_success(self._final(execution), execution.taken_actions, reached),
+            partial=self.goals.find_partial_success(
+                self._get_final_state(execution), execution.taken_actions, reached
+            ),
         )
 
-    def _verdict(
+    def _make_verdict(
         self,
         reached: tuple[bool, ...],
         plan: WrittenPlan,
@@ -252,26 +260,26 @@ class ActionSequencing(PlanScorer):
 
     def _explain(self, verdict: PlanVerdict, execution: Execution) -> Explanation:
         return Explanation(
-            self._notes(verdict.repairs),
+            self._write_notes(verdict.repairs),
             report_steps(self.task, self.domain, execution.trajectory),
             report_goals(
                 self.task, verdict.goals_satisfied, execution.whole_trajectory or execution.trajectory
             ),
         )
 
-    def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
+    def _write_notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
-        return (*repair_notes(repairs), *excluded)
+        return (*write_repair_notes(repairs), *excluded)
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the executed plan reaches the goal."""
         return self.goals.find_reached(
-            self._final(execution),
+            self._get_final_state(execution),
             execution.taken_actions,
             execution.whole_trajectory or execution.trajectory,
         )
 
-    def _final(self, execution: Execution) -> State:
+    def _get_final_state(self, execution: Execution) -> State:
         return execution.trajectory.final
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
@@ -282,6 +290,6 @@ class ActionSequencing(PlanScorer):
         return error is None and all(reached)
 
 
-def _is_plain(step: WrittenStep) -> bool:
+def _has_only_string_names(step: WrittenStep) -> bool:
     parts = [part for name in step.objects for part in (name if isinstance(name, tuple) else (name,))]
     return all(isinstance(part, str) for part in parts)

@@ -13,9 +13,9 @@ from eai.abilities.declaration import (
     Interaction,
     MetricColumn,
     SchemaMaker,
-    counts_outcome,
-    error_outcome,
-    score_columns,
+    classify_counts,
+    find_error_outcome,
+    make_score_columns,
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
@@ -34,10 +34,10 @@ OVERALL = "overall"
 
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
-_SCORES = score_columns(_PARTS)
+_SCORES = make_score_columns(_PARTS)
 
 
-def contributions(verdict: GoalVerdict) -> dict[str, Share]:
+def compute_metric_shares(verdict: GoalVerdict) -> dict[str, Share]:
     """Return what one answer adds to each rate.
 
     Three rates are not in the paper's tables. ``parsing`` is the share of unreadable answers. ``ill_formed``
@@ -59,10 +59,10 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
     }
 
 
-def outcome(verdict: GoalVerdict) -> AnswerOutcome:
+def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
     """Return the outcome of a goal interpretation."""
     flawless = not verdict.ill_formed and not verdict.hallucinated
-    return error_outcome(verdict) or counts_outcome(
+    return find_error_outcome(verdict) or classify_counts(
         add_confusions((verdict.counts or {}).values()), enough=flawless
     )
 
@@ -77,23 +77,23 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return partial(GoalInterpretation, domain=world.domain, notation=world.notation.goals)
 
 
-def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
-    names = () if task is None else world.notation.goals.names(task)
+def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+    names = () if task is None else world.notation.goals.list_object_names(task)
     relevant = () if task is None else task.relevant
     words = list(dict.fromkeys([names[i] for i in relevant]))
-    return words, lambda words: world.notation.goals.schema(world.domain, words)
+    return words, lambda words: world.notation.goals.make_schema(world.domain, words)
 
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
     interaction=Interaction(
-        _make_scorers, answer_form=_answer_form, lists_are_sets=True, plain_text_prefix=None
+        _make_scorers, answer_form=_make_answer_schema, lists_are_sets=True, plain_text_prefix=None
     ),
     title="Goal interpretation",
     short_title="goals",
     verdict=GoalVerdict,
-    contributions=contributions,
-    outcome=outcome,
+    contributions=compute_metric_shares,
+    outcome=classify_outcome,
     columns=(
         *_SCORES,
         MetricColumn("parsing", _GRAMMAR, "Unreadable", False),

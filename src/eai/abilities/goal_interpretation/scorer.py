@@ -18,10 +18,10 @@ from operator import or_
 from textwrap import shorten
 from typing import NamedTuple
 
-from eai.abilities.explanation import Explanation, GoalReport, find_names, repair_notes
+from eai.abilities.explanation import Explanation, GoalReport, find_predicate_names, write_repair_notes
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import GoalLexicon
-from eai.abilities.notation.goals import Alternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
+from eai.abilities.notation.goals import GoalAlternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.logic.choice import Literal, make_best_option_finder
@@ -61,7 +61,7 @@ class _GoldGoals:
         of_kind: mapping from the name of a kind to the mask of the conditions of this kind.
     """
 
-    def __init__(self, alternatives: tuple[Alternatives, ...], lexicon: GoalLexicon) -> None:
+    def __init__(self, alternatives: tuple[GoalAlternatives, ...], lexicon: GoalLexicon) -> None:
         self._lexicon = lexicon
         self._numbers: dict[WrittenGoal, int] = {}
         self.stated: list[WrittenGoal] = []
@@ -69,22 +69,24 @@ class _GoldGoals:
         self.mask_of: dict[WrittenGoal, int] = {}
         self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = alternatives
-        self.best = [make_best_option_finder(goal.options, self._number_of) for goal in alternatives]
+        self.best = [
+            make_best_option_finder(goal.options, self._get_condition_number) for goal in alternatives
+        ]
 
-    def choose_options(self, stated: int) -> list[int]:
+    def choose_option_masks(self, stated: int) -> list[int]:
         """Return for each goal the mask of its option with most stated conditions; 0 if it has no option."""
         options = [best(stated) for best in self.best]
         return [0 if option is None else option.conditions for option in options]
 
-    def conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
+    def get_conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
         """Return the statements of the conditions in a mask."""
         return tuple([self.stated[number] for number in bits(mask)])
 
-    def as_texts(self, mask: int) -> tuple[str, ...]:
+    def get_condition_texts(self, mask: int) -> tuple[str, ...]:
         """Return the conditions in a mask as texts."""
         return tuple([self._texts[number] for number in bits(mask)])
 
-    def _number_of(self, literal: Literal) -> int:
+    def _get_condition_number(self, literal: Literal) -> int:
         ground = self._lexicon.canonicalize(self._lexicon.to_ground_goal(literal))
         number = self._numbers.get(ground)
         if number is None:
@@ -93,7 +95,7 @@ class _GoldGoals:
             self.stated.append(stated)
             self._texts.append(str(stated))
             self.mask_of[stated] = self.mask_of.get(stated, 0) | 1 << number
-            self.of_kind[self._lexicon.classify(stated)] |= 1 << number
+            self.of_kind[self._lexicon.classify_goal(stated)] |= 1 << number
         return number
 
 
@@ -104,7 +106,7 @@ class GoalInterpretation(Scorer):
         self.task = task = task.without_goals_over_time
         self.notation = notation
         self.lexicon = GoalLexicon(task, domain, notation)
-        self.gold = _GoldGoals(notation.alternatives(task), self.lexicon)
+        self.gold = _GoldGoals(notation.list_goal_alternatives(task), self.lexicon)
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an answer, with the right, missed and wrong goals as its explanation."""
@@ -128,7 +130,7 @@ class GoalInterpretation(Scorer):
         """Return the verdict on the goals that an answer states."""
         said, unknown, lacking = self._sort_goals(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
-        wanted, matched = reduce(or_, self._choose_options(said), 0), 0
+        wanted, matched = reduce(or_, self._choose_option_masks(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
         for goal, times in said.items():
@@ -139,7 +141,7 @@ class GoalInterpretation(Scorer):
             matched |= meant if times >= wanted_number else first_bits(meant, times)
             if times > wanted_number:
                 wrong += [str(goal)] * (times - wanted_number)
-                kinds += [self.lexicon.classify(goal)] * (times - wanted_number)
+                kinds += [self.lexicon.classify_goal(goal)] * (times - wanted_number)
         missing = wanted & ~matched
         return GoalVerdict(
             counts={
@@ -157,16 +159,16 @@ class GoalInterpretation(Scorer):
             unknown_predicates=tuple(
                 [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
             ),
-            matched=self.gold.as_texts(matched),
+            matched=self.gold.get_condition_texts(matched),
             wrong=tuple(wrong),
-            missing=self.gold.as_texts(missing),
+            missing=self.gold.get_condition_texts(missing),
         )
 
-    def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield descriptions of the parts of an answer that are neither right nor wrong, with the reasons."""
         _, unknown, lacking = self._sort_goals(goals)
-        entries = [(self.lexicon.classify(goal), str(goal)) for goal in lacking]
-        yield from ill_formed_texts([*entries, *goals.ill_formed])
+        entries = [(self.lexicon.classify_goal(goal), str(goal)) for goal in lacking]
+        yield from describe_ill_formed_entries([*entries, *goals.ill_formed])
         for goal, name in dict.fromkeys(unknown):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
@@ -176,7 +178,7 @@ class GoalInterpretation(Scorer):
         Each statement counts for only one condition.
         """
         left = self._sort_goals(goals).known
-        options = self._choose_options(left)
+        options = self._choose_option_masks(left)
         met = 0
         for number in bits(reduce(or_, options, 0)):
             condition = self.gold.stated[number]
@@ -186,40 +188,42 @@ class GoalInterpretation(Scorer):
                 met |= 1 << number
         reports = []
         for goal, best, option in zip(self.gold.goals, self.gold.best, options, strict=True):
-            text = goal.text or " and ".join(map(str, self.gold.conditions(option)))
+            text = goal.text or " and ".join(map(str, self.gold.get_conditions(option)))
             is_met = best(0) is not None and not option & ~met
-            reports.append(GoalReport(goal.kind, text, is_met, predicates=find_names(text)))
+            reports.append(GoalReport(goal.kind, text, is_met, predicates=find_predicate_names(text)))
         return tuple(reports)
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
         reported = {*verdict.matched, *verdict.wrong, *verdict.missing}
-        notes = [*repair_notes(goals.repairs), *self.describe_left_out(goals)]
+        notes = [*write_repair_notes(goals.repairs), *self.describe_left_out_goals(goals)]
         for kind, (right, wrong, missed) in (verdict.counts or {}).items():
             if kind != ALL:
                 notes.append(f"{kind} goals: {right} right, {wrong} wrong, {missed} missed")
         if not self.gold.mask_of:
             notes.append("the task has no goals, so nothing that is stated is right")
-        notes += wrong_goal_notes(verdict, {str(goal) for goal in self.gold.mask_of})
+        notes += describe_wrong_goals(verdict, {str(goal) for goal in self.gold.mask_of})
         notes += self._describe_partial_goals(goals)
         return Explanation(
             notes=tuple(notes),
             goals=self.report_goals(goals),
             atoms={
                 text: goal.statement
-                for goal in (*self.gold.stated, *self.list_compared(goals))
+                for goal in (*self.gold.stated, *self.list_compared_goals(goals))
                 if (text := str(goal)) in reported
             },
         )
 
-    def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+    def list_compared_goals(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """Return the goals of an answer that count as right or wrong."""
         return self._sort_goals(goals).known
 
     def _describe_partial_goals(self, goals: WrittenGoals) -> Iterator[str]:
         """Yield the missed conditions of each goal that the answer states in part."""
         left = self._sort_goals(goals).known
-        for option in self._choose_options(left):
-            missed = [str(condition) for condition in self.gold.conditions(option) if condition not in left]
+        for option in self._choose_option_masks(left):
+            missed = [
+                str(condition) for condition in self.gold.get_conditions(option) if condition not in left
+            ]
             if 0 < len(missed) < option.bit_count():
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
@@ -242,18 +246,18 @@ class GoalInterpretation(Scorer):
                 unknown += [(goal, name)] * times
         return _SortedGoals(known, tuple(unknown), tuple(ill_formed))
 
-    def _choose_options(self, said: Iterable[WrittenGoal]) -> list[int]:
+    def _choose_option_masks(self, said: Iterable[WrittenGoal]) -> list[int]:
         mask_of = self.gold.mask_of
-        return self.gold.choose_options(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
+        return self.gold.choose_option_masks(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
 
 
-def ill_formed_texts(entries: Iterable[IllFormed]) -> Iterator[str]:
+def describe_ill_formed_entries(entries: Iterable[IllFormed]) -> Iterator[str]:
     """Yield a line of text on each ill-formed entry, once. Long entries are cut off."""
     for _, text in dict.fromkeys(entries):
         yield f"left out as ill-formed: {shorten(text, _MAX_ENTRY_CHARACTERS, placeholder=' ...')}"
 
 
-def wrong_goal_notes(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
+def describe_wrong_goals(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
     """Return a sentence on each wrong goal of an answer, once, with its number of occurrences.
 
     Args:

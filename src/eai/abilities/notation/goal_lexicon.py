@@ -35,10 +35,10 @@ class GoalLexicon:
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
-        words = notation.words(domain)
+        words = notation.map_predicate_spellings(domain)
         self.words = words.keys()
         self.actions = domain.arities.keys()
-        names = notation.names(task)
+        names = notation.list_object_names(task)
         self.objects = Counter([names[index] for index in task.relevant])
         self._name_of = {
             scene_object.name: name for scene_object, name in zip(task.scene.objects, names, strict=True)
@@ -47,7 +47,7 @@ class GoalLexicon:
         self._spelling = {predicate: word for (word, _), predicate in reversed(tuple(words.items()))}
         self._arity = dict(self.words)
 
-    def classify(self, goal: WrittenGoal) -> GoalKind:
+    def classify_goal(self, goal: WrittenGoal) -> GoalKind:
         """Return the kind of a goal by its predicate's arity, or else by its number of objects."""
         if goal.is_action:
             return GoalKind.ACTION
@@ -89,9 +89,9 @@ class GoalLexicon:
         """Return a goal whose objects have their names in answers instead of their names in the scene."""
         if all(name in self.objects for name in goal.names):
             return goal
-        return goal._replace(names=tuple(map(self._answer_name, goal.names)))
+        return goal._replace(names=tuple(map(self._get_answer_name, goal.names)))
 
-    def _answer_name(self, name: str) -> str:
+    def _get_answer_name(self, name: str) -> str:
         """Return an object's name in answers, given its name in the scene."""
         in_scene = name if name in self._name_of else "_".join(name.rsplit(".", 1))
         return name if name in self.objects else self._name_of.get(in_scene, name)
@@ -106,15 +106,15 @@ class GoalLexicon:
         positive = not isinstance(literal, Not)
         match literal.operand if isinstance(literal, Not) else literal:
             case Occurs(action, arguments):
-                return WrittenGoal(action, _object_names(arguments), positive, is_action=True)
+                return WrittenGoal(action, _get_object_names(arguments), positive, is_action=True)
             case Atom(predicate, arguments):
                 word = self._spelling.get(predicate, predicate)
-                return WrittenGoal(word, _object_names(arguments), positive)
+                return WrittenGoal(word, _get_object_names(arguments), positive)
             case other:
                 raise TypeError(f"{other}: expected an atom, a negated atom or an action")
 
 
-def _object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
+def _get_object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
     return tuple([term.name for term in arguments if isinstance(term, Constant)])
 
 
@@ -122,7 +122,9 @@ def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str
     """Return a right answer as written goals: the first option of each goal about the final state."""
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
-    options = [next(generate_tree_options(goal.options), ()) for goal in notation.alternatives(task)]
+    options = [
+        next(generate_tree_options(goal.options), ()) for goal in notation.list_goal_alternatives(task)
+    ]
     conditions = dict.fromkeys(condition for option in options for condition in option)
     return notation.write([lexicon.to_answer_goal(condition) for condition in conditions])
 
@@ -148,12 +150,12 @@ class _StatedGoals:
 
 def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
     """Return the goals that an answer to goal interpretation states for a task."""
-    meaning = _AnswerMeaning(task, domain, notation)
-    read = notation.conditions(text, meaning.formula)
+    meaning = _AnswerInterpreter(task, domain, notation)
+    read = notation.read_conditions(text, meaning.to_formula)
     if isinstance(read, Unreadable):
         return _StatedGoals((), unreadable=read.reason)
     formulas, left_out = read
-    strange = {formula: tuple(meaning.unknown(formula)) for formula in formulas}
+    strange = {formula: tuple(meaning.find_unknown_names(formula)) for formula in formulas}
     return _StatedGoals(
         tuple([goal(formula) for formula in strange]),
         tuple([goal(formula) for formula, names in strange.items() if not names]),
@@ -162,7 +164,7 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
     )
 
 
-class _AnswerMeaning:
+class _AnswerInterpreter:
     """The meaning of the words of an answer in a task.
 
     An ambiguous name means the last object with this name, as in plans without object numbers. If
@@ -172,24 +174,24 @@ class _AnswerMeaning:
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         self._lexicon = GoalLexicon(task, domain, notation)
-        self._predicates = notation.words(domain)
+        self._predicates = notation.map_predicate_spellings(domain)
         self._vocabulary, self._actions = domain.vocabulary, domain.arities
-        names, things = notation.names(task), task.scene.objects
+        names, things = notation.list_object_names(task), task.scene.objects
         self._named = group_pairs((names[index], things[index].name) for index in reversed(task.relevant))
         self._known = {scene_object for things in self._named.values() for scene_object in things}
         self._times: Counter[WrittenGoal] = Counter()
 
-    def formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
+    def to_formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
         """Return a goal as a formula, in which quantifiers bind some names; None if it is ill-formed."""
         if not self._lexicon.is_well_formed(said):
             return None
-        terms = tuple([make_term(name, variables) for name in self._objects(said, variables)])
+        terms = tuple([make_term(name, variables) for name in self._find_meant_objects(said, variables)])
         if said.is_action:
             return Occurs(said.predicate, terms)
         atom = Atom(self._predicates.get((said.predicate, len(terms)), said.predicate), terms)
         return atom if said.positive else ~atom
 
-    def unknown(self, formula: Formula) -> Iterator[str]:
+    def find_unknown_names(self, formula: Formula) -> Iterator[str]:
         """Yield the unknown names in a formula."""
         for part in walk_subformulas(formula):
             match part:
@@ -199,7 +201,7 @@ class _AnswerMeaning:
                     yield name
         yield from (name for name in find_object_names(formula) if name not in self._known)
 
-    def _objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
+    def _find_meant_objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
         """Return the names of the objects that a goal means. An unknown name is kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])

@@ -17,8 +17,14 @@ from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema, union_schema
-from eai.abilities.answer_text import AnswerForm, JsonObject, ParsedAnswer, holds_strings, read_json
+from eai.abilities.answer_schema import (
+    Schema,
+    make_list_schema,
+    make_object_schema,
+    make_text_schema,
+    make_union_schema,
+)
+from eai.abilities.answer_text import AnswerFormat, JsonObject, ParsedAnswer, contains_json_string, read_json
 from eai.abilities.explanation import Statement
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.choice import Choice, build_choice_tree
@@ -35,26 +41,26 @@ Its second argument has the names that quantifiers bind. It returns None if the 
 """
 
 
-def read_nested(
+def read_nested_formula(
     entry: object, literal: LiteralReader, variables: frozenset[str] = frozenset()
 ) -> f.Formula | None:
     """Return the formula for a nested entry, or None if a part of the entry is not a condition."""
 
-    def read(part: object, *bound: f.Variable) -> f.Formula | None:
-        return read_nested(part, literal, variables | {variable.name for variable in bound})
+    def read_part(part: object, *bound: f.Variable) -> f.Formula | None:
+        return read_nested_formula(part, literal, variables | {variable.name for variable in bound})
 
     match entry:
         case ["not", [*_] as operand]:
-            negated = read(operand)
+            negated = read_part(operand)
             return None if negated is None else f.Not(negated)
         case ["and" | "or" as word, [*_] as first, *others]:
-            parts = [read(part) for part in unwrap_parts((first, *others))]
+            parts = [read_part(part) for part in unwrap_operands((first, *others))]
             formulas = tuple([part for part in parts if part is not None])
             return (
                 None if len(formulas) < len(parts) else f.And(formulas) if word == "and" else f.Or(formulas)
             )
         case ["imply", premise, conclusion]:
-            one, other = read(premise), read(conclusion)
+            one, other = read_part(premise), read_part(conclusion)
             return None if one is None or other is None else f.Implies(one, other)
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
             count = _read_count(head.pop(0)) if word in ("forn", "fornpairs") and head else None
@@ -63,13 +69,13 @@ def read_nested(
                 for entry_variable in head
                 if (variable := _read_variable(entry_variable)) is not None
             ]
-            inner = read(body, *bound)
+            inner = read_part(body, *bound)
             return None if inner is None or len(bound) < len(head) else _quantify(word, count, bound, inner)
         case _:
             return literal(entry, variables)
 
 
-def unwrap_parts(parts: Sequence[object]) -> Sequence[object]:
+def unwrap_operands(parts: Sequence[object]) -> Sequence[object]:
     """Return the operands of a connective, which may stand in a list of their own."""
     match parts:
         case [[[*_], *_] as inner]:
@@ -130,7 +136,7 @@ _SECTION_OF = {section: section for section in SECTIONS.values()}
 _NO_WORD = re.compile(r"[\W_]+")
 
 
-class Sections(NamedTuple):
+class GoalSections(NamedTuple):
     """The sections of an answer's JSON object that list goals.
 
     Attributes:
@@ -142,9 +148,9 @@ class Sections(NamedTuple):
     repairs: tuple[str, ...] = ()
 
 
-def sections_form(
-    read: Callable[[Sections], Sections | None], flaw: Callable[[object], str | None]
-) -> AnswerForm[Sections]:
+def make_sections_format(
+    read: Callable[[GoalSections], GoalSections | None], flaw: Callable[[object], str | None]
+) -> AnswerFormat[GoalSections]:
     """Return the form of an answer that is an object with goals in sections.
 
     Args:
@@ -152,18 +158,18 @@ def sections_form(
         flaw: takes a value and returns why it is not such an object, or None.
     """
 
-    def sections(value: object) -> Sections | None:
+    def read_sections(value: object) -> GoalSections | None:
         if not isinstance(value, JsonObject):
             return None
-        members = [(_section_name(key), section) for key, section in value.members]
+        members = [(_normalize_section_name(key), section) for key, section in value.members]
         is_respelt = any(name != key for (name, _), (key, _) in zip(members, value.members, strict=True))
-        return read(Sections(tuple(members), ("section_name",) if is_respelt else ()))
+        return read(GoalSections(tuple(members), ("section_name",) if is_respelt else ()))
 
     listed = ", ".join([f'"{key}"' for key in SECTIONS.values()])
-    return AnswerForm(
+    return AnswerFormat(
         f"JSON object with {listed}",
-        sections,
-        is_part=holds_strings,
+        read_sections,
+        is_part=contains_json_string,
         is_line_of_answer=lambda line: _SECTION_LINE.match(line) is not None,
         flaw=flaw,
         repairs_of=lambda sections_read: sections_read.repairs,
@@ -174,7 +180,7 @@ def sections_form(
 _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""", re.IGNORECASE)
 
 
-def _section_name(key: str) -> str:
+def _normalize_section_name(key: str) -> str:
     """Return the key of a section in the spelling of prompts. Unknown keys are returned unchanged."""
     return _SECTION_OF.get(_NO_WORD.sub(" ", key).strip().lower(), key)
 
@@ -228,7 +234,7 @@ class WrittenGoals:
 
     @classmethod
     def from_entries(
-        cls, entries: Sequence[WrittenGoal | IllFormed], reading: ParsedAnswer[Sections] | None = None
+        cls, entries: Sequence[WrittenGoal | IllFormed], reading: ParsedAnswer[GoalSections] | None = None
     ) -> WrittenGoals:
         """Return the goals among the entries of an answer, and the entries that are not goals."""
         goals = tuple([entry for entry in entries if isinstance(entry, WrittenGoal)])
@@ -253,7 +259,7 @@ StatedConditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class Alternatives:
+class GoalAlternatives:
     """One goal of a task with all ways to meet it.
 
     Attributes:
@@ -283,7 +289,7 @@ class GoalNotation(ABC):
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """Return the goals of an answer, or why it cannot be read."""
 
-    def conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
+    def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
         """Return the goals of an answer as conditions on its task, or why it cannot be read."""
         read = self.read(text)
         if isinstance(read, Unreadable):
@@ -301,7 +307,7 @@ class GoalNotation(ABC):
     def join(self, parts: Iterable[str]) -> str:
         """Return the texts of goals as one answer."""
 
-    def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
+    def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
         """Return a mapping from the spelling of a predicate in answers to its name in the vocabulary.
 
         If a predicate has two spellings, the goals of tasks use the first one.
@@ -313,11 +319,11 @@ class GoalNotation(ABC):
         words = {(predicate.name, predicate.arity): predicate.name for predicate in stored}
         return words | {(predicate.name, predicate.arity): predicate.name for predicate in vocabulary.derived}
 
-    def names(self, task: Task) -> tuple[str, ...]:
+    def list_object_names(self, task: Task) -> tuple[str, ...]:
         """Return the name of each object in the scene. Several objects may share a name."""
         return tuple([scene_object.name for scene_object in task.scene.objects])
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return the JSON schema of an answer for providers that enforce schemas, or None for no schema.
 
         Args:
@@ -326,14 +332,14 @@ class GoalNotation(ABC):
         """
         return None
 
-    def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
+    def list_goal_alternatives(self, task: Task) -> tuple[GoalAlternatives, ...]:
         """Return the goals of the task for the comparison with answers.
 
         Raises:
             InputError: a goal has infinitely many options (see `choice.build_choice_tree`).
         """
         return tuple(
-            Alternatives(
+            GoalAlternatives(
                 goal.kind.value,
                 write_goal(goal.formula),
                 build_choice_tree(goal.formula, task.scene.names_of_category),
@@ -361,26 +367,28 @@ class JsonGoals(GoalNotation):
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
-        entries = self._entries(reading.value)
+        entries = self._list_section_entries(reading.value)
         goals = [self._read_goal(kind, entry) or (kind, str(entry)) for kind, entry in entries]
         return WrittenGoals.from_entries(goals, reading)
 
-    def entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
+    def read_entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
         """Return all entries of an answer with their kinds, states first; or why it cannot be read."""
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
         order: list[GoalKind | None] = [*GoalKind, None]
-        entries = [(kind, self._respell(entry)) for kind, entry in self._entries(reading.value)]
+        entries = [
+            (kind, self._normalize_words(entry)) for kind, entry in self._list_section_entries(reading.value)
+        ]
         return sorted(entries, key=lambda entry: order.index(entry[0]))
 
-    def _entries(self, sections: Sections) -> list[tuple[GoalKind | None, object]]:
+    def _list_section_entries(self, sections: GoalSections) -> list[tuple[GoalKind | None, object]]:
         lists = [(self._kinds.get(key), part) for key, part in sections.members if isinstance(part, list)]
         return [(kind, entry) for kind, entries in lists for entry in entries]
 
-    def conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
-        """Return the goals of an answer as conditions on its task. They may be nested (`read_nested`)."""
-        entries = self.entries(text)
+    def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
+        """Return the goals of an answer as conditions on its task. They may be nested."""
+        entries = self.read_entries(text)
         if isinstance(entries, Unreadable):
             return entries
         read = [(entry, self._read_condition(kind, entry, meaning)) for kind, entry in entries]
@@ -395,47 +403,53 @@ class JsonGoals(GoalNotation):
         """Return the goals in their sections. Literals are sorted by their number of objects."""
         sections: dict[str, list[object]] = {key: [] for key in self._kinds}
         for entry in map(json.loads, parts):
-            sections[SECTIONS[_section_of(entry)]].append(entry)
+            sections[SECTIONS[_get_section_kind(entry)]].append(entry)
         return json.dumps(sections)
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the schema of sections with literals as lists of words, and with names of actions."""
-        spelt = self.words(domain)
+        spelt = self.map_predicate_spellings(domain)
 
-        def entry(kind: GoalKind) -> Schema:
+        def make_entry_schema(kind: GoalKind) -> Schema:
             if kind is GoalKind.ACTION:
-                return text_schema(domain.arities)
+                return make_text_schema(domain.arities)
             said = [word for word, arity in spelt if (arity < 2) == (kind is GoalKind.STATE)]
             literal = None if words is None else [*said, *words]
-            part = text_schema() if literal is None else text_schema(["not", *literal])
-            return list_schema(union_schema([part, list_schema(text_schema(literal))]))
+            part = make_text_schema() if literal is None else make_text_schema(["not", *literal])
+            return make_list_schema(make_union_schema([part, make_list_schema(make_text_schema(literal))]))
 
-        return object_schema({key: list_schema(entry(kind)) for key, kind in self._kinds.items()})
+        return make_object_schema(
+            {key: make_list_schema(make_entry_schema(kind)) for key, kind in self._kinds.items()}
+        )
 
-    def word(self, text: str) -> str:
+    def normalize_word(self, text: str) -> str:
         """Return the normal spelling of a word of an answer."""
         return text
 
-    def _respell(self, value: object) -> object:
+    def _normalize_words(self, value: object) -> object:
         """Return a JSON value with its words in normal spelling. Variables may begin with a question mark."""
         if isinstance(value, list):
-            return [self._respell(part) for part in value]
-        return self.word(value).lstrip("?") if isinstance(value, str) else value
+            return [self._normalize_words(part) for part in value]
+        return self.normalize_word(value).lstrip("?") if isinstance(value, str) else value
 
     def _read_condition(self, kind: GoalKind | None, entry: object, meaning: GoalMeaning) -> Formula | None:
-        def literal(part: object, variables: frozenset[str]) -> Formula | None:
+        def read_literal(part: object, variables: frozenset[str]) -> Formula | None:
             goal = self._read_goal(kind, part)
             return None if goal is None else meaning(goal, variables)
 
-        return literal(entry, frozenset()) if kind is GoalKind.ACTION else read_nested(entry, literal)
+        return (
+            read_literal(entry, frozenset())
+            if kind is GoalKind.ACTION
+            else read_nested_formula(entry, read_literal)
+        )
 
     def _read_goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
         is_action = kind is GoalKind.ACTION
         if is_action and isinstance(entry, str):
-            return WrittenGoal(self.word(entry), is_action=True)
+            return WrittenGoal(self.normalize_word(entry), is_action=True)
         if not isinstance(entry, list) or not entry:
             return None
-        positive = is_action or not isinstance(entry[0], str) or self.word(entry[0]) != "not"
+        positive = is_action or not isinstance(entry[0], str) or self.normalize_word(entry[0]) != "not"
         literal = entry if positive else entry[1] if len(entry) == 2 else None
         words = self._read_words(literal)
         return WrittenGoal(words[0], tuple(words[1:]), positive, is_action) if words else None
@@ -444,11 +458,11 @@ class JsonGoals(GoalNotation):
         """Return the words of an entry that is a list of words; an empty list for other entries."""
         if not isinstance(entry, list):
             return []
-        words = [self.word(part) for part in entry if isinstance(part, str)]
+        words = [self.normalize_word(part) for part in entry if isinstance(part, str)]
         return words if len(words) == len(entry) else []
 
 
-def _check_lists(sections: Sections) -> Sections | None:
+def _check_section_lists(sections: GoalSections) -> GoalSections | None:
     """Return the sections if all of them are lists, else None.
 
     An object with a section of `SECTIONS` may have other members that are plain remarks.
@@ -460,7 +474,7 @@ def _check_lists(sections: Sections) -> Sections | None:
     return sections if not has_parts and (are_remarks or not plain) else None
 
 
-_LISTS = sections_form(_check_lists, lambda value: None)
+_LISTS = make_sections_format(_check_section_lists, lambda value: None)
 
 
 def _to_entry(goal: WrittenGoal) -> object:
@@ -470,7 +484,7 @@ def _to_entry(goal: WrittenGoal) -> object:
     return literal if goal.positive else ["not", literal]
 
 
-def _section_of(entry: object) -> GoalKind:
+def _get_section_kind(entry: object) -> GoalKind:
     if not isinstance(entry, list):
         return GoalKind.ACTION
     literal = entry[1] if entry[0] == "not" else entry

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
 
-from eai.abilities.answer_text import AnswerForm, JsonObject, read_json
+from eai.abilities.answer_text import AnswerFormat, JsonObject, read_json
 from eai.abilities.verdict import Span, Unreadable
 
 ACTION, OBJECT = "action", "object"
@@ -89,16 +89,16 @@ class StepList(NamedTuple):
     is_piece: bool = False
 
 
-def join_steps(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
+def join_step_lists(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
     """Return the steps of several values as one list."""
     listed = list(parts)
     repairs = dict.fromkeys([repair for part in listed for repair in part.repairs])
     return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs), is_piece)
 
 
-def plan_form(
+def make_plan_format(
     description: str, read: Callable[[object], StepList | None], actions: Collection[str], wrapper: str
-) -> AnswerForm[StepList]:
+) -> AnswerFormat[StepList]:
     """Return the form of a plan in JSON: a value with steps, or a list of such values.
 
     Args:
@@ -107,14 +107,14 @@ def plan_form(
         actions: names of actions in answers; empty if these names are unknown.
         wrapper: key of an object around the plan, if the question may ask for such an object.
     """
-    part, line = _compile_signs(frozenset(actions))
-    return AnswerForm(
+    part, line = _compile_step_patterns(frozenset(actions))
+    return AnswerFormat(
         description,
         lambda value: join_item_steps(value, read) if isinstance(value, list) else read(value),
         is_part=lambda text: part.search(text) is not None,
         is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
         flaw=lambda value: _find_list_flaw(value, read),
-        join=join_steps,
+        join=join_step_lists,
         is_piece=lambda steps: steps.is_piece,
         repairs_of=lambda steps: steps.repairs,
         is_certain=lambda steps: any(not actions or step.action in actions for step in steps.steps),
@@ -125,10 +125,10 @@ def plan_form(
 def join_item_steps(items: Iterable[object], read: Callable[[object], StepList | None]) -> StepList | None:
     """Return the steps of several values as one list, or None if a value has no steps."""
     parts = [read(item) for item in items]
-    return None if None in parts else join_steps([part for part in parts if part is not None])
+    return None if None in parts else join_step_lists([part for part in parts if part is not None])
 
 
-def read_plan(text: str, form: AnswerForm[StepList]) -> WrittenPlan | Unreadable:
+def read_plan(text: str, form: AnswerFormat[StepList]) -> WrittenPlan | Unreadable:
     """Read the plan in an answer, or return why the answer cannot be read."""
     reading = read_json(text, form)
     if isinstance(reading, Unreadable):
@@ -157,7 +157,7 @@ def spell_as_declared(
 
 
 @lru_cache(64)
-def _compile_signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
+def _compile_step_patterns(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
     if not actions:
         return re.compile(_KEY), None
     names = "|".join(map(re.escape, sorted(actions, key=len, reverse=True)))
@@ -191,7 +191,7 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
     else:
         by_key = dict(members)
         keys = [key for key in _OBJECT_KEYS if key in by_key]
-        if len(keys) != 1 or len(by_key) != len(members) or unknown_keys(value):
+        if len(keys) != 1 or len(by_key) != len(members) or find_unknown_keys(value):
             return None
         action, objects = by_key.get(ACTION), by_key[keys[0]]
         repairs = () if keys == [OBJECT] else (STEP_FORM,)
@@ -211,7 +211,7 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
     return StepList((WrittenStep(action, strip_names(map(str, objects))),), repairs, is_piece=True)
 
 
-def unknown_keys(step: JsonObject) -> list[str]:
+def find_unknown_keys(step: JsonObject) -> list[str]:
     """Return the keys of an object that belong neither to a step nor to remarks on the step."""
     return [
         key
@@ -254,20 +254,20 @@ def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None])
         return (
             _find_list_flaw(lists[0], step_of)
             if len(lists) == 1 and not step_of(value)
-            else _describe_flaw(value, "the step")
+            else _describe_item_flaw(value, "the step")
         )
     if not isinstance(value, list) or not value:
         return None
     number, item = next(
         ((number, item) for number, item in enumerate(value, 1) if step_of(item) is None), (0, None)
     )
-    return _describe_flaw(item, f"step {number}") if number else None
+    return _describe_item_flaw(item, f"step {number}") if number else None
 
 
-def _describe_flaw(item: object, step: str) -> str:
+def _describe_item_flaw(item: object, step: str) -> str:
     members = dict(item.members) if isinstance(item, JsonObject) else {}
     missing = [key for key in (ACTION, OBJECT) if key not in members]
     if missing:
         return f'{step} has no "{missing[0]}"'
-    unknown = unknown_keys(item) if isinstance(item, JsonObject) else []
+    unknown = find_unknown_keys(item) if isinstance(item, JsonObject) else []
     return f'{step} has the unknown key "{unknown[0]}"' if unknown else f"{step} has another form"

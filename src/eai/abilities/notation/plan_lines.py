@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from eai.abilities.answer_text import MAX_LENGTH, AnswerForm
+from eai.abilities.answer_text import MAX_LENGTH, AnswerFormat
 from eai.abilities.notation.plan_form import (
     ORDINARY_WORD,
     StepList,
@@ -64,7 +64,7 @@ class _PlanLine(NamedTuple):
 
 
 def read_plan_or_lines(
-    text: str, form: AnswerForm[StepList], actions: Collection[str]
+    text: str, form: AnswerFormat[StepList], actions: Collection[str]
 ) -> WrittenPlan | Unreadable:
     """Read the plan in an answer. Lines of actions are read only if the answer has no JSON.
 
@@ -86,7 +86,7 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
         return None
     names = {name.casefold() for name in actions}
     plain = _EMPHASIS.sub(lambda mark: " " * len(mark[0]), text)
-    plan = read_lines(plain, lambda line: _read_action_line(line, names), names, _never, _NO_COMMENT)
+    plan = read_plan_lines(plain, lambda line: _read_action_line(line, names), names, _never, _NO_COMMENT)
     if not isinstance(plan, WrittenPlan):
         return plan
     steps = [text[span.start : span.end] for span in plan.spans if span.kind is SpanKind.READ]
@@ -112,7 +112,7 @@ def _never(line: str) -> bool:
     return False
 
 
-def read_lines(
+def read_plan_lines(
     text: str,
     step_of: Callable[[str], WrittenStep | None],
     actions: Collection[str],
@@ -144,8 +144,8 @@ def read_lines(
     for line in lines:
         if line not in plan and (block == 0 or line.block == block or line.block % 2 == 0):
             is_between = plan[0].start < line.start < plan[-1].start
-            if line.text and (is_between or _is_part(line, names) or looks_like_step(line.text)):
-                return _report_line(body, line, spans)
+            if line.text and (is_between or _is_line_of_plan(line, names) or looks_like_step(line.text)):
+                return _report_unreadable_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None
         spans.append(Span(line.start, line.end, SpanKind.READ if line in plan else SpanKind.PROSE))
     repairs |= dict.fromkeys(["code_fence"] if block else [])
@@ -174,14 +174,14 @@ def _split_lines(
         position += len(whole)
 
 
-def _is_part(line: _PlanLine, names: Collection[str]) -> bool:
+def _is_line_of_plan(line: _PlanLine, names: Collection[str]) -> bool:
     """Whether a line begins with the name of an action, or has an unclosed bracket."""
     word = _FIRST_WORD.match(line.text)
     is_named = word is not None and word[1].casefold() in names
     return line.step is not None or is_named or line.text.count("(") != line.text.count(")")
 
 
-def _report_line(text: str, line: _PlanLine, spans: Sequence[Span]) -> Unreadable:
+def _report_unreadable_line(text: str, line: _PlanLine, spans: Sequence[Span]) -> Unreadable:
     number = text.count("\n", 0, line.start) + 1
     quoted = line.text if len(line.text) <= _MAX_QUOTED else f"{line.text[: _MAX_QUOTED - 3]}..."
     reason = f"line {number} is no step of a plan, and looks like one: {quoted!r}"

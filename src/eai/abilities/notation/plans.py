@@ -1,6 +1,6 @@
 """Notations of plans: the form of plans in a benchmark's answers, and the meaning of their names.
 
-The names in a written plan may be unknown. `resolve` translates the plan into ground actions. An
+The names in a written plan may be unknown. `resolve_plan` translates the plan into ground actions. An
 `Execution` is the outcome of a plan in a world that may have a history, and in which actions may slip.
 """
 
@@ -13,19 +13,25 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema, union_schema
-from eai.abilities.answer_text import MAX_LENGTH, AnswerForm, JsonObject
+from eai.abilities.answer_schema import (
+    Schema,
+    make_list_schema,
+    make_object_schema,
+    make_text_schema,
+    make_union_schema,
+)
+from eai.abilities.answer_text import MAX_LENGTH, AnswerFormat, JsonObject
 from eai.abilities.notation.plan_form import (
     STEP_FORM,
     StepList,
     WrittenPlan,
     WrittenStep,
-    plan_form,
+    make_plan_format,
     read_keyed_steps,
     read_labelled_step,
     spell_as_declared,
 )
-from eai.abilities.notation.plan_lines import read_lines, read_plan_or_lines
+from eai.abilities.notation.plan_lines import read_plan_lines, read_plan_or_lines
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.base.grouping import group_pairs
 from eai.logic.signature import describe_arity
@@ -40,7 +46,7 @@ ObjectLookup: TypeAlias = Callable[[object], int | None]
 """Function that returns the index of the object that an expression in an answer means, or None."""
 
 
-def resolve(
+def resolve_plan(
     plan: WrittenPlan,
     domain: Domain,
     notation: PlanNotation,
@@ -58,7 +64,7 @@ def resolve(
         object_of: returns the index of the object that a name means, or None.
         unknown_prefix: words of the error message before a name that means no object.
     """
-    arities, operator_of = domain.arities, notation.operator
+    arities, operator_of = domain.arities, notation.to_operator_name
     actions = []
     misapplied = None
     for number, (word, names) in enumerate(plan.steps):
@@ -120,12 +126,12 @@ class PlanNotation(ABC):
                 names are unknown.
         """
 
-    def operator(self, word: str) -> str:
+    def to_operator_name(self, word: str) -> str:
         """Return the name of the operator that a word means. An unknown word is returned unchanged."""
         return word
 
     @abstractmethod
-    def objects(self, task: Task) -> Callable[[object], int | None]:
+    def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function from the expression for an object in a step to the object's index, or None."""
 
     @abstractmethod
@@ -144,15 +150,15 @@ class PlanNotation(ABC):
         """Replace the words of answers in a text by the domain's names."""
         return text
 
-    def command(self, operator: str, names: Sequence[str]) -> str:
+    def write_command(self, operator: str, names: Sequence[str]) -> str:
         """Return an action on named objects as the command of an agent, such as ``OPEN(jar_0)``."""
         return f"{operator}({', '.join(names)})"
 
-    def words(self, task: Task) -> tuple[str, ...]:
+    def list_object_words(self, task: Task) -> tuple[str, ...]:
         """Return the words for objects in questions about a task, each once; empty if they are unknown."""
         return ()
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return the JSON schema of an answer for providers that enforce schemas, or None for no schema.
 
         Args:
@@ -172,22 +178,24 @@ class JsonPlans(PlanNotation):
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Read the plan in an answer. A plan without steps is an empty list."""
-        plan = read_plan_or_lines(text, _plan_form(frozenset(actions)), actions)
-        return plan if isinstance(plan, Unreadable) else spell_as_declared(plan, actions, self.operator)
+        plan = read_plan_or_lines(text, _make_json_plan_format(frozenset(actions)), actions)
+        return (
+            plan if isinstance(plan, Unreadable) else spell_as_declared(plan, actions, self.to_operator_name)
+        )
 
-    def objects(self, task: Task) -> Callable[[object], int | None]:
+    def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds objects by their names in the scene.
 
         ``jar.0`` means ``jar_0``, as in subgoals.
         """
         index = task.scene.index
 
-        def object_of(word: object) -> int | None:
+        def find_object(word: object) -> int | None:
             if not isinstance(word, str):
                 return None
             return index[word] if word in index else index.get("_".join(word.rsplit(".", 1)))
 
-        return object_of
+        return find_object
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         """Return each step as ``{"action": "OPEN", "object": "jar_0"}``."""
@@ -197,18 +205,20 @@ class JsonPlans(PlanNotation):
         """Return a JSON list of the steps."""
         return "[" + ", ".join(parts) + "]"
 
-    def words(self, task: Task) -> tuple[str, ...]:
+    def list_object_words(self, task: Task) -> tuple[str, ...]:
         """Return the names of the objects that matter to the task."""
         return tuple([task.scene.objects[index].name for index in task.relevant])
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return the schema of an object that holds the list of steps, since providers require an object."""
         names = group_pairs((operator.arity, operator.name) for operator in domain.operators)
         steps = [
-            object_schema({"action": text_schema(names[n]), "object": _objects_schema(n, words)})
+            make_object_schema(
+                {"action": make_text_schema(names[n]), "object": _make_objects_schema(n, words)}
+            )
             for n in sorted(names)
         ]
-        return object_schema({"plan": list_schema(union_schema(steps))})
+        return make_object_schema({"plan": make_list_schema(make_union_schema(steps))})
 
 
 class PddlPlans(JsonPlans):
@@ -225,34 +235,34 @@ class PddlPlans(JsonPlans):
         """Read the plan in the lines of an answer, or in its JSON if no line is a step."""
         plan = None
         if len(text) <= MAX_LENGTH:
-            plan = read_lines(text, self.step, actions, self.looks_like_step)
+            plan = read_plan_lines(text, self.read_step, actions, self.looks_like_step)
         return super().read(text, actions) if plan is None else plan
 
     def looks_like_step(self, line: str) -> bool:
         """Whether an unreadable line may be a step, although its first word is not the name of an action."""
         return False
 
-    def step(self, line: str) -> WrittenStep | None:
+    def read_step(self, line: str) -> WrittenStep | None:
         """Return the step in a line without comments and outer blanks, or None if the line is not a step."""
         step = _STEP.fullmatch(line)
         words = [] if step is None else step[1].split()
         return WrittenStep(words[0], tuple(words[1:])) if words else None
 
-    def operator(self, word: str) -> str:
+    def to_operator_name(self, word: str) -> str:
         """Return a name in small letters."""
         return word.lower()
 
-    def objects(self, task: Task) -> Callable[[object], int | None]:
+    def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds objects by their names in the scene, whatever their case."""
         index = {name.lower(): i for name, i in task.scene.index.items()}
         return lambda name: index.get(str(name).lower())
 
 
 @lru_cache(64)
-def _plan_form(actions: frozenset[str]) -> AnswerForm[StepList]:
+def _make_json_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     known = {action.casefold() for action in actions}
 
-    def step_of(value: object) -> StepList | None:
+    def read_steps(value: object) -> StepList | None:
         if not isinstance(value, JsonObject):
             return None
         step = read_labelled_step(value)
@@ -262,16 +272,16 @@ def _plan_form(actions: frozenset[str]) -> AnswerForm[StepList]:
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return step
 
-    return plan_form("list of steps with an action and an object", step_of, actions, "plan")
+    return make_plan_format("list of steps with an action and an object", read_steps, actions, "plan")
 
 
-def _objects_schema(number: int, words: Sequence[str] | None) -> Schema:
+def _make_objects_schema(number: int, words: Sequence[str] | None) -> Schema:
     if number == 0:
-        return text_schema([""])
+        return make_text_schema([""])
     if number == 1 or words is None:
-        return text_schema(words)
+        return make_text_schema(words)
     one = "(" + "|".join(_SPECIAL.sub(r"\\\g<0>", word) for word in words) + ")"
-    return {**text_schema(), "pattern": f"^{', ?'.join([one] * number)}$"}
+    return {**make_text_schema(), "pattern": f"^{', ?'.join([one] * number)}$"}
 
 
 def _write_step(action: Action, scene: Scene) -> str:

@@ -8,8 +8,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema
-from eai.abilities.answer_text import AnswerForm, JsonObject, holds_strings, read_json
+from eai.abilities.answer_schema import Schema, make_list_schema, make_object_schema, make_text_schema
+from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_string, read_json
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import map_spellings_to_names
@@ -72,7 +72,7 @@ class SubgoalNotation:
         """Return the domain in which subgoals are carried out."""
         return self.domain
 
-    def lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the vocabulary of subgoals about a scene."""
         return make_declared_lexicon(self.domain, scene)
 
@@ -89,7 +89,7 @@ class SubgoalNotation:
         the action's name. An action about the agent alone is written by its name. Actions without a name in
         subgoals and impossible actions are left out.
         """
-        lexicon = self.lexicon(task.scene)
+        lexicon = self.make_formula_lexicon(task.scene)
         subgoals: list[str] = []
         state = task.initial
         for action in plan:
@@ -142,12 +142,12 @@ class SubgoalNotation:
         """Return the subgoals as one answer."""
         return json.dumps({"output": list(parts)})
 
-    def schema(self) -> Schema:
+    def make_schema(self) -> Schema:
         """Return the JSON schema of an answer for providers that can enforce it.
 
         The schema allows any text as a formula.
         """
-        return object_schema({"output": list_schema(text_schema())})
+        return make_object_schema({"output": make_list_schema(make_text_schema())})
 
 
 def read_output(
@@ -163,7 +163,7 @@ def read_output(
         without_arguments: names that take no objects.
         others: other keys of the object whose values may be lists.
     """
-    reading = read_json(text, _output_form(frozenset(others)))
+    reading = read_json(text, _make_output_format(frozenset(others)))
     if isinstance(reading, Unreadable):
         return reading
     repairs = dict.fromkeys(reading.repairs)
@@ -176,8 +176,8 @@ def read_output(
 
 
 @lru_cache(16)
-def _output_form(others: frozenset[str]) -> AnswerForm[list[str]]:
-    def flaw(value: object) -> str | None:
+def _make_output_format(others: frozenset[str]) -> AnswerFormat[list[str]]:
+    def find_flaw(value: object) -> str | None:
         if not isinstance(value, JsonObject):
             return None
         if value.repeated_key is not None:
@@ -187,18 +187,24 @@ def _output_form(others: frozenset[str]) -> AnswerForm[list[str]]:
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 
-    def output(value: object) -> list[str] | None:
-        if flaw(value) is not None or not isinstance(value, JsonObject):
+    def read_formulas(value: object) -> list[str] | None:
+        if find_flaw(value) is not None or not isinstance(value, JsonObject):
             return None
         entries = dict(value.members).get(_OUTPUT)
         texts = [entry for entry in entries if isinstance(entry, str)] if isinstance(entries, list) else []
         return texts if isinstance(entries, list) and len(texts) == len(entries) else None
 
     wanted = f'JSON object with "{_OUTPUT}", a list of strings'
-    return AnswerForm(wanted, output, is_part=holds_strings, is_line_of_answer=_is_formula, flaw=flaw)
+    return AnswerFormat(
+        wanted,
+        read_formulas,
+        is_part=contains_json_string,
+        is_line_of_answer=_is_formula_line,
+        flaw=find_flaw,
+    )
 
 
-def _is_formula(line: str) -> bool:
+def _is_formula_line(line: str) -> bool:
     """Whether a line outside the answer's object consists of a formula or of the object's key."""
     return _FORMULA_LINE.fullmatch(line) is not None
 

@@ -13,10 +13,10 @@ from eai.abilities.declaration import (
     Interaction,
     MetricColumn,
     SchemaMaker,
+    compute_goal_shares,
     count_additional_steps,
-    count_fault,
+    count_faults,
     declare_plan_ability,
-    goal_shares,
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
@@ -50,11 +50,11 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
         "parsing": share_of_one(category is SubgoalCategory.NOT_PARSEABLE),
         "hallucination": share_of_one(unknown),
         "argument_number": share_of_one(wrong_arity),
-        **{kind.value: share_of_one(count_fault(verdict, kind)) for kind in _RUNTIME_FAULTS},
+        **{kind.value: share_of_one(count_faults(verdict, kind)) for kind in _RUNTIME_FAULTS},
         "additional_step": share_of_one(count_additional_steps(verdict)),
         "goal_unreachable": share_of_one(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
-        **goal_shares(verdict),
+        **compute_goal_shares(verdict),
     }
 
 
@@ -73,7 +73,7 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
 
 def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = world.subgoals()
-    return (), lambda words: subgoals.schema()
+    return (), lambda words: subgoals.make_schema()
 
 
 SUBGOAL_DECOMPOSITION = replace(

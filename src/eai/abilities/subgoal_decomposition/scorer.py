@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property, partial
 
-from eai.abilities.explanation import Explanation, repair_notes
+from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import report_goals, report_parts, report_steps
 from eai.abilities.scorer import Assessment, Scorer, error_report
@@ -89,7 +89,7 @@ class SubgoalDecomposition(Scorer):
         self._refinement = refinement
         self.goals = goals or GoalTest(task)
         self.excluded = task.plan_exclusion
-        self.lexicon = self.notation.lexicon(task.scene)
+        self.lexicon = self.notation.make_formula_lexicon(task.scene)
         self.temporal_goal = self._read_temporal_goal()
         self._goal = self._make_goal()
         self._limits = limits or ExplorationLimits()
@@ -220,7 +220,7 @@ class SubgoalDecomposition(Scorer):
 
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:
         branch, best = outcome.reported, self._find_best_branch(outcome)
-        notes = [category_of(outcome).value, *repair_notes(compiled.repairs)]
+        notes = [category_of(outcome).value, *write_repair_notes(compiled.repairs)]
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end != "complete":
             notes.append(f"the search was ended: {outcome.end}")
@@ -253,7 +253,7 @@ class SubgoalDecomposition(Scorer):
             error = rejected.error
             wrong = [error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"]
         return Explanation(
-            (rejected.category.value, *repair_notes(repairs), *wrong),
+            (rejected.category.value, *write_repair_notes(repairs), *wrong),
             goals=report_goals(self.task, verdict.goals_satisfied),
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from eai.abilities.answer_schema import object_schema, text_schema
+from eai.abilities.answer_schema import make_object_schema, make_text_schema
 from eai.abilities.declaration import (
     OVERALL,
     PLANNER,
@@ -15,10 +15,10 @@ from eai.abilities.declaration import (
     Interaction,
     MetricColumn,
     SchemaMaker,
-    counts_outcome,
-    error_outcome,
-    label_of,
-    score_columns,
+    classify_counts,
+    find_error_outcome,
+    get_display_name,
+    make_score_columns,
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict, counts_by_category, overall_counts
@@ -74,7 +74,7 @@ def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     if verdict.success:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
-    return error_outcome(verdict) or counts_outcome(
+    return find_error_outcome(verdict) or classify_counts(
         overall_counts(counts_by_category(verdict)), enough=unplanned
     )
 
@@ -103,7 +103,7 @@ def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
 
 
 def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
-    return (), lambda words: object_schema({"output": text_schema()})
+    return (), lambda words: make_object_schema({"output": make_text_schema()})
 
 
 TRANSITION_MODELING = AbilityDeclaration(
@@ -117,8 +117,8 @@ TRANSITION_MODELING = AbilityDeclaration(
     contributions=contributions,
     outcome=outcome,
     columns=(
-        *score_columns((*_PARTS, LITERALS)),
-        *(MetricColumn(f"{part}.planner_success", PLANNER, label_of(part)) for part in _PARTS),
+        *make_score_columns((*_PARTS, LITERALS)),
+        *(MetricColumn(f"{part}.planner_success", PLANNER, get_display_name(part)) for part in _PARTS),
         MetricColumn(_PLAN_WORKS, PLANNER, WORKS),
     ),
     terminal_metrics=(

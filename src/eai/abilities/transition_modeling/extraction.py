@@ -24,7 +24,7 @@ from itertools import pairwise
 from threading import Lock
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.answer_text import ANY_VALUE, AnswerForm, JsonObject, ParsedAnswer, read_json
+from eai.abilities.answer_text import ANY_VALUE, AnswerFormat, JsonObject, ParsedAnswer, read_json
 from eai.abilities.reasoning import blank_out, thoughts_in
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
@@ -182,7 +182,7 @@ def _flaw(value: object) -> str | None:
     return f'the key "{keys[0]}" is not known' if keys else None
 
 
-_OUTPUT = AnswerForm(
+_OUTPUT = AnswerFormat(
     'JSON object with a text of operators under "output"',
     _read_output,
     is_part=lambda text: _OPERATOR_SIGN.search(text) is not None,

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from eai.abilities.notation.goals import unwrap_parts
+from eai.abilities.notation.goals import unwrap_operands
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
@@ -70,13 +70,16 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 
 def _read_entries(belief: Belief) -> Iterator[object]:
     """Yield the goals in an answer, goals about states first. An unreadable answer has no goals."""
-    entries = _NOTATION.entries(belief.answer)
+    entries = _NOTATION.read_entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 
 
 def _map_instances(belief: Belief) -> Mapping[str, str]:
     objects = belief.task.scene.objects
-    return {instance: obj.name for instance, obj in zip(_NOTATION.names(belief.task), objects, strict=True)}
+    return {
+        instance: obj.name
+        for instance, obj in zip(_NOTATION.list_object_names(belief.task), objects, strict=True)
+    }
 
 
 def _unwrap_entry(entry: object) -> object:
@@ -115,7 +118,7 @@ def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bo
         case ["and" | "or" as word, first, *others]:
             texts = [
                 _format_formula(operand_entry, spelling, nested=True)
-                for operand_entry in unwrap_parts((first, *others))
+                for operand_entry in unwrap_operands((first, *others))
             ]
             readable = [text for text in texts if text is not None]
             return (
@@ -180,7 +183,7 @@ def _write_dotted_name(task: Task, index: int) -> str:
 
 def _get_instance_name(task: Task, index: int) -> str:
     """Return an object's name in its problem file: ``rag.n.01_1``."""
-    return _NOTATION.names(task)[index]
+    return _NOTATION.list_object_names(task)[index]
 
 
 open_tasks = once_per_store(open_behavior_tasks)

@@ -62,7 +62,7 @@ def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     Planning problems have no hands, so hands are added. The right hand grasps first. The left hand grasps if
     the right hand is full.
     """
-    names = BehaviorGoals().names(task)
+    names = BehaviorGoals().list_object_names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
     return tuple(_choose_hands(translate_steps(steps, COUNTERPARTS, index.get), steps))
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
-from eai.abilities.notation.goals import Alternatives, JsonGoals, SpelledPredicate
+from eai.abilities.notation.goals import GoalAlternatives, JsonGoals, SpelledPredicate
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.verdict import Unreadable
@@ -150,7 +150,7 @@ class BehaviorSubgoals(SubgoalNotation):
     def __init__(self) -> None:
         super().__init__(behavior.domain_in_paper_order())
 
-    def lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of a scene: states, actions and objects as prompts name them."""
         actions = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
         objects = map_object_names(scene)
@@ -177,16 +177,16 @@ def _respell(subgoal: str) -> str:
 class _BehaviorPlans(JsonPlans):
     """The default notation of plans, which also accepts instance names, as in ``rag.n.01_1``."""
 
-    def objects(self, task: Task) -> Callable[[object], int | None]:
+    def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds an object by its name or its instance name."""
-        find = super().objects(task)
+        find = super().make_object_lookup(task)
         index = {instance: task.scene.index[name] for name, instance in _map_instances(task).items()}
 
-        def object_of(word: object) -> int | None:
+        def find_object(word: object) -> int | None:
             number = find(word)
             return index.get(word) if number is None and isinstance(word, str) else number
 
-        return object_of
+        return find_object
 
 
 PLANS = _BehaviorPlans()
@@ -205,38 +205,41 @@ class BehaviorGoals(JsonGoals):
     def __init__(self) -> None:
         super().__init__((GoalKind.STATE, GoalKind.RELATION))
 
-    def word(self, text: str) -> str:
+    def normalize_word(self, text: str) -> str:
         """Return a word of an answer in lower case, with underscores as in the domain."""
         return text.strip().lower().replace("toggledon", "toggled_on")
 
-    def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
+    def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
         """Return a mapping from names in the data set's goals to the domain's; ``touching`` means next to."""
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 
-    def names(self, task: Task) -> tuple[str, ...]:
+    def list_object_names(self, task: Task) -> tuple[str, ...]:
         """Return the name of each object in goals: its instance name, or the object's own name for a part."""
         instances = _map_instances(task)
         return tuple([instances.get(obj.name, obj.name) for obj in task.scene.objects])
 
-    def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
+    def list_goal_alternatives(self, task: Task) -> tuple[GoalAlternatives, ...]:
         """Return for each published goal its options: conditions that together reach the goal.
 
         A task that the data set does not have gets its options from its own goals.
         """
         if not isinstance(task, BehaviorTask):
-            return super().alternatives(task)
+            return super().list_goal_alternatives(task)
         names = {instance: name for name, instance in _map_instances(task).items()}
 
         @cache  # because a condition occurs in many options of a goal
-        def leaf(condition: GoalCondition) -> LiteralChoice:
+        def make_leaf(condition: GoalCondition) -> LiteralChoice:
             return LiteralChoice(_to_literal(condition, names))
 
-        def choice(options: tuple[GroundOption, ...]) -> Choice:
-            return AnyOf(tuple([AllOf(tuple(map(leaf, option))) for option in options]))
+        def make_choice(options: tuple[GroundOption, ...]) -> Choice:
+            return AnyOf(tuple([AllOf(tuple(map(make_leaf, option))) for option in options]))
 
         return tuple(
-            [Alternatives("condition", None, choice(options)) for options in task.record.goal_options]
+            [
+                GoalAlternatives("condition", None, make_choice(options))
+                for options in task.record.goal_options
+            ]
         )
 
 

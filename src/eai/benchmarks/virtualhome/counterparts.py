@@ -55,4 +55,4 @@ def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
 
     Planning problems name objects by class. A class means the object that it means in answers with plans.
     """
-    return tuple(translate_steps(steps, COUNTERPARTS, VirtualHomePlans().objects(task)))
+    return tuple(translate_steps(steps, COUNTERPARTS, VirtualHomePlans().make_object_lookup(task)))

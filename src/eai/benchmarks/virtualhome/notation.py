@@ -8,17 +8,17 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 
-from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema
+from eai.abilities.answer_schema import Schema, make_list_schema, make_object_schema, make_text_schema
 from eai.abilities.answer_text import JsonObject, read_json
 from eai.abilities.notation.goals import (
     SECTIONS,
     GoalNotation,
+    GoalSections,
     IllFormed,
-    Sections,
     SpelledPredicate,
     WrittenGoal,
     WrittenGoals,
-    sections_form,
+    make_sections_format,
 )
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.verdict import Unreadable
@@ -72,24 +72,24 @@ class VirtualHomeGoals(GoalNotation):
                 sections[key].append(entry)
         return json.dumps(sections, indent=1)
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Schema of the three sections.
 
         A goal has the fields of its section; an action also has a description.
         """
-        arities = self.words(domain)
+        arities = self.map_predicate_spellings(domain)
         states, relations = [[word for word, arity in arities if arity == number] for number in (1, 2)]
-        name = text_schema(words)
+        name = make_text_schema(words)
         entries = {
-            GoalKind.STATE: {"name": name, "state": text_schema(states)},
-            GoalKind.RELATION: {"from_name": name, "relation": text_schema(relations), "to_name": name},
-            GoalKind.ACTION: {"action": text_schema(domain.arities), "description": text_schema()},
+            GoalKind.STATE: {"name": name, "state": make_text_schema(states)},
+            GoalKind.RELATION: {"from_name": name, "relation": make_text_schema(relations), "to_name": name},
+            GoalKind.ACTION: {"action": make_text_schema(domain.arities), "description": make_text_schema()},
         }
-        return object_schema(
-            {SECTIONS[kind]: list_schema(object_schema(fields)) for kind, fields in entries.items()}
+        return make_object_schema(
+            {SECTIONS[kind]: make_list_schema(make_object_schema(fields)) for kind, fields in entries.items()}
         )
 
-    def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
+    def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
         """Return the words for predicates in goals: states that can change, and relations of scene graphs."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
@@ -97,7 +97,7 @@ class VirtualHomeGoals(GoalNotation):
             **{(spelling, 2): predicate for spelling, predicate in PREDICATE_OF_RELATION.items()},
         }
 
-    def names(self, task: Task) -> tuple[str, ...]:
+    def list_object_names(self, task: Task) -> tuple[str, ...]:
         """Return the name of each object in goals, which is its class."""
         return tuple([obj.category for obj in task.scene.objects])
 
@@ -124,13 +124,13 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
 
 
-def _check_sections(sections: Sections) -> Sections | None:
+def _check_sections(sections: GoalSections) -> GoalSections | None:
     """Return the sections of an answer, or None if no section or an unknown section is present."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = sections_form(_check_sections, _find_flaw)
+_FORM = make_sections_format(_check_sections, _find_flaw)
 
 
 def _read_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
@@ -206,7 +206,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
         """Return the domain with only the actions that subgoals do not name."""
         return virtualhome.domain_with_hand_switch()
 
-    def lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of a scene: object names of the data set, and classes of the scene."""
         names = objects_and_classes(scene.index, scene)
         return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
@@ -223,12 +223,12 @@ class VirtualHomeSubgoals(SubgoalNotation):
         answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(parts)}
         return json.dumps(answer, indent=1)
 
-    def schema(self) -> Schema:
+    def make_schema(self) -> Schema:
         """Return the schema of the fields for which the published prompts ask."""
-        return object_schema(
+        return make_object_schema(
             {
-                "necessity_to_use_action": text_schema(("yes", "no")),
-                "actions_to_include": list_schema(text_schema(self._actions)),
-                "output": list_schema(text_schema()),
+                "necessity_to_use_action": make_text_schema(("yes", "no")),
+                "actions_to_include": make_list_schema(make_text_schema(self._actions)),
+                "output": make_list_schema(make_text_schema()),
             }
         )

@@ -14,8 +14,14 @@ from functools import lru_cache
 from itertools import starmap, zip_longest
 from typing import NamedTuple
 
-from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema, union_schema
-from eai.abilities.answer_text import AnswerForm, JsonObject
+from eai.abilities.answer_schema import (
+    Schema,
+    make_list_schema,
+    make_object_schema,
+    make_text_schema,
+    make_union_schema,
+)
+from eai.abilities.answer_text import AnswerFormat, JsonObject
 from eai.abilities.notation.plan_form import (
     ACTION,
     STEP_FORM,
@@ -23,7 +29,7 @@ from eai.abilities.notation.plan_form import (
     WrittenPlan,
     WrittenStep,
     join_item_steps,
-    plan_form,
+    make_plan_format,
     read_keyed_steps,
     read_labelled_step,
 )
@@ -72,19 +78,19 @@ class VirtualHomePlans(PlanNotation):
             return plan
         return replace(plan, steps=tuple([_join_ids(step) for step in plan.steps]))
 
-    def operator(self, word: str) -> str:
+    def to_operator_name(self, word: str) -> str:
         """Return the name of an operator in capitals."""
         return word.upper()
 
-    def objects(self, task: Task) -> Callable[[object], int | None]:
+    def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds relevant objects by class, and all objects by class and id."""
         index = task.scene.index
         by_class_or_id = make_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
 
-        def object_of(word: object) -> int | None:
+        def find_object(word: object) -> int | None:
             return index.get(word) if isinstance(word, str) and word in index else by_class_or_id(word)
 
-        return object_of
+        return find_object
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         """Return each step as ``"GRAB": ["soap", "1002"]``, or with ``[ ]`` (with a space) for no objects."""
@@ -94,21 +100,23 @@ class VirtualHomePlans(PlanNotation):
         """Return the steps as one JSON object."""
         return "{" + ", ".join(parts) + "}"
 
-    def words(self, task: Task) -> tuple[str, ...]:
+    def list_object_words(self, task: Task) -> tuple[str, ...]:
         """Return the words that name the relevant objects: their classes and ids."""
         named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
         return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the schema of a list of objects with one step each.
 
         One object cannot repeat an action as its key.
         """
         steps = [
-            object_schema({operator.name: list_schema(text_schema(words if operator.arity else None))})
+            make_object_schema(
+                {operator.name: make_list_schema(make_text_schema(words if operator.arity else None))}
+            )
             for operator in domain.operators
         ]
-        return object_schema({_STEPS: list_schema(union_schema(steps))})
+        return make_object_schema({_STEPS: make_list_schema(make_union_schema(steps))})
 
 
 def make_lookup(
@@ -169,7 +177,7 @@ def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unread
 
 
 @lru_cache(64)
-def _build_form(actions: frozenset[str]) -> AnswerForm[StepList]:
+def _build_form(actions: frozenset[str]) -> AnswerFormat[StepList]:
     accepted_words = frozenset([*actions, *[action.lower() for action in actions]])
 
     def steps_of(value: object) -> StepList | None:
@@ -184,7 +192,7 @@ def _build_form(actions: frozenset[str]) -> AnswerForm[StepList]:
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return read_keyed_steps(value, accepted_words)
 
-    return plan_form("object or list of actions with their objects", steps_of, accepted_words, _STEPS)
+    return make_plan_format("object or list of actions with their objects", steps_of, accepted_words, _STEPS)
 
 
 def _format_step(action: Action, scene: Scene) -> str:

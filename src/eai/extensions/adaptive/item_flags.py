@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cache
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
@@ -66,7 +66,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 
     def flags(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:
         task = tasks_of(key.domain).get(task_id)
-        has_plans = task is not None and declaration_of(Ability(key.ability)).has_plans
+        has_plans = task is not None and get_declaration(Ability(key.ability)).has_plans
         if unsolved:
             yield find_unsolved_flag(key, task_id) if has_plans else "unsolved"
         if task is not None and has_plans and _is_ambiguous(task, find_benchmark(key.domain)):
@@ -78,7 +78,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
     """Whether two state goals are equal if objects are replaced by their names in answers."""
     names = (thing.name for thing in task.scene.objects)
-    called = dict(zip(names, benchmark.notation.goals.names(task), strict=True))
+    called = dict(zip(names, benchmark.notation.goals.list_object_names(task), strict=True))
     goals = dict.fromkeys(goal.formula for goal in task.goals_of(GoalKind.STATE))
     asked = Counter(print_ltl(rename_objects(goal, called)) for goal in goals)
     return any(times > 1 for times in asked.values())

@@ -304,19 +304,19 @@ class _CommandPlans(PddlPlans):
             for name, text in templates.items()
         }
 
-    def step(self, line: str) -> WrittenStep | None:
+    def read_step(self, line: str) -> WrittenStep | None:
         """Return the step of the first operator whose command matches a line. A number may precede it."""
         command = _NUMBERED.sub("", line).rstrip(".")
         for name, pattern in self._patterns.items():
             if (match := pattern.fullmatch(command)) is not None:
                 return WrittenStep(name, tuple([word.replace(" ", "_") for word in match.groups()]))
-        return super().step(line)
+        return super().read_step(line)
 
     def looks_like_step(self, line: str) -> bool:
         """Whether a line has the form of a command. Older games count: ``put apple 1 in/on fridge 1``."""
         return _COMMAND_LIKE.fullmatch(_NUMBERED.sub("", line)) is not None
 
-    def command(self, operator: str, names: Sequence[str]) -> str:
+    def write_command(self, operator: str, names: Sequence[str]) -> str:
         """Return the command of an action."""
         return self.templates[operator].format(*[_BEFORE_NUMBER.sub(" ", name) for name in names])
 
@@ -324,7 +324,10 @@ class _CommandPlans(PddlPlans):
         """Return the commands of a plan's steps."""
         objects = scene.objects
         return tuple(
-            [self.command(action.operator, [objects[i].name for i in action.arguments]) for action in plan]
+            [
+                self.write_command(action.operator, [objects[i].name for i in action.arguments])
+                for action in plan
+            ]
         )
 
     def join(self, parts: Iterable[str]) -> str:
@@ -337,10 +340,10 @@ class _CommandPlans(PddlPlans):
             operator.name: [parameter.name.upper() for parameter in operator.parameters]
             for operator in domain.operators
         }
-        commands = [f"{name}: {self.command(name, names)}" for name, names in parameters.items()]
+        commands = [f"{name}: {self.write_command(name, names)}" for name, names in parameters.items()]
         return "\n".join(
             ["Write one command a line, and nothing else. The commands of the actions are:", *commands]
         )
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> None:
+    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> None:
         """Return no JSON Schema, because the answer is not JSON."""

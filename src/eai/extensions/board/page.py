@@ -21,7 +21,7 @@ from pathlib import Path
 from pydantic import Field
 
 from eai import __version__
-from eai.abilities.declaration import MetricColumn, declaration_of
+from eai.abilities.declaration import MetricColumn, get_declaration
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, find_files_below, read_toml
@@ -192,7 +192,7 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
     answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
     if answers.skipped_rows:
         raise InputError(f"{file}: {answers.skipped_rows} answers are to tasks that are not in the data set")
-    made_by = declaration_of(suite.ability).read_experiment
+    made_by = get_declaration(suite.ability).read_experiment
     for response in answers.responses:
         made = made_by(response.text)
         if made is not None and made.rules is not None:

@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from eai import __version__
-from eai.abilities.declaration import declaration_of, label_of
+from eai.abilities.declaration import get_declaration, get_display_name
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
@@ -116,7 +116,7 @@ def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, An
 def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a suite as JSON values, each in percent with its confidence interval."""
     key = run.key
-    for metric in declaration_of(key.ability).overview_headings:
+    for metric in get_declaration(key.ability).overview_headings:
         rate = run.rates.get(metric)
         if rate is None or rate.percent is None:
             continue
@@ -127,7 +127,7 @@ def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Jso
             "source_data": _source_data(said, run),
             "metric_config": {
                 "metric_id": metric,
-                "metric_name": label_of(metric),
+                "metric_name": get_display_name(metric),
                 "metric_unit": "percent",
                 "lower_is_better": False,
                 "score_type": "continuous",
@@ -169,7 +169,7 @@ def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str
     """Yield the first main metric of each suite as YAML. Texts are JSON strings, which are valid YAML."""
     for run in runs:
         key = run.key
-        metric = next(iter(declaration_of(key.ability).overview_headings))
+        metric = next(iter(get_declaration(key.ability).overview_headings))
         percent = run.rates[metric].percent
         if percent is None:
             continue
@@ -180,4 +180,5 @@ def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str
         )
         if said.logs:
             yield f"  source:\n    url: {json.dumps(said.logs)}\n    name: {json.dumps(said.by)}\n"
-        yield f"  notes: {json.dumps(f'{label_of(metric)}, {key.name}, protocol {key.protocol.value}')}\n"
+        notes = f"{get_display_name(metric)}, {key.name}, protocol {key.protocol.value}"
+        yield f"  notes: {json.dumps(notes)}\n"

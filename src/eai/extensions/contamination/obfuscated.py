@@ -221,11 +221,11 @@ class _ObfuscatedPlans(PlanNotation):
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         return replace(self._plain.read(self.decode_names(text), actions), spans=())
 
-    def operator(self, word: str) -> str:
-        return self._plain.operator(word)
+    def to_operator_name(self, word: str) -> str:
+        return self._plain.to_operator_name(word)
 
-    def objects(self, task: Task) -> Callable[[object], int | None]:
-        return self._plain.objects(task)
+    def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
+        return self._plain.make_object_lookup(task)
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         return tuple(map(self.encode_names, self._plain.write(plan, scene)))
@@ -244,8 +244,8 @@ class _ObfuscatedSubgoals(SubgoalNotation):
     def acting_domain(self) -> Domain:
         return self._plain.acting_domain()
 
-    def lexicon(self, scene: Scene) -> FormulaLexicon:
-        return self._plain.lexicon(scene)
+    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
+        return self._plain.make_formula_lexicon(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         return replace(self._plain.read(_decode(self._words, text)), spans=())

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Hashable, Iterator, Sequence
 from typing import TypeAlias
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import PlanVerdict, share_of_one
 from eai.base.errors import InputError
 from eai.results.certainty import Case
@@ -142,7 +142,7 @@ def _pair_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
     for public in runs:
         for fresh in runs:
             one, other = public.key, fresh.key
-            alike = one._replace(domain=other.domain) == other and declaration_of(one.ability).has_plans
+            alike = one._replace(domain=other.domain) == other and get_declaration(one.ability).has_plans
             if alike and other.domain.startswith(f"{one.domain}-"):
                 suite = f"{other.domain} {one.ability.value}"
                 yield one.name, suite, public.records, fresh.records

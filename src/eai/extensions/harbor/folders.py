@@ -13,7 +13,7 @@ from string import Template
 from typing import TypeAlias
 
 from eai import __version__
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.agents.command import DONE
 from eai.base.errors import InputError
 from eai.base.files import find_files_below, read_content, write_files_atomically
@@ -84,7 +84,7 @@ def write_task_folders(
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"{out}: expected a new or an empty folder")
-    if is_shared and declaration_of(suite.ability).takes_turns:
+    if is_shared and get_declaration(suite.ability).takes_turns:
         raise InputError(
             f"--shared: {suite.ability} must be scored in a container that the agent cannot write to"
         )
@@ -138,7 +138,7 @@ class _Exporter:
     @property
     def acts(self) -> bool:
         """Whether answers are episodes (actions in a world that the verifier serves) instead of texts."""
-        return declaration_of(self.suite.ability).takes_turns
+        return get_declaration(self.suite.ability).takes_turns
 
     def task_folder(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
         """Return the contents of a task's files, by their paths in the task's folder."""

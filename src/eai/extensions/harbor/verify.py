@@ -11,7 +11,7 @@ import os
 import sys
 from pathlib import Path
 
-from eai.abilities.declaration import AnswerOutcome, declaration_of
+from eai.abilities.declaration import AnswerOutcome, get_declaration
 from eai.abilities.verdict import RAISED, UNREPLAYABLE, Verdict
 from eai.agents.episode_server import HARNESS, find_journal_path
 from eai.agents.journal import read_journal, read_sealing_key
@@ -32,7 +32,7 @@ WORLD = Path("/journal")
 
 def is_right(suite: Suite, verdict: Verdict) -> bool:
     """Whether an answer is right and its task is not excluded."""
-    outcome = declaration_of(suite.ability).outcome(verdict)
+    outcome = get_declaration(suite.ability).outcome(verdict)
     return verdict.excluded is None and outcome is AnswerOutcome.SUCCESS
 
 
@@ -58,7 +58,7 @@ def _invalid(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
 
 def _shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
     rates = summarise([verdict], suite.ability)
-    shares = {name: rates[name].share for name in declaration_of(suite.ability).overview_headings}
+    shares = {name: rates[name].share for name in get_declaration(suite.ability).overview_headings}
     rated = {name: float(share) for name, share in shares.items() if share is not None}
     return {"reward": float(is_right(suite, verdict)), **rated}
 
@@ -99,7 +99,7 @@ def main() -> None:
     """Print the rewards of an answer to the task that the command line names."""
     task = TaskReference.parse(sys.argv[1])
     suite = open_suite(task.benchmark, task.ability)
-    if declaration_of(task.ability).takes_turns:
+    if get_declaration(task.ability).takes_turns:
         rewards = compute_episode_rewards(suite, task.task_id, WORLD)
     else:
         rewards = compute_rewards(suite, task.task_id, read_answer(ANSWER))

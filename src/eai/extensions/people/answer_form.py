@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
@@ -43,7 +43,7 @@ def build_form(
     Raises:
         InputError: The ability takes turns. A page without a server cannot execute actions.
     """
-    if declaration_of(ability).takes_turns:
+    if get_declaration(ability).takes_turns:
         raise InputError(f"{ability}: a page without a server cannot execute actions; use eai play --page")
     questions: list[Json] = [
         {"task": task_id, "system": prompt.system, "user": prompt.user, "sha256": prompt.sha256}

@@ -16,11 +16,11 @@ from eai.abilities.declaration import (
     Interaction,
     MetricColumn,
     QuestionAndAnswer,
-    counts_outcome,
-    error_outcome,
-    label_of,
+    classify_counts,
+    find_error_outcome,
+    get_display_name,
 )
-from eai.abilities.explanation import Explanation, repair_notes
+from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task_features import TaskFeatures
@@ -110,7 +110,7 @@ class _QuestionScorer(Scorer):
 
 def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation:
     wanted = f"right is {question.accept} of {', '.join(question.answer)}"
-    return Explanation(notes=(wanted, *repair_notes(repairs)))
+    return Explanation(notes=(wanted, *write_repair_notes(repairs)))
 
 
 def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
@@ -152,7 +152,7 @@ def outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
     """Return the outcome of an answer: success, or the class of its error."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    return error_outcome(verdict) or counts_outcome(verdict.counts, enough=False)
+    return find_error_outcome(verdict) or classify_counts(verdict.counts, enough=False)
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
@@ -189,13 +189,14 @@ def _get_features(asked: _AskedQuestion) -> TaskFeatures:
 
 
 _KIND_COLUMNS = tuple(
-    MetricColumn(kind.value, "Right, by kind", label_of(kind.value)) for kind in QuestionKind
+    MetricColumn(kind.value, "Right, by kind", get_display_name(kind.value)) for kind in QuestionKind
 )
 _FORM_COLUMNS = tuple(
-    MetricColumn(f"form.{form.value}", "By form", label_of(form.value)) for form in QuestionForm
+    MetricColumn(f"form.{form.value}", "By form", get_display_name(form.value)) for form in QuestionForm
 )
 _CHANCE_COLUMNS = tuple(
-    MetricColumn(f"chance.{way}", "Without knowing the world", label_of(way)) for way in GUESS_AND_SHORTCUTS
+    MetricColumn(f"chance.{way}", "Without knowing the world", get_display_name(way))
+    for way in GUESS_AND_SHORTCUTS
 )
 
 WORLD_MODEL = AbilityDeclaration(
@@ -227,7 +228,10 @@ WORLD_MODEL = AbilityDeclaration(
         "parsing",
         f"chance.{GUESS}",
     ),
-    overview_headings={"right": "Right", **{kind.value: label_of(kind.value) for kind in QuestionKind}},
+    overview_headings={
+        "right": "Right",
+        **{kind.value: get_display_name(kind.value) for kind in QuestionKind},
+    },
     averaged_metrics=(),
     yes_no_metrics=frozenset({"right", *(kind.value for kind in QuestionKind)}),
     is_same_task=is_same_question,

@@ -15,7 +15,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.abilities.answer_text import AnswerForm, holds_strings, read_json
+from eai.abilities.answer_text import AnswerFormat, contains_json_string, read_json
 from eai.abilities.reasoning import split_reasoning
 from eai.abilities.verdict import Confusion, Unreadable
 from eai.base.errors import InputError
@@ -191,7 +191,9 @@ def _parse_strings(value: object) -> tuple[str, ...] | None:
     return None
 
 
-_LIST_FORM: AnswerForm[tuple[str, ...]] = AnswerForm("list of names", _parse_strings, is_part=holds_strings)
+_LIST_FORM: AnswerFormat[tuple[str, ...]] = AnswerFormat(
+    "list of names", _parse_strings, is_part=contains_json_string
+)
 
 
 def _normalize(text: str) -> str:

@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
-from eai.abilities.explanation import Explanation, GoalReport, Statement, find_names
-from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
+from eai.abilities.explanation import Explanation, GoalReport, Statement, find_predicate_names
+from eai.abilities.goal_interpretation.scorer import describe_wrong_goals
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
@@ -101,7 +101,7 @@ class BehaviorGoalInterpretation(Scorer):
             )
             return Assessment(verdict, partial(self._explain, (f"parsing: {conditions.reason}",), ()))
         verdict = self._judge(conditions)
-        return Assessment(verdict, lambda: self._explain(wrong_goal_notes(verdict), conditions))
+        return Assessment(verdict, lambda: self._explain(describe_wrong_goals(verdict), conditions))
 
     def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
         seen = [*map(split_condition, conditions)]
@@ -146,7 +146,9 @@ class BehaviorGoalInterpretation(Scorer):
         return Explanation(
             notes=notes,
             goals=tuple(
-                GoalReport("condition", text, stated.issuperset(option), predicates=find_names(text))
+                GoalReport(
+                    "condition", text, stated.issuperset(option), predicates=find_predicate_names(text)
+                )
                 for option in self._choose_options(stated)
                 for text in (" and ".join(map(_format_condition, option)),)
             ),

@@ -171,7 +171,7 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 class _BehaviorSubgoalNotation(BehaviorSubgoals):
     """Notation of subgoals in eai-eval. Its signature has no arities; `find_wrong_use` tests them."""
 
-    def lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names of the data set. Objects that are parts of other objects have no name."""
         predicates = dict.fromkeys((*map_category_predicates(scene), *PREDICATE_ARITIES))
         return make_lexicon(

@@ -12,7 +12,7 @@ from dataclasses import replace
 from difflib import SequenceMatcher
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.explanation import Explanation
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import Ability, Protocol
@@ -57,7 +57,10 @@ def _read_steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
     plan = notation.read(text)
     if isinstance(plan, Unreadable):
         return plan
-    return [f"{notation.operator(step.action)}({', '.join(map(str, step.objects))})" for step in plan.steps]
+    return [
+        f"{notation.to_operator_name(step.action)}({', '.join(map(str, step.objects))})"
+        for step in plan.steps
+    ]
 
 
 def _list_differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) -> Iterator[str]:
@@ -88,4 +91,4 @@ def _describe_outcome(verdict: Verdict) -> str:
     if error is not None:
         at = "" if error.step is None else f" at step {error.step + 1}"
         return f"{error.kind.value}{at}, {error.detail}"
-    return declaration_of(Ability.ACTION_SEQUENCING).outcome(verdict).value
+    return get_declaration(Ability.ACTION_SEQUENCING).outcome(verdict).value

@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import chain
 from typing import Any
 
-from eai.abilities.explanation import GoalReport, find_names
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_texts
+from eai.abilities.explanation import GoalReport, find_predicate_names
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation, describe_ill_formed_entries
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.verdict import ALL, Confusion, Unreadable
@@ -76,7 +76,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         by_id = sorted(task.relevant, key=lambda i: object_id(task.initial, i))
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
         self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
-        for goal in notation.alternatives(task):
+        for goal in notation.list_goal_alternatives(task):
             literals = chain.from_iterable(generate_tree_options(goal.options))
             options = dict.fromkeys(map(self.lexicon.to_ground_goal, literals))
             self._options.append((" or ".join(map(str, options)), frozenset(options)))
@@ -119,14 +119,14 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
             missing=tuple([text for text, options in self._options if options.isdisjoint(matched)]),
         )
 
-    def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+    def list_compared_goals(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """Return the predictions (goals in an answer) whose names are known, and the goals of the task."""
         named = [goal for goal in self._resolve_names(goals) if isinstance(goal, WrittenGoal)]
         return (*named, *self._needed)
 
-    def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield a note for each entry that lacks a field, and for each unknown name."""
-        yield from ill_formed_texts(goals.ill_formed)
+        yield from describe_ill_formed_entries(goals.ill_formed)
         for name in dict.fromkeys(name for name in self._resolve_names(goals) if isinstance(name, str)):
             yield f"left out as hallucination: there is no {name}"
 
@@ -136,7 +136,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         reports = []
         for goal, (_, options) in zip(self.gold.goals, self._options, strict=True):
             text, met = goal.text or "", not named.isdisjoint(options)
-            reports.append(GoalReport(goal.kind, text, met, predicates=find_names(text)))
+            reports.append(GoalReport(goal.kind, text, met, predicates=find_predicate_names(text)))
         return tuple(reports)
 
     def _resolve_names(self, goals: WrittenGoals) -> list[WrittenGoal | str]:

@@ -125,7 +125,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
                 return Unreadable(f"{step.action}: a name without an id", number)
         return pair_all_ids(plan)
 
-    def objects(self, task: Task) -> Callable[[object], int | None]:
+    def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return a function from a name to the index of a relevant object of the task, or None.
 
         A name with an id is looked up as one text (``check_no_hallucination_in_arg``).
@@ -161,28 +161,32 @@ class VirtualHomeActionSequencing(ActionSequencing):
     def _make_strict_scorer(self) -> ActionSequencing:
         return ActionSequencing(self.task, domain_in_paper_order(), VirtualHomePlans())
 
-    def _rejection(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> PlanVerdict:
-        verdict = super()._rejection(error, plan, execute)
+    def _make_rejection_verdict(
+        self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor
+    ) -> PlanVerdict:
+        verdict = super()._make_rejection_verdict(error, plan, execute)
         if error.detail != LIST_IS_NOT_JSON.reason:
             return verdict
         goals = self.goals.tally_by_kind(verdict.goals_satisfied)
         twice = SummaryCounts(success=False, goals=goals, errors={FaultKind.PARSING: 2})
         return replace(verdict, counted=twice)
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor) -> Assessment:
+    def _execute_and_assess(
+        self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor
+    ) -> Assessment:
         if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
-            return super()._run(plan, actions, execute)
-        assessment_if_run = super()._run(plan, actions, self._execute)
-        not_run = self._verdict(self.goals.none_reached, plan, success=False)
+            return super()._execute_and_assess(plan, actions, execute)
+        assessment_if_run = super()._execute_and_assess(plan, actions, self._execute_from_start)
+        not_run = self._make_verdict(self.goals.none_reached, plan, success=False)
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
-    def _judge(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
+    def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
         """Return the verdict on an executed plan, with its counts for a summary.
 
         In a summary, every additional step counts, and action goals have the order of the data set. The
         package eai-eval has this order only by chance.
         """
-        verdict = super()._judge(execution, plan)
+        verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
         if self._summary_goals is not self.goals:
             reached = self._summary_goals.find_reached(execution.trajectory.final, execution.taken_actions)

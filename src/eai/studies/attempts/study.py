@@ -25,7 +25,7 @@ from eai.abilities.attempt_options import (
     FeedbackLevel,
 )
 from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
-from eai.abilities.experiment import Experiment, StudyChoice
+from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
@@ -86,7 +86,7 @@ class _Arm:
     @property
     def control(self) -> Experiment:
         """The options of the control: an equal number of attempts without feedback."""
-        return self.experiment.replace_choices(
+        return self.experiment.replace_study_settings(
             replace(self.options, feedback="none", form="prompt").experiment
         )
 
@@ -111,7 +111,7 @@ def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
     """
     by_experiment = group_pairs(
         (
-            experiment.replace_choices(replace(options, slip_seed=None).experiment),
+            experiment.replace_study_settings(replace(options, slip_seed=None).experiment),
             (options.slip_seed, records),
         )
         for records in runs
@@ -347,7 +347,7 @@ class _ReplanningOptions(Variation):
         )
         return options if options.uses_episodes else None
 
-    def record_choice(self, study: str) -> StudyChoice | None:
+    def record_choice(self, study: str) -> StudySettings | None:
         """Return the options of attempts as records store them."""
         return None if self.attempts is None else self.attempts.experiment.study[study]
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.declaration import AnswerOutcome, label_of
+from eai.abilities.declaration import AnswerOutcome, get_display_name
 from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
@@ -101,7 +101,7 @@ def _draw(
     _draw_bands(panel, percents, left, right)
     for (domain, ability), bar in left.items():
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
-        text = f"{title_of(domain)}, {label_of(ability).lower()} {bar.height:.1f}"
+        text = f"{title_of(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
         panel.text(-_WIDTH - 0.03, bar.middle, text, fontsize=6.5, ha="right", va="center", color=INK)
     _draw_outcomes(panel, right, {name: 100 * needless[name] / total for name in outcomes})
     panel.set_xlim(-1.0, 2.2)
@@ -150,7 +150,7 @@ def _draw_outcomes(panel: Axes, bars: Mapping[str, _Bar], needless: Mapping[str,
                 hatch="//////",
                 linewidth=0.4,
             )
-        text = f"{label_of(outcome).lower()} {bar.height:.1f}"
+        text = f"{get_display_name(outcome).lower()} {bar.height:.1f}"
         if hatched >= _MIN_NAMED_PERCENT:
             text += f", {hatched:.1f} with additional steps"
         text_top = min(bar.middle, text_top - _LINE)

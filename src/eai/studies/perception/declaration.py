@@ -12,9 +12,9 @@ from eai.abilities.declaration import (
     Interaction,
     MetricColumn,
     QuestionAndAnswer,
-    counts_outcome,
-    error_outcome,
-    label_of,
+    classify_counts,
+    find_error_outcome,
+    get_display_name,
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import add_confusions, confusion_shares, share_of_one
@@ -99,7 +99,7 @@ def outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
     """Return the outcome of an answer, for counts of outcomes in reports."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    return error_outcome(verdict) or counts_outcome(
+    return find_error_outcome(verdict) or classify_counts(
         add_confusions(verdict.seen.predicates.values()), enough=False
     )
 
@@ -118,7 +118,7 @@ SCENE_GRAPH = AbilityDeclaration(
     columns=(
         MetricColumn("right", "All", "Right"),
         *(MetricColumn(metric, "Facts", label) for metric, label in _FACTS.items()),
-        *(MetricColumn(metric, "Errors", label_of(metric), False) for metric in _ERRORS),
+        *(MetricColumn(metric, "Errors", get_display_name(metric), False) for metric in _ERRORS),
         MetricColumn("parsing", "Grammar errors", "Unreadable", False),
     ),
     terminal_metrics=("right", *_FACTS, "predicate_error", "object_error", "parsing"),

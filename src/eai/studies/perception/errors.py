@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
-from eai.abilities.explanation import Explanation, repair_notes
+from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import Confusion, ErrorReport
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
@@ -49,7 +49,7 @@ def _explanation(task: Task, words: SceneWords, graph: SceneGraph) -> Explanatio
         *(f"does not hold: {fact}" for fact in wrong),
         *(f"no fact: {entry}" for entry in graph.ill_formed),
     ]
-    return Explanation(notes=(*notes, *repair_notes(graph.repairs)))
+    return Explanation(notes=(*notes, *write_repair_notes(graph.repairs)))
 
 
 def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perceived:

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.answer_text import AnswerForm, JsonObject, holds_strings, read_json
+from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_string, read_json
 from eai.abilities.verdict import Unreadable
 from eai.planning.role import spatial_predicates
 from eai.tasks.task import Task
@@ -97,7 +97,7 @@ def _sections(value: object) -> tuple[list[object], list[object]] | None:
     return (objects, facts) if isinstance(objects, list) and isinstance(facts, list) else None
 
 
-_FORM = AnswerForm('JSON object with "objects" and "facts", lists', _sections, is_part=holds_strings)
+_FORM = AnswerFormat('JSON object with "objects" and "facts", lists', _sections, is_part=contains_json_string)
 
 
 def _fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:

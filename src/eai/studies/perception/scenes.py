@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.declaration import declaration_of
-from eai.abilities.experiment import Experiment, make_name_choice
+from eai.abilities.declaration import get_declaration
+from eai.abilities.experiment import Experiment, make_named_settings
 from eai.abilities.protocol import SCENE_GRAPH
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs(label: str, beliefs: Mapping[str, Belief], **more: Any) -> BeliefSet:
     """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
-    experiment = Experiment({STUDY: make_name_choice("scene", "scene", label, _PLACE)})
+    experiment = Experiment({STUDY: make_named_settings("scene", "scene", label, _PLACE)})
     return BeliefSet(beliefs, experiment, lacking, **more)
 
 
@@ -236,7 +236,7 @@ def _find_task(stem: str, task_ids: Sequence[str]) -> str | None:
 
 def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
     """Raise an error if the run uses published prompts, which show scenes only in their own format."""
-    is_posed = declaration_of(suite.ability).interaction.make_question is not None
+    is_posed = get_declaration(suite.ability).interaction.make_question is not None
     published = suite.benchmark.data.prompts is not None and not is_posed
     if library.prompts == "official" and published:
         scene = choice.scene

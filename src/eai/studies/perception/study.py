@@ -305,7 +305,7 @@ def _analyze(records: Records, chosen: _PerceptionChoices) -> Iterator[Analysis]
 
 def _name_without_scene(key: RunKey) -> str:
     """Return the key of a run without its scene format. Runs with equal keys are compared."""
-    rest = None if key.experiment is None else key.experiment.drop_study(STUDY)
+    rest = None if key.experiment is None else key.experiment.without_study(STUDY)
     return key._replace(experiment=rest).name
 
 

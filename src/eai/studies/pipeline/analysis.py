@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
@@ -96,13 +96,13 @@ class _PipelinePair:
     def chain(self) -> str:
         """Label of the pipeline: whether questions state subgoals, and the options of other studies."""
         experiment = self.pipeline[0].experiment or Experiment()
-        rest = experiment.drop_study(STUDY)
+        rest = experiment.without_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
         return kind if rest is None else f"{kind}, {rest.label}"
 
     @property
     def metric(self) -> str:
-        return next(iter(declaration_of(self.modular[0].ability).overview_headings))
+        return next(iter(get_declaration(self.modular[0].ability).overview_headings))
 
     def tables(self) -> list[Table]:
         """Return the tables of the pair. Tables and columns without data are left out."""
@@ -142,7 +142,7 @@ class _PipelinePair:
         p is of the exact test in which the tasks of a name share a coin (McNemar's where each task has its
         own).{self._beside}
         """
-        declared = declaration_of(self.modular[0].ability)
+        declared = get_declaration(self.modular[0].ability)
         differences = compare(self.modular, self.pipeline).differences
         before, after = (
             cases_of(self._common_records(side), declared.ability) for side in (self.modular, self.pipeline)
@@ -300,7 +300,7 @@ def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
     if isinstance(assessed.verdict, GoalVerdict):
         atoms = assessed.explain()
         for conditions, missed in ((assessed.verdict.matched, False), (assessed.verdict.missing, True)):
-            yield from ((atoms.statement(condition).signed_name, missed) for condition in conditions)
+            yield from ((atoms.get_statement(condition).signed_name, missed) for condition in conditions)
 
 
 def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
@@ -345,7 +345,7 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
         )
     for run in sorted(pipelines, key=lambda run: run.key.order):
         experiment = run.key.experiment
-        other = None if experiment is None else experiment.drop_study(STUDY)
+        other = None if experiment is None else experiment.without_study(STUDY)
         alone = plain.get(run.key._replace(experiment=other))
         if alone is None:
             records.note(f"left out, because it has no modular run: {run.key}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.experiment import Experiment, make_name_choice
+from eai.abilities.experiment import Experiment, make_named_settings
 
 STUDY = "prompts"
 """Name of the study of prompts in records."""
@@ -14,4 +14,4 @@ def make_prompts_experiment(name: str | None) -> Experiment:
     """Return the recorded options of a run whose prompts have a name; no options if the name is None."""
     if name is None:
         return Experiment()
-    return Experiment({STUDY: make_name_choice("prompt", "prompt_name", name, _PLACE)})
+    return Experiment({STUDY: make_named_settings("prompt", "prompt_name", name, _PLACE)})

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
 
-from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
+from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.certainty import Cases, Interval, mean_over_names
@@ -215,9 +215,9 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         scored = [run for run in by_protocol if run is not None]
         if key.protocol is protocols[0] and len(scored) == len(protocols) > 1:
             answered = " ".join(dict.fromkeys(str(run.coverage) for run in scored))
-            for metric in declaration_of(key.ability).overview_headings:
+            for metric in get_declaration(key.ability).overview_headings:
                 row = {"model": escape_markdown(key.name), "suite": suite_title(key.domain, key.ability)}
-                row |= {"answered": answered, "metric": label_of(metric)}
+                row |= {"answered": answered, "metric": get_display_name(metric)}
                 row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in scored}
                 rows.append(row)
     yield from _section("Both protocols", rows)
@@ -227,7 +227,7 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = (
         _run_cells(item)
-        | {label_of(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
+        | {get_display_name(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
         for item in runs
     )
     yield from _section("Outcomes of answers", rows)
@@ -327,12 +327,12 @@ def write_unnamed_remark(runs: Sequence[RunSummary]) -> str:
 
 def _certainty_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
     for item in runs:
-        for metric in declaration_of(item.key.ability).overview_headings:
+        for metric in get_declaration(item.key.ability).overview_headings:
             certainty = item.certainties.get(metric)
             if certainty is not None:
                 effective = certainty.effective_tasks
                 yield _run_cells(item) | {
-                    "metric": label_of(metric),
+                    "metric": get_display_name(metric),
                     "percent": _percent(item.rates[metric].percent),
                     "mean over names": _percent(mean_over_names(item.cases[metric])),
                     "95 %": _interval(certainty.interval),

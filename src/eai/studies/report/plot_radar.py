@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from statistics import fmean
 from typing import TYPE_CHECKING, TypeAlias
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
@@ -68,7 +68,7 @@ def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
     """Return the results in a world by model, in the order of the runs."""
     models: dict[str, dict[_Axis, RunSummary]] = {}
     for item in runs:
-        for metric in declaration_of(item.key.ability).averaged_metrics:
+        for metric in get_declaration(item.key.ability).averaged_metrics:
             if metric in item.rates and item.rates[metric].percent is not None:
                 models.setdefault(item.key.name, {})[item.key.ability, metric] = item
     return dict(models)
@@ -136,7 +136,7 @@ def _draw_band(
 def _label_of(axis: _Axis) -> str:
     """Return the label of an axis in short lines: title of the ability, and metric if it has several."""
     ability, metric = axis
-    declared, title = declaration_of(ability), "\n".join(ability_title(ability).split())
+    declared, title = get_declaration(ability), "\n".join(ability_title(ability).split())
     return (
         title if len(declared.averaged_metrics) == 1 else f"{title}\n({declared.overview_headings[metric]})"
     )

@@ -14,7 +14,7 @@ from itertools import accumulate, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from eai.abilities.declaration import AnswerOutcome, label_of
+from eai.abilities.declaration import AnswerOutcome, get_display_name
 from eai.abilities.protocol import Ability
 from eai.base.files import to_file_name, write_files_atomically
 from eai.base.grouping import group_pairs
@@ -220,7 +220,7 @@ def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
     for panel, items in zip(grid[:, 0], panels, strict=True):
         _draw_ability(panel, items)
     kinds = [kind for kind in AnswerOutcome if any(_count(item, kind) for item in runs)]
-    handles = [Patch(color=OUTCOME_COLORS[kind], label=label_of(kind.value)) for kind in kinds]
+    handles = [Patch(color=OUTCOME_COLORS[kind], label=get_display_name(kind.value)) for kind in kinds]
     figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=7.5)
     return figure
 

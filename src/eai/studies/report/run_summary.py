@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import get_declaration
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spending, cost_cases, sum_spending
 from eai.results.coverage import Coverage, ErrataEffect
@@ -75,7 +75,7 @@ def summary_of(run: Run) -> RunSummary:
         {
             metric: shares
             for metric, shares in cases.items()
-            if metric in declaration_of(key.ability).overview_headings
+            if metric in get_declaration(key.ability).overview_headings
         },
         sum_spending(run.records),
         cost_cases(run.records),

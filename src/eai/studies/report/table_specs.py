@@ -6,7 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
-from eai.abilities.declaration import OVERALL, PLANNER, SATISFIED, MetricColumn, declaration_of, label_of
+from eai.abilities.declaration import (
+    OVERALL,
+    PLANNER,
+    SATISFIED,
+    MetricColumn,
+    get_declaration,
+    get_display_name,
+)
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
 from eai.benchmarks.registry import title_of
 from eai.results.paper_tables import PaperColumn
@@ -48,7 +55,7 @@ class TableSpec:
 
 def ability_title(ability: Ability) -> str:
     """Return the title by which headings name an ability."""
-    return declaration_of(ability).title
+    return get_declaration(ability).title
 
 
 def suite_title(domain: str, ability: Ability) -> str:
@@ -57,7 +64,7 @@ def suite_title(domain: str, ability: Ability) -> str:
 
 
 def _columns(ability: Ability) -> tuple[MetricColumn, ...]:
-    return tuple(replace(column, ability=ability) for column in declaration_of(ability).columns)
+    return tuple(replace(column, ability=ability) for column in get_declaration(ability).columns)
 
 
 def _trajectory(ability: Ability) -> TableSpec:
@@ -69,13 +76,13 @@ def _overview() -> TableSpec:
     columns = tuple(
         MetricColumn(metric, ability_title(ability), label, ability=ability)
         for ability in _IN_TABLES
-        for metric, label in declaration_of(ability).overview_headings.items()
+        for metric, label in get_declaration(ability).overview_headings.items()
     )
     return TableSpec("overview", "Overview", (*columns, MetricColumn(AVERAGE, "All", "Average")), (AVERAGE,))
 
 
 def _one_table(ability: Ability) -> TableSpec:
-    main = tuple(declaration_of(ability).overview_headings)
+    main = tuple(get_declaration(ability).overview_headings)
     return TableSpec(ability.value, ability_title(ability), _columns(ability), main)
 
 
@@ -102,7 +109,7 @@ def _operators() -> Iterator[TableSpec]:
 @cache
 def _paper_tables() -> tuple[TableSpec, ...]:
     """Return the definitions of the tables on the paper's abilities, in order."""
-    plans = [ability for ability in _IN_TABLES if declaration_of(ability).has_plans]
+    plans = [ability for ability in _IN_TABLES if get_declaration(ability).has_plans]
     return (
         _overview(),
         *[_one_table(ability) for ability in _IN_TABLES if ability is Ability.GOAL_INTERPRETATION],
@@ -130,7 +137,7 @@ def _operators_summary() -> TableSpec:
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))
     columns = tuple(
-        MetricColumn(f"{part}.{measure}", label_of(part), label, ability=ability)
+        MetricColumn(f"{part}.{measure}", get_display_name(part), label, ability=ability)
         for part in CATEGORIES
         for measure, label in measures
     )
