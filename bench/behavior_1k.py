@@ -36,7 +36,7 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.export import export
-from eai.pddl.val import VALID, find_val, run_val
+from eai.pddl.val import VALID, find_val_program, run_val
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.condition import FormulaEvaluator
@@ -379,7 +379,7 @@ def kind_of(verdict: Verdict) -> tuple[str, int | None]:
 
 def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int:
     """Judge gold plans with VAL on exported problems, and the same plans without their last step."""
-    program = find_val()
+    program = find_val_program()
     verdicts: Counter[str] = Counter()
     for task in map(tasks.__getitem__, chosen):
         if task.script:

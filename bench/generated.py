@@ -34,7 +34,7 @@ from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import Generated, Spec, TaskKind, Tier
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import verdict_of_val
-from eai.pddl.val import find_val
+from eai.pddl.val import find_val_program
 from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
 from eai.tasks.task import Task
@@ -133,7 +133,7 @@ def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
 def validate_certificates(file: Path, like: str, number: int) -> dict[str, object]:
     """Return VAL's verdicts on some certificates, and on the same certificates without their last step."""
     try:
-        val = find_val()
+        val = find_val_program()
     except DataError as error:
         return {"VAL": str(error)}
     domain = find_benchmark(like).domain

@@ -37,7 +37,7 @@ from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.trace import Trace
-from eai.pddl.val import find_val
+from eai.pddl.val import find_val_program
 from eai.world.action import Action
 from eai.world.execution import execute
 
@@ -118,7 +118,7 @@ def measure_judging(steps: list[str]) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder) / "plan"
         plan.write_text(text + "\n")
-        words = [str(find_val()), str(DOMAIN), str(PROBLEM), str(plan)]
+        words = [str(find_val_program()), str(DOMAIN), str(PROBLEM), str(plan)]
         return {
             "verdict": milliseconds(lambda: require_valid(succeeds(scorer.score(text)))),
             "execution": milliseconds(

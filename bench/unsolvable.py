@@ -25,7 +25,7 @@ from eai.planning.possible import PossibleFacts
 from eai.planning.subgoal import GroundAtom, Subgoal, conjuncts
 from eai.tasks.source import Source
 from eai.tasks.task import Task
-from eai.world.derived import Defined
+from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
@@ -58,7 +58,7 @@ class _Possible(PossibleFacts):
             thing = arguments[0]
             return not truth or thing in self._placed or Fact("held", (thing,)) in self.possibly_true
         derived = self.domain.vocabulary.derived_by_name.get(predicate)
-        if isinstance(derived, Defined) and derived.values is not None:
+        if isinstance(derived, DefinedPredicate) and derived.values is not None:
             return True
         return super().atom(predicate, arguments, truth)
 
@@ -121,7 +121,7 @@ def main() -> int:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.holds(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and rules.make_exclusion(task.initial).excludes(_literals(task)):
+        if not never and rules.make_exclusion_prover(task.initial).excludes(_literals(task)):
             never, shown = list(task.goals), "its facts exclude each other"
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)

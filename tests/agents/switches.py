@@ -13,7 +13,7 @@ x, y, r = w.Variable("x"), w.Variable("y"), w.Variable("r")
 at, inside = w.Predicate("at", 2), w.Predicate("inside", 2)
 lit, shut = w.Predicate("lit", 1), w.Predicate("shut", 1)
 room = w.Predicate("room", 1, static=True)
-beside = w.Defined("beside", (x,), w.Exists(r, at(w.AGENT, r) & at(x, r)))
+beside = w.DefinedPredicate("beside", (x,), w.Exists(r, at(w.AGENT, r) & at(x, r)))
 
 GO = w.Operator(
     "GO",

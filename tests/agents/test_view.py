@@ -14,7 +14,7 @@ from eai.agents.rules import STANDARD, Observe
 from eai.agents.short_lists import spell_out
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.planning.successor_generator import applicable_actions
+from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.tasks.source import Source
 from eai.world.episode import Episode
 from eai.world.state import State, compare_states
@@ -41,7 +41,9 @@ def test_incremental_observations_equal_new_ones(
     stored = {each.predicate for each in wording.goal_listings if each.sources == (each.predicate,)}
     for _ in range(40):
         operator = rng.choice(benchmark.domain.operators)
-        possible = list(applicable_actions(benchmark.domain, operator, episode.state, task.relevant))
+        possible = list(
+            generate_applicable_of_operator(benchmark.domain, operator, episode.state, task.relevant)
+        )
         if not possible:
             continue
         outcome = episode.act(rng.choice(possible))

@@ -13,7 +13,13 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior_1k import predicates as predicates_1k
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.world.derived import Computed, Defined, Lookup, find_definition, to_evaluated_form
+from eai.world.derived import (
+    ComputedPredicate,
+    DefinedPredicate,
+    LookupPredicate,
+    find_definition,
+    to_evaluated_form,
+)
 from eai.world.domain import Domain
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate
@@ -32,7 +38,7 @@ COMPUTED = [
     pytest.param(domain, scene, derived, id=f"{name} {derived.name}")
     for name, (domain, scene) in DOMAINS.items()
     for derived in domain.vocabulary.derived
-    if isinstance(to_evaluated_form(derived), Computed | Lookup)
+    if isinstance(to_evaluated_form(derived), ComputedPredicate | LookupPredicate)
 ]
 SUPPORTS = {"lies_in", "lies_on", *predicates_1k.SUPPORTS}
 """Relations under which no action gives an object two supports, or a cycle of supports."""
@@ -57,9 +63,9 @@ def test_a_computed_predicate_equals_its_formula(
 def compute(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
     """Return the value of a derived predicate by its function."""
     match to_evaluated_form(derived):
-        case Computed(test=test):
+        case ComputedPredicate(test=test):
             return test(state, arguments)
-        case Lookup(values=values, inverse=inverse):
+        case LookupPredicate(values=values, inverse=inverse):
             holds = bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
             if inverse is not None:
                 assert bool(inverse(state, arguments[1:]) >> arguments[0] & 1) is holds, (
@@ -109,7 +115,7 @@ def test_a_sliced_object_without_halves_keeps_its_own_facts() -> None:
     held = {
         (derived.name, other)
         for derived in domain.vocabulary.derived
-        if isinstance(derived, Defined) and derived.name in ("inside", "ontop", "dusty", "cooked")
+        if isinstance(derived, DefinedPredicate) and derived.name in ("inside", "ontop", "dusty", "cooked")
         for other in range(len(scene.objects))
         if domain.holds(derived.definition, state, {"x": plate, "y": other})
     }

@@ -208,7 +208,7 @@ def test_val_is_asked_where_that_is_wanted(
     outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--val", "--kind", "order")
     assert (outcome.status, outcome.out) == (2, "")
     plain = made(eai, tmp_path / "plain")
-    monkeypatch.setattr("eai.cli.generate.find_val", lambda: Path("Validate"))
+    monkeypatch.setattr("eai.cli.generate.find_val_program", lambda: Path("Validate"))
     for verdict, status in ((VALID, 0), ("no answer in time", 1)):
         monkeypatch.setattr("eai.cli.generate.run_val", lambda *_, verdict=verdict: verdict)
         outcome = eai("generate", "--like", "behavior", "--n", 3, "--val", "--out", tmp_path / verdict)

@@ -16,7 +16,7 @@ from command_line import Command
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.results.paper_tables import NULL_MODELS
-from eai.world import Action, Episode, check, execute
+from eai.world import Action, Episode, check_domain, execute
 from processes import eai as in_own_process
 from sweeps import first_of
 
@@ -72,7 +72,7 @@ def test_the_example_is_as_short_as_the_page_says() -> None:
 def test_the_example_passes_the_conformance_checks() -> None:
     benchmark = library.find_benchmark(LAMPS)
     tasks = benchmark.tasks(library.Source())
-    assert check(benchmark.domain, [task.initial for task in tasks.values()]) == ()
+    assert check_domain(benchmark.domain, [task.initial for task in tasks.values()]) == ()
 
 
 def test_random_plans_run_in_an_episode_as_they_are_executed() -> None:

@@ -22,7 +22,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.pddl.execute import DerivedPredicates, Executor, PlanStep, _StateEvaluation
-from eai.pddl.model import PddlAxiom, type_of
+from eai.pddl.model import PddlAxiom, get_variable_type
 from eai.pddl.reader import read_action, read_domain, read_problem
 from pddl.random_pddl import OBJECTS, atoms, formulas
 from sweeps import examples
@@ -67,7 +67,7 @@ def fact(predicate: str, *names: str) -> Atom:
     ],
 )
 def test_plans(steps: tuple[str, ...], flaw: tuple[int, str] | None) -> None:
-    assert EXECUTOR.find_flaw(plan(*steps)) == flaw
+    assert EXECUTOR.find_failed_step(plan(*steps)) == flaw
 
 
 def test_conditions_of_an_effect_are_read_before_it() -> None:
@@ -126,7 +126,10 @@ def plainly(formula: Formula, state: frozenset[Atom], binding: Mapping[str, str]
         return plainly(each, state, binding)
 
     def values(variable: Variable, body: Formula) -> list[bool]:
-        return [plainly(body, state, {**binding, variable.name: name}) for name in MEMBERS[type_of(variable)]]
+        return [
+            plainly(body, state, {**binding, variable.name: name})
+            for name in MEMBERS[get_variable_type(variable)]
+        ]
 
     match formula:
         case Atom(predicate, arguments):

@@ -25,7 +25,7 @@ from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
 from eai.planning.search import Limits, SearchEnd
 from eai.world.action import Action, Fault
-from eai.world.derived import Computed, Defined, is_a
+from eai.world.derived import ComputedPredicate, DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import attempt
@@ -55,10 +55,10 @@ def _below(state: State, arguments: tuple[int, ...]) -> int:
     return found
 
 
-ABOVE = Defined("above", (X, Y), ON(X, Y) | Exists(Z, ON(X, Z) & Atom("above", (Z, Y))), _below)
-CLEAR = Defined("clear", (X,), ~Exists(Y, ON(Y, X)))
-RECALLED = Defined("recalled", (X,), MEMORY(X) & RED(X))
-ODD = Computed("odd", 1, lambda state, arguments: arguments[0] % 2 == 1, ())
+ABOVE = DefinedPredicate("above", (X, Y), ON(X, Y) | Exists(Z, ON(X, Z) & Atom("above", (Z, Y))), _below)
+CLEAR = DefinedPredicate("clear", (X,), ~Exists(Y, ON(Y, X)))
+RECALLED = DefinedPredicate("recalled", (X,), MEMORY(X) & RED(X))
+ODD = ComputedPredicate("odd", 1, lambda state, arguments: arguments[0] % 2 == 1, ())
 VOCABULARY = Vocabulary((RED, BIG, LIT, ON, NEAR, MEMORY), (ABOVE, CLEAR, RECALLED, ODD))
 SCENE = Scene(
     VOCABULARY,

@@ -21,7 +21,7 @@ from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.check import Declarations, check_action
 from eai.pddl.execute import PlanStep
-from eai.pddl.fast_downward import FastDownward, machine_memory_mib, planner_slot
+from eai.pddl.fast_downward import FastDownward, hold_planner_slot, measure_machine_memory_mib
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
@@ -218,7 +218,7 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
     def work(number: int) -> int:
         nonlocal running, most
-        with planner_slot(3, tmp_path):
+        with hold_planner_slot(3, tmp_path):
             with lock:
                 running += 1
                 most = max(most, running)
@@ -234,14 +234,14 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
 def test_a_seat_is_given_back_by_whoever_fails(tmp_path: Path) -> None:
     def fail() -> None:
-        with planner_slot(1, tmp_path):
+        with hold_planner_slot(1, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         fail()
-    with planner_slot(1, tmp_path):
+    with hold_planner_slot(1, tmp_path):
         pass
 
 
 def test_the_machine_has_memory() -> None:
-    assert machine_memory_mib() > 64
+    assert measure_machine_memory_mib() > 64

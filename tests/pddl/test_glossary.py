@@ -18,7 +18,7 @@ def test_every_name_has_its_own_and_is_found_by_it(names: list[str]) -> None:
     written = [table[name] for name in names]
     assert len(set(written)) == len(names)
     assert all(re.fullmatch(r"[a-z][a-z0-9_-]*", each) for each in written)
-    assert [table.original_name(each) for each in written] == names
+    assert [table.find_original_name(each) for each in written] == names
     assert list(table.items()) == list(zip(names, written, strict=True))
 
 
@@ -43,7 +43,7 @@ def test_names_that_would_be_equal_get_numbers() -> None:
     assert twin["oN"] == "on-4"
     assert "oN" not in names
     with pytest.raises(KeyError):
-        names.original_name("off")
+        names.find_original_name("off")
 
 
 MEMBERS = {"object": ("a", "b", "c"), "thing": ("a", "b")}

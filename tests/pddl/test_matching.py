@@ -6,11 +6,11 @@ from eai.base.store import Store
 from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.pddl.matching import (
     SideMatch,
-    condition_clause,
-    effect_clause,
+    find_predicates_in_text,
+    make_condition_clause,
+    make_effect_clause,
     match_missing_operator,
     match_operators,
-    predicates_in,
     write_clause,
 )
 from eai.pddl.model import PddlAction
@@ -167,10 +167,13 @@ def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_sto
         for text in next(iter(tasks.values())).domain.operators.values():
             action = read_action(text.pddl)
             for tree, read in (
-                (condition_clause(action.precondition), lambda t: condition_clause(operator(t).precondition)),
-                (effect_clause(action.effect), lambda t: effect_clause(operator("()", t).effect)),
+                (
+                    make_condition_clause(action.precondition),
+                    lambda t: make_condition_clause(operator(t).precondition),
+                ),
+                (make_effect_clause(action.effect), lambda t: make_effect_clause(operator("()", t).effect)),
             ):
                 assert read(write_clause(tree)) == tree
     clause = "(forall (?o - object) (when (not (= ?o ?a)) (and (not (p ?o)) (q))))"
-    assert predicates_in(clause) == {"=", "p", "q"}
-    assert predicates_in("next_to") == {"next_to"}
+    assert find_predicates_in_text(clause) == {"=", "p", "q"}
+    assert find_predicates_in_text("next_to") == {"next_to"}

@@ -14,8 +14,8 @@ from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.logic.formula import TRUE
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem
-from eai.pddl.model import PddlDomain, PddlProblem, objects_by_type, type_of
-from eai.pddl.planning import PlannerOutcome, PlanningTask, check_plan
+from eai.pddl.model import PddlDomain, PddlProblem, get_variable_type, group_objects_by_type
+from eai.pddl.planning import PlannerOutcome, PlanningTask, execute_found_plan
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner, _Pairs, search
 from eai.planning.search import Effort, Limits, SearchEnd
@@ -28,9 +28,11 @@ EVERYTHING = Limits(100_000, looks=10**9)
 
 
 def steps(domain: PddlDomain, problem: PddlProblem) -> Iterator[PlanStep]:
-    members = objects_by_type(domain, problem)
+    members = group_objects_by_type(domain, problem)
     for action in domain.actions:
-        for names in product(*(members.get(type_of(parameter), ()) for parameter in action.parameters)):
+        for names in product(
+            *(members.get(get_variable_type(parameter), ()) for parameter in action.parameters)
+        ):
             yield PlanStep(action.name, names)
 
 
@@ -57,7 +59,7 @@ def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProbl
     result = search(domain, problem, EVERYTHING)
     assert result.end is (SearchEnd.SOLVED if is_solvable(domain, problem) else SearchEnd.UNREACHABLE)
     if result.end is SearchEnd.SOLVED:
-        assert Executor(domain, problem).find_flaw(result.plan) is None
+        assert Executor(domain, problem).find_failed_step(result.plan) is None
 
 
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
@@ -68,7 +70,7 @@ def test_however_little_may_be_looked_at_no_verdict_is_wrong(
     result = search(domain, problem, replace(EVERYTHING, looks=looks))
     assert result.end in {SearchEnd.STATES, search(domain, problem, EVERYTHING).end}
     if result.end is SearchEnd.SOLVED:
-        assert Executor(domain, problem).find_flaw(result.plan) is None
+        assert Executor(domain, problem).find_failed_step(result.plan) is None
 
 
 MACHINE = """(define (domain m) (:predicates (shut) (running) (off) (idle))
@@ -147,7 +149,7 @@ def test_solves_all_gold_problems(data_store: Store) -> None:
         made = with_gold_operators(task)
         result = search(made.domain, made.problem, Limits())
         assert result.end is SearchEnd.SOLVED, task.id
-        assert Executor(made.domain, made.problem).find_flaw(result.plan) is None
+        assert Executor(made.domain, made.problem).find_failed_step(result.plan) is None
 
 
 DERIVED = """(define (domain d) (:predicates (on ?x ?y) (wet ?x) (clear ?x) (above ?x ?y))
@@ -164,7 +166,7 @@ def test_derived_predicates_are_unfolded() -> None:
     domain = read_domain(DERIVED.format(more=""))
     result = search(domain, STACKED, Limits())
     assert result.end is SearchEnd.SOLVED
-    assert Executor(domain, STACKED).find_flaw(result.plan) is None
+    assert Executor(domain, STACKED).find_failed_step(result.plan) is None
     assert len(result.plan) == 3
 
 
@@ -235,7 +237,7 @@ def test_a_plan_that_takes_too_long_to_execute_is_not_judged() -> None:
         (:action act :precondition {everywhere} :effect (done)))"""
     )
     problem = read_problem(f"(define (problem p) (:domain wide) (:init {near}) (:goal (done)))")
-    result = check_plan(PlanningTask(domain, problem), [PlanStep("act", ())], "a planner")
+    result = execute_found_plan(PlanningTask(domain, problem), [PlanStep("act", ())], "a planner")
     assert result.outcome is PlannerOutcome.TIME
     assert result.detail == "a planner: its plan takes too long to execute"
 
@@ -251,8 +253,8 @@ def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: P
     waiting, seen = [ground.initial], {ground.initial}
     while waiting and len(seen) < 200:
         state = waiting.pop()
-        assert pairs.allow(ground.literals_of(state))
-        found = {after for _, after in ground.successors(state, ground.literals_of(state))} - seen
+        assert pairs.allow(ground.find_state_literals(state))
+        found = {after for _, after in ground.successors(state, ground.find_state_literals(state))} - seen
         seen |= found
         waiting += sorted(found)
 
@@ -345,7 +347,7 @@ def test_one_state_is_enough_where_parts_of_the_goal_can_be_reached_one_after_th
     problem = read_problem(f"(define (problem p) {head} (:init {initial}) (:goal {goal}))")
     result = search(KITCHEN, problem, ONE)
     assert (result.end, result.states) == (SearchEnd.SOLVED, 1)
-    assert Executor(KITCHEN, problem).find_flaw(result.plan) is None
+    assert Executor(KITCHEN, problem).find_failed_step(result.plan) is None
     assert len(result.plan) <= length
 
 

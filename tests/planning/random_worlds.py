@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.files import read_domain_text, read_problem_text
-from eai.pddl.model import objects_by_type, type_of
+from eai.pddl.model import get_variable_type, group_objects_by_type
 from eai.planning.repair.edits import PlanSteps
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -230,11 +230,11 @@ class World:
         self._declaration = DeclaredDomain(self.source)
         self.domain = self._declaration.domain
         self.aim_at(texts)
-        index, members = self.task.scene.index, objects_by_type(self.source, self.problem)
+        index, members = self.task.scene.index, group_objects_by_type(self.source, self.problem)
         self.steps = {
             Action(each.name, tuple([index[name] for name in names])): PlanStep(each.name, names)
             for each in self.source.actions
-            for names in product(*[members[type_of(parameter)] for parameter in each.parameters])
+            for names in product(*[members[get_variable_type(parameter)] for parameter in each.parameters])
         }
         self.after: dict[PddlState, dict[Action, PddlState]] = {}
         self.is_small = self._explore()

@@ -11,7 +11,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.planning import achievers as module
 from eai.planning.achievers import Achiever, Achievers, _AtomMatches
 from eai.planning.additive_heuristic import AdditiveHeuristic
-from eai.planning.effect_schema import effect_schemas
+from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.subgoal import GroundAtom
 from eai.world import Predicate, Scene, Vocabulary, affordance
 from eai.world.frame import AGENT
@@ -70,7 +70,7 @@ def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch)
             for each in achievers
         ]
 
-    schemas = [schema for operator in scorer.domain.operators for schema in effect_schemas(operator)]
+    schemas = [schema for operator in scorer.domain.operators for schema in make_effect_schemas(operator)]
     schemas = [schema for schema in schemas if "x" in schema.variables and len(schema.variables) <= 2]
     by_masks = found()
     monkeypatch.setattr(module, "_is_plain", lambda formula, vocabulary: False)

@@ -6,7 +6,7 @@ import pytest
 
 from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, ForPairs, Not, Or, Variable
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
-from eai.planning.greedy_search import _PreferredOperators
+from eai.planning.greedy_search import _PreferredActions
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.subgoal import Subgoal
 from eai.world import Add, ForEach, Operator
@@ -67,7 +67,7 @@ def test_conditions_on_other_objects_of_an_operator_are_established() -> None:
 
 
 def preferred(estimates: Estimates, formula: Formula) -> list[Action]:
-    found = _PreferredOperators(HEURISTIC, estimates)
+    found = _PreferredActions(HEURISTIC, estimates)
     found.collect_towards(Subgoal(formula, {}, True))
     return list(found.actions)
 
@@ -78,12 +78,12 @@ def test_preferred_actions_are_possible_at_once() -> None:
     both = And((LAMP_LIT, named("holding", "red")))
     assert preferred(estimates, LAMP_LIT) == [go]
     assert preferred(estimates, both) == [go, lift]
-    supporter = estimates.estimate_action(("PRESS",))
+    supporter = estimates.find_cheapest_action(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
-    found = _PreferredOperators(HEURISTIC, estimates)
+    found = _PreferredActions(HEURISTIC, estimates)
     found.collect_action(supporter.action, supporter.prerequisites)
     assert list(found.actions) == [go]
-    assert estimates.estimate_action(("FLY",)).cost == INFINITE
+    assert estimates.find_cheapest_action(("FLY",)).cost == INFINITE
 
 
 def test_an_action_that_undoes_a_protected_condition_costs_more() -> None:

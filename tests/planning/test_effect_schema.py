@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
-from eai.planning.effect_schema import effect_schemas, find_written_predicates, make_operator_schema
+from eai.planning.effect_schema import find_written_predicates, make_effect_schemas, make_operator_schema
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing
 from eai.world.vocabulary import Predicate
@@ -28,7 +28,7 @@ PLACE = Operator(
 
 
 def test_a_check_on_the_held_object_becomes_a_check_on_the_object_to_be_taken() -> None:
-    (let_go, put, _) = effect_schemas(PLACE)
+    (let_go, put, _) = make_effect_schemas(PLACE)
     assert (let_go.atom, let_go.adds, let_go.conditions) == (held(H), False, (held(H),))
     assert (put.atom, put.adds, put.conditions) == (inside(H, X), True, (held(H), open_(X)))
     assert put.variables == ("x", "h")
@@ -41,7 +41,7 @@ def test_a_check_on_the_held_object_becomes_a_check_on_the_object_to_be_taken() 
 
 
 def test_otherwise_means_that_the_condition_does_not_hold() -> None:
-    *_, shut = effect_schemas(PLACE)
+    *_, shut = make_effect_schemas(PLACE)
     assert (shut.atom, shut.adds, shut.conditions) == (open_(X), False, (held(H), ~open_(X)))
 
 
@@ -51,5 +51,5 @@ def test_an_operator_can_be_taken_for_its_own_sake() -> None:
 
 def test_changed_predicates_include_effects_whose_variable_hides_another() -> None:
     hiding = Operator("O", (X,), (), (Let(X, held(X), (Add(open_(X)),)), Delete(held(X))))
-    assert [schema.atom for schema in effect_schemas(hiding)] == [held(X)]
+    assert [schema.atom for schema in make_effect_schemas(hiding)] == [held(X)]
     assert list(find_written_predicates(hiding.effects)) == ["open", "held"]

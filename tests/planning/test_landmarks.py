@@ -14,7 +14,7 @@ import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
-from eai.planning.landmarks import Landmarks, _HittingSets
+from eai.planning.landmarks import Landmarks, _HittingSetSearch
 from eai.planning.planner import Planner
 from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort
@@ -43,7 +43,7 @@ def repairer_and_gold(
 def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     """Return the landmarks found for a plan, and the minimum number of steps that it lacks."""
     landmarks, least = repairer.make_landmarks(plan), -1
-    while (now := landmarks.min_actions(landmarks.find_missed_cuts(plan))) > least:
+    while (now := landmarks.count_min_actions(landmarks.find_missed_cuts(plan))) > least:
         least = now
         landmarks.find_more_cuts(frozenset(plan), Effort(2_000))
     return landmarks, least
@@ -108,7 +108,7 @@ def test_the_minimum_hitting_set_agrees_with_brute_force() -> None:
         mask = reduce(or_, patterns)
         sizes = range(1, len(patterns) + 1)
         fewest = next(n for n in sizes for some in combinations(patterns, n) if reduce(or_, some) == mask)
-        found = _HittingSets(patterns, mask)
+        found = _HittingSetSearch(patterns, mask)
         assert found.least == len(found.best) == fewest
         assert reduce(or_, found.best) == mask
 

@@ -4,7 +4,7 @@ import pytest
 
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Variable
-from eai.planning.role import role_of, spatial_predicates
+from eai.planning.role import find_spatial_predicates, infer_operator_role
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, Role
@@ -19,13 +19,13 @@ TAKE, GIVE, SWAP = Add(HAS(AGENT, X)), Delete(HAS(AGENT, X)), Add(HAS(AGENT, Y))
 
 
 def test_a_declared_role_is_used() -> None:
-    assert [role_of(o) for o in (toy.GO, toy.LIFT, toy.DROP, toy.PRESS)] == [
+    assert [infer_operator_role(o) for o in (toy.GO, toy.LIFT, toy.DROP, toy.PRESS)] == [
         Role.MOVEMENT,
         Role.TAKES,
         Role.RELEASES,
         Role.CHANGE,
     ]
-    assert role_of(Operator("O", (X,), (), (TAKE,), role=Role.CHANGE)) is Role.CHANGE
+    assert infer_operator_role(Operator("O", (X,), (), (TAKE,), role=Role.CHANGE)) is Role.CHANGE
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_a_declared_role_is_used() -> None:
     ],
 )
 def test_an_undeclared_role_is_inferred_from_the_effects(effects: tuple[Effect, ...], role: Role) -> None:
-    assert role_of(Operator("O", (X, Y) if SWAP in effects else (X,), (), effects)) is role
+    assert infer_operator_role(Operator("O", (X, Y) if SWAP in effects else (X,), (), effects)) is role
 
 
 @pytest.mark.parametrize(
@@ -57,10 +57,10 @@ def test_an_undeclared_role_is_inferred_from_the_effects(effects: tuple[Effect, 
 def test_the_predicates_of_places_are_found_in_household_domains(
     name: str, held: tuple[str, ...], supports: set[str]
 ) -> None:
-    found, put = spatial_predicates(find_benchmark(name).domain)
+    found, put = find_spatial_predicates(find_benchmark(name).domain)
     assert (found, {*put}) == (held, supports)
 
 
 def test_a_world_without_release_operators_has_no_predicates_of_places() -> None:
     without = toy.DOMAIN.replace_operators(without=[each.name for each in toy.DOMAIN.operators])
-    assert spatial_predicates(without) == ((), ())
+    assert find_spatial_predicates(without) == ((), ())

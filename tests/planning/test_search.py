@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
+from eai.planning.search import Effort, Node, OpenList, SearchEnd, run_best_first_search
 
 GRAPH = {"a": {"b": 1, "c": 5}, "b": {"c": 1, "d": 9}, "c": {"d": 1}, "d": {}, "e": {}}
 
@@ -24,7 +24,7 @@ def find_path(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
                 waiting.push(Node(state, 0, node.depth + 1, node, (state,)), cost)
         return SearchEnd.STATES if effort.is_used_up else None
 
-    return best_first(waiting.pop, visit)
+    return run_best_first_search(waiting.pop, visit)
 
 
 def test_the_cheapest_path_comes_first_and_its_node_returns_it() -> None:

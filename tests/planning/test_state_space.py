@@ -46,7 +46,7 @@ def check_plans(world: World) -> None:
     is_recursive = bool(DerivedPredicates(world.source.axioms).circles)
     assert by_problem.end is (SearchEnd.STATES if is_recursive else end)
     if by_problem.end is SearchEnd.SOLVED:
-        assert world.executor.find_flaw(by_problem.plan) is None
+        assert world.executor.find_failed_step(by_problem.plan) is None
     if shortest is not None:
         conditions = [each.formula for each in task.goals]
         assert find_unreachable_goals(domain, task.initial, task.relevant, conditions) == []
@@ -56,7 +56,7 @@ def check_states(world: World, random: Random) -> None:
     """Check that literals called impossible or exclusive hold in no state."""
     domain, initial = world.domain, world.task.initial
     possible = PossibleFacts(domain, initial, world.task.relevant)
-    exclusion = ExclusionRules(domain).make_exclusion(initial)
+    exclusion = ExclusionRules(domain).make_exclusion_prover(initial)
     names = [*initial.scene.index]
     literals = []
     for name, types in {**PREDICATES, **DERIVED}.items():

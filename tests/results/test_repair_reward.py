@@ -19,7 +19,7 @@ from eai.base.store import Store
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort
-from eai.planning.successor_generator import applicable_actions
+from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.results.reward import Shaping
 from eai.world import Action, Episode
 from suites import answer_book
@@ -62,7 +62,7 @@ def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
 
 
 def _applicable(scorer: ActionSequencing, episode: Episode, operator: eai.Operator) -> Sequence[Action]:
-    return [*applicable_actions(scorer.domain, operator, episode.state, scorer.task.relevant)]
+    return [*generate_applicable_of_operator(scorer.domain, operator, episode.state, scorer.task.relevant)]
 
 
 def written(suite: Suite, task: Task, plan: Sequence[Action]) -> str:

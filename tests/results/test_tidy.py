@@ -11,7 +11,7 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
 from eai.benchmarks.suite import open_suite
-from eai.pddl.matching import predicates_in
+from eai.pddl.matching import find_predicates_in_text
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
 from eai.results.lines import AnswerLine
@@ -93,7 +93,7 @@ def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, 
     ]
     assert all(parse_statement(text) == value for value, text in (*steps, *atoms))
     assert all(find_predicate_names(text) == value for value, text in goals)
-    assert all(tuple(sorted(predicates_in(text))) == value for value, text in clauses)
+    assert all(tuple(sorted(find_predicates_in_text(text))) == value for value, text in clauses)
     assert any((steps, goals, atoms, clauses))
 
 

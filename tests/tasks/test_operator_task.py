@@ -12,7 +12,7 @@ from eai.pddl.search import BuiltInPlanner
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
 from eai.tasks.task import Category, Goal, GoalKind, Task
 from eai.world.action import Action
-from eai.world.derived import Defined, is_a
+from eai.world.derived import DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, ForEach
 from eai.world.execution import execute
@@ -28,7 +28,7 @@ HEAVY = Predicate("heavy", 1, static=True)
 AT = Predicate("at", 2)
 TIRED = Predicate("tired", 0)
 SEEN = Predicate("seen", 1, visible=False)
-DARK = Defined("dark", (), ~Exists(Y, BRIGHT(Y)))
+DARK = DefinedPredicate("dark", (), ~Exists(Y, BRIGHT(Y)))
 VOCABULARY = Vocabulary((BRIGHT, HEAVY, AT, TIRED, SEEN), (DARK,))
 GO = Operator(
     "GO",

@@ -18,14 +18,14 @@ from eai.pddl.fast_downward import FastDownward
 from eai.pddl.files import read_domain_text, read_problem_file, read_text
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerOutcome, PlanningTask
-from eai.pddl.val import VALID, find_val, run_val
+from eai.pddl.val import VALID, find_val_program, run_val
 from eai.planning.planner import Planner
-from eai.planning.successor_generator import applicable_actions
+from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.tasks.planning import find_plan
 from eai.tasks.problem_world import open_pddl
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action, Fault
-from eai.world.conformance import check
+from eai.world.conformance import check_domain
 from eai.world.domain import Domain
 from eai.world.execution import attempt, describe, execute
 from eai.world.fault import FaultKind
@@ -57,7 +57,7 @@ def reaches_the_goal(domain: Domain, task: Task, plan: tuple[Action, ...]) -> bo
 @pytest.mark.parametrize("name", NAMES)
 def test_an_imported_domain_conforms(name: str) -> None:
     domain, tasks = opened(name)
-    assert check(domain, [task.initial for task in tasks.values()]) == ()
+    assert check_domain(domain, [task.initial for task in tasks.values()]) == ()
     assert len(tasks) >= 2
 
 
@@ -106,7 +106,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             operator.name, tuple(rng.randrange(len(task.scene.objects)) for _ in operator.parameters)
         )
         if number % 20 == 0:
-            possible = [*applicable_actions(domain, operator, past.state, task.relevant)]
+            possible = [*generate_applicable_of_operator(domain, operator, past.state, task.relevant)]
             action = rng.choice(possible or [action])
         names = tuple(task.scene.objects[i].name for i in action.arguments)
         outcome, after = (
@@ -145,7 +145,7 @@ def mutated(plan: tuple[Action, ...], task: Task, rng: random.Random) -> tuple[A
 @pytest.mark.parametrize(("name", "problem"), PROBLEMS)
 def test_val_agrees_on_plans_and_mutants_of_them(name: str, problem: str) -> None:
     try:
-        program = find_val()
+        program = find_val_program()
     except DataError as error:
         pytest.skip(str(error))
     domain, tasks = opened(name)

@@ -7,7 +7,7 @@ from eai.tasks.rules import DomainRules
 
 x = w.Variable("x")
 lit, used = w.Predicate("lit", 1), w.Predicate("used", 1, visible=False)
-ready, worn = w.Defined("ready", (x,), ~lit(x)), w.Defined("worn", (x,), used(x) & lit(x))
+ready, worn = w.DefinedPredicate("ready", (x,), ~lit(x)), w.DefinedPredicate("worn", (x,), used(x) & lit(x))
 
 
 def test_definitions_that_read_memory_are_left_out() -> None:

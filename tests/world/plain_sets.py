@@ -18,7 +18,7 @@ from eai.logic.formula import (
     Or,
     Term,
 )
-from eai.world.derived import Computed, Defined, Lookup
+from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
 from eai.world.state import Fact, State
@@ -40,12 +40,12 @@ def holds(state: State, facts: frozenset[Fact], formula: Formula, bound: Bound) 
             match derived:
                 case None:
                     return Fact(predicate, objects) in facts
-                case Defined(_, parameters, definition):
+                case DefinedPredicate(_, parameters, definition):
                     inner = dict(zip((p.name for p in parameters), objects, strict=True))
                     return holds(state, facts, definition, inner)
-                case Computed(test=test):
+                case ComputedPredicate(test=test):
                     return test(state, objects)
-                case Lookup(values=lookup):
+                case LookupPredicate(values=lookup):
                     return bool(lookup(state, objects[:-1]) >> objects[-1] & 1)
         case Equals(left, right):
             return _object(state, left, bound) == _object(state, right, bound)

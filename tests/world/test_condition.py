@@ -26,7 +26,7 @@ from eai.logic.formula import (
 )
 from eai.logic.traversal import find_free_variables
 from eai.world.condition import ConditionCompiler, FormulaEvaluator
-from eai.world.derived import Computed, Lookup
+from eai.world.derived import ComputedPredicate, LookupPredicate
 from eai.world.domain import Domain
 from eai.world.frame import AGENT, Frame
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -146,7 +146,7 @@ def test_only_objects_that_the_rest_of_a_formula_allows_are_tried(
         looked_at.append(scene.objects[arguments[0]].name)
         return False
 
-    vocabulary = Vocabulary(toy.VOCABULARY.predicates, (Computed("looked_at", 1, look, ()),))
+    vocabulary = Vocabulary(toy.VOCABULARY.predicates, (ComputedPredicate("looked_at", 1, look, ()),))
     scene = Scene(vocabulary, toy.initial().scene.objects)
     state = scene.state((Fact("holding", (scene.index["red"],)),))
     Domain("looking", vocabulary, ()).holds(Exists(X, formula), state)
@@ -156,9 +156,9 @@ def test_only_objects_that_the_rest_of_a_formula_allows_are_tried(
 def test_a_lookup_may_depend_on_any_number_of_objects() -> None:
     """The last argument is looked up from no, one or two other arguments."""
     lookups = (
-        Lookup("first", 1, lambda state, known: 0b001, ()),
-        Lookup("next", 2, lambda state, known: 0b010 << known[0], ()),
-        Lookup("sum", 3, lambda state, known: 1 << known[0] + known[1], ()),
+        LookupPredicate("first", 1, lambda state, known: 0b001, ()),
+        LookupPredicate("next", 2, lambda state, known: 0b010 << known[0], ()),
+        LookupPredicate("sum", 3, lambda state, known: 1 << known[0] + known[1], ()),
     )
     vocabulary = Vocabulary((), lookups)
     scene = Scene(vocabulary, [WorldObject(f"o{i}", "object") for i in range(3)])
@@ -179,7 +179,7 @@ def test_a_lookup_may_depend_on_any_number_of_objects() -> None:
 
 def _holds(formula: Formula, vocabulary: Vocabulary, scene: Scene) -> bool:
     frame = Frame()
-    return ConditionCompiler(vocabulary, frame).truth(formula)(scene.state(()), frame.bind(scene, ()))
+    return ConditionCompiler(vocabulary, frame).compile_test(formula)(scene.state(()), frame.bind(scene, ()))
 
 
 def test_formulas_are_evaluated_with_their_free_variables() -> None:
@@ -192,8 +192,8 @@ def test_formulas_are_evaluated_with_their_free_variables() -> None:
     assert readings.holds(formula, {"x": red}, start)
     assert not readings.holds(formula, {"x": index["lamp"]}, start)
     body = toy.at(Y, X)
-    assert list(readings.witnesses(Variable("y"), body, {"x": shed}, start)) == [
+    assert list(readings.find_witnesses(Variable("y"), body, {"x": shed}, start)) == [
         index["blue"],
         index["lamp"],
     ]
-    assert list(readings.witnesses(Variable("y", "box"), body, {"x": shed}, start)) == [index["blue"]]
+    assert list(readings.find_witnesses(Variable("y", "box"), body, {"x": shed}, start)) == [index["blue"]]

@@ -11,13 +11,13 @@ import pytest
 from eai.base.errors import DomainError
 from eai.logic.formula import FALSE, Atom, Formula, Variable
 from eai.world.action import Action, Fault
-from eai.world.derived import Computed, Defined, is_a
+from eai.world.derived import ComputedPredicate, DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
 from eai.world.execution import Trajectory, attempt, execute
 from eai.world.fault import FaultKind
-from eai.world.history import History, HistoryRule, conditions_held_before, was_possible_before
-from eai.world.operator import Check, Operator, Try, additional, affordance, missing, sort_checks
+from eai.world.history import History, HistoryRule, find_when_conditions_held, find_when_possible
+from eai.world.operator import Check, Operator, Try, additional, affordance, missing, sort_operator_checks
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -35,7 +35,7 @@ CLEAN = Operator(
 )
 TAKE, LOSE = Operator("TAKE", (), (), (Add(SOAP()),)), Operator("LOSE", (), (), (Delete(SOAP()),))
 DOMAIN = Domain(
-    "bath", Vocabulary((WET, DIRTY, MUDDY, SOAP)), (CLEAN, TAKE, LOSE), history_rule=was_possible_before
+    "bath", Vocabulary((WET, DIRTY, MUDDY, SOAP)), (CLEAN, TAKE, LOSE), history_rule=find_when_possible
 )
 
 X, Y = Variable("x"), Variable("y")
@@ -46,12 +46,12 @@ def press(*effects: object, checks: object = (), parameters: object = (X,)) -> O
     return Operator("PRESS", parameters, checks, effects)  # type: ignore[arg-type]
 
 
-def lamps(*operators: Operator, derived: tuple[Defined, ...] = (), **more: Any) -> Domain:
+def lamps(*operators: Operator, derived: tuple[DefinedPredicate, ...] = (), **more: Any) -> Domain:
     return Domain("lamps", Vocabulary((LIT, FIXED, NEAR), derived), operators, **more)
 
 
-def circle(name: str, other: str) -> Defined:
-    return Defined(name, (X,), ~Atom(other, (X,)))
+def circle(name: str, other: str) -> DefinedPredicate:
+    return DefinedPredicate(name, (X,), ~Atom(other, (X,)))
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,9 @@ def circle(name: str, other: str) -> Defined:
         (lambda: lamps(press(Add(LIT(Y)))), "operator PRESS: variable y is not bound"),
         (lambda: lamps(press(Add(FIXED(X)))), "operator PRESS: an effect changes fixed, which is declared"),
         (
-            lambda: lamps(press(Add(Atom("bright", (X,)))), derived=(Defined("bright", (X,), LIT(X)),)),
+            lambda: lamps(
+                press(Add(Atom("bright", (X,)))), derived=(DefinedPredicate("bright", (X,), LIT(X)),)
+            ),
             "operator PRESS: an effect changes bright, which is derived: change the predicates",
         ),
         (
@@ -98,7 +100,7 @@ def circle(name: str, other: str) -> Defined:
             "operator PRESS: predicate nearr is not declared; did you mean near?",
         ),
         (
-            lambda: lamps(derived=(Defined("d", (X,), Atom("at", (X,))),)),
+            lambda: lamps(derived=(DefinedPredicate("d", (X,), Atom("at", (X,))),)),
             "derived predicate d: predicate at is not declared",
         ),
         (
@@ -185,7 +187,7 @@ def test_the_precedence_of_the_domain_chooses_the_kind_of_fault() -> None:
 def test_the_failed_tries_of_an_action_are_found(before: str, undone: list[str]) -> None:
     trajectory = run(before, "CLEAN")
     operator, start = DOMAIN.compiled["CLEAN"], trajectory.states[0]
-    left = operator.find_failed_tries(start, trajectory.final, operator.bind(start, ()))
+    left = operator.find_failed_alternatives(start, trajectory.final, operator.bind(start, ()))
     assert [each.check.reason for each in left] == undone
 
 
@@ -197,7 +199,7 @@ def test_an_operator_has_its_other_effects_if_no_try_is_made() -> None:
 def test_checks_of_tries_are_also_sorted_as_in_the_paper() -> None:
     mixed = (missing(SOAP(), "no soap"), additional(DIRTY(), "clean"), affordance(WET(), "dry"))
     operator = replace(CLEAN, tries=(Try(DIRTY(), mixed, ()),))
-    (ordered,) = sort_checks(operator).tries
+    (ordered,) = sort_operator_checks(operator).tries
     assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
 
 
@@ -212,7 +214,7 @@ def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | N
 
 
 def test_the_history_rules_differ_on_conditions_that_held_at_different_times() -> None:
-    apart = replace(DOMAIN, history_rule=conditions_held_before)
+    apart = replace(DOMAIN, history_rule=find_when_conditions_held)
     assert wrong_order_of(apart, SOAP()) == (FaultKind.WRONG_ORDER, 1)
     assert wrong_order_of(apart, SOAP(), DIRTY()) == (FaultKind.WRONG_ORDER, 2)
     assert wrong_order_of(apart) == (FaultKind.MISSING_STEP, None)
@@ -235,7 +237,7 @@ def test_an_action_that_was_possible_in_an_earlier_state_is_in_the_wrong_order(
     assert (fault.kind, fault.earlier) == expected
 
 
-@pytest.mark.parametrize("rule", [conditions_held_before, was_possible_before])
+@pytest.mark.parametrize("rule", [find_when_conditions_held, find_when_possible])
 def test_a_step_that_fails_repeatedly_tests_every_state_once(rule: HistoryRule) -> None:
     times = 0
 
@@ -244,7 +246,7 @@ def test_a_step_that_fails_repeatedly_tests_every_state_once(rule: HistoryRule) 
         times += 1
         return False
 
-    ready = Computed("ready", 0, never, ())
+    ready = ComputedPredicate("ready", 0, never, ())
     vocabulary = Vocabulary((WET, DIRTY, MUDDY, SOAP), (ready,))
     dry = Operator("DRY", (), (missing(ready(), "not ready"),), ())
     domain = Domain("bath", vocabulary, (TAKE, LOSE, dry), rule)

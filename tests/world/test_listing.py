@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Variable
 from eai.world import (
-    Computed,
-    Defined,
+    ComputedPredicate,
+    DefinedPredicate,
     Domain,
     Exists,
-    Lookup,
+    LookupPredicate,
     Predicate,
     Scene,
     State,
     Vocabulary,
     WorldObject,
 )
-from eai.world.listing import make_listing
+from eai.world.listing import make_fact_lister
 from eai.world.state import Fact
 
 X, Y, Z = Variable("x"), Variable("y"), Variable("z")
@@ -29,11 +29,11 @@ between = Predicate("between", 3)
 VOCABULARY = Vocabulary(
     (ringing, lit, near, between),
     (
-        Defined("alone", (X,), ~Exists(Y, near(X, Y))),
-        Defined("linked", (X, Y), Exists(Z, near(X, Z) & near(Z, Y))),
-        Defined("chain", (X, Y, Z), near(X, Y) & near(Y, Z)),
-        Lookup("around", 2, lambda state, known: state.relation("near").column(known[0]), ("near",)),
-        Computed("dark", 0, lambda state, known: not state.mask("lit"), ("lit",)),
+        DefinedPredicate("alone", (X,), ~Exists(Y, near(X, Y))),
+        DefinedPredicate("linked", (X, Y), Exists(Z, near(X, Z) & near(Z, Y))),
+        DefinedPredicate("chain", (X, Y, Z), near(X, Y) & near(Y, Z)),
+        LookupPredicate("around", 2, lambda state, known: state.relation("near").column(known[0]), ("near",)),
+        ComputedPredicate("dark", 0, lambda state, known: not state.mask("lit"), ("lit",)),
     ),
 )
 PREDICATES = ("ringing", "lit", "near", "alone", "linked", "chain", "around", "dark", "between")
@@ -71,7 +71,7 @@ def test_all_facts_about_objects_are_listed_in_the_order_of_the_objects(
         if about is None or not {*about}.isdisjoint(arguments)
         if domain.holds(atom, state, dict(zip(names, arguments, strict=True)))
     ]
-    assert make_listing(VOCABULARY, predicate, repeated=repeated).facts(state, objects, about) == holding
+    assert make_fact_lister(VOCABULARY, predicate, repeated=repeated).facts(state, objects, about) == holding
 
 
 @pytest.mark.parametrize(
@@ -81,9 +81,9 @@ def test_all_facts_about_objects_are_listed_in_the_order_of_the_objects(
 def test_a_listing_names_the_stored_predicates_that_decide_it(
     predicate: str, sources: tuple[str, ...]
 ) -> None:
-    assert make_listing(VOCABULARY, predicate).sources == sources
+    assert make_fact_lister(VOCABULARY, predicate).sources == sources
 
 
 def test_listing_an_undeclared_predicate_is_an_error() -> None:
     with pytest.raises(DomainError, match="predicate cold is not declared"):
-        make_listing(VOCABULARY, "cold")
+        make_fact_lister(VOCABULARY, "cold")

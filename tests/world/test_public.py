@@ -6,13 +6,13 @@ import ast
 from pathlib import Path
 
 import eai.world
-from eai.world.conformance import check
+from eai.world.conformance import check_domain
 from world import toy
 
 
 def test_every_public_name_can_be_imported() -> None:
     assert [name for name in eai.world.__all__ if not hasattr(eai.world, name)] == []
-    assert eai.world.check is check
+    assert eai.world.check_domain is check_domain
 
 
 def test_the_toy_domain_uses_public_names_only() -> None:

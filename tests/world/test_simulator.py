@@ -12,8 +12,8 @@ from abilities.action_sequencing.test_scorer import TASK
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
 from eai.world.action import Action, Fault
-from eai.world.conformance import check
-from eai.world.domain import Domain, begin_as_declared
+from eai.world.conformance import check_domain
+from eai.world.domain import Domain, make_declared_simulator
 from eai.world.episode import Episode, KnownOutcomes, Slip, SlipSampler
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
@@ -122,7 +122,7 @@ NUMBERS = count()
     ],
 )
 def test_a_broken_law_of_simulators_is_reported(domain: Domain, defect: str | None) -> None:
-    found = {*check(domain, [toy.initial()])}
+    found = {*check_domain(domain, [toy.initial()])}
     assert found == set() if defect is None else defect in found
 
 
@@ -131,16 +131,16 @@ def test_a_simulator_whose_state_differs_from_its_outcome_is_reported() -> None:
         def act(self, action: Action, declared: State) -> State | Fault:
             return declared
 
-    found = check(replace(toy.DOMAIN, begin=Late), [toy.initial()])
+    found = check_domain(replace(toy.DOMAIN, begin=Late), [toy.initial()])
     assert "GO: the simulator's state differs from the outcome that it returned" in found
 
 
 def test_predicates_that_are_not_measured_must_follow_the_declaration() -> None:
-    found = check(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))
+    found = check_domain(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))
     assert any("the simulator changes lit, which must follow the declaration" in each for each in found)
     moved = world(lambda before, action, after: with_facts(after, ["at(lamp, hall)"]))
-    assert check(moved, [toy.initial()], measured=("at",)) == ()
+    assert check_domain(moved, [toy.initial()], measured=("at",)) == ()
 
 
 def test_an_episode_follows_the_declaration_by_default() -> None:
-    assert toy.DOMAIN.begin is begin_as_declared
+    assert toy.DOMAIN.begin is make_declared_simulator

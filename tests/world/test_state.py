@@ -4,13 +4,13 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.logic.formula import Variable
-from eai.world.derived import Defined
+from eai.world.derived import DefinedPredicate
 from eai.world.state import Fact, Scene, WorldObject, compare_states
 from eai.world.vocabulary import Predicate, Vocabulary
 
 X = Variable("x")
 AT, OPEN, DARK = Predicate("at", 2), Predicate("open", 1), Predicate("dark", 0)
-VOCABULARY = Vocabulary((AT, OPEN, DARK), (Defined("shut", (X,), ~OPEN(X)),))
+VOCABULARY = Vocabulary((AT, OPEN, DARK), (DefinedPredicate("shut", (X,), ~OPEN(X)),))
 SCENE = Scene(VOCABULARY, {"robot": "robot", "dock": "place", "bay-2": "place"}, agent="robot")
 
 

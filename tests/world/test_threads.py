@@ -54,7 +54,7 @@ def outcomes(domain: Domain, readings: FormulaEvaluator, initial: State, seed: i
         found.append(trajectory.steps)
         final = trajectory.final
         found += [readings.holds(c, {"x": i}, final) for c in CONDITIONS for i in range(6)]
-        found += [tuple(readings.witnesses(Y, Atom("at", (X, Y)), {"x": i}, final)) for i in range(6)]
+        found += [tuple(readings.find_witnesses(Y, Atom("at", (X, Y)), {"x": i}, final)) for i in range(6)]
     return found
 
 

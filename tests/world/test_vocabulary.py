@@ -6,10 +6,10 @@ import pytest
 
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Constant, Variable
-from eai.world.derived import Computed
+from eai.world.derived import ComputedPredicate
 from eai.world.vocabulary import Predicate, Vocabulary
 
-DERIVED = Computed("d", 1, lambda state, objects: True, reads=())
+DERIVED = ComputedPredicate("d", 1, lambda state, objects: True, reads=())
 P, Q = Predicate("P", 1), Predicate("Q", 2)
 
 
@@ -19,7 +19,7 @@ P, Q = Predicate("P", 1), Predicate("Q", 2)
         (lambda: Vocabulary((P, P)), "predicate P is declared twice"),
         (lambda: Vocabulary((Predicate("R", -1),)), "predicate R: arity -1 is negative"),
         (
-            lambda: Vocabulary((P,), (Computed("d", 1, lambda state, objects: True, reads=("Q",)),)),
+            lambda: Vocabulary((P,), (ComputedPredicate("d", 1, lambda state, objects: True, reads=("Q",)),)),
             "d reads Q, which is not declared",
         ),
         (lambda: Q(Variable("x")), "Q takes 2 arguments, not 1"),

@@ -6,7 +6,7 @@ from eai.world import (
     AGENT,
     ANYTHING,
     Add,
-    Defined,
+    DefinedPredicate,
     Delete,
     Domain,
     Exists,
@@ -28,7 +28,7 @@ from eai.world import (
 
 X, Y = Variable("x"), Variable("y")
 at, holding, lit = Predicate("at", 2), Predicate("holding", 1), Predicate("lit", 1)
-beside = Defined("beside", (X,), Exists(Y, at(AGENT, Y) & at(X, Y)))
+beside = DefinedPredicate("beside", (X,), Exists(Y, at(AGENT, Y) & at(X, Y)))
 VOCABULARY = Vocabulary((at, holding, lit), (beside,))
 BESIDE = missing(beside(X), "the robot is not beside {x}")
 

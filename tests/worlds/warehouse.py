@@ -5,7 +5,7 @@ from eai.world import (
     AGENT,
     ANYTHING,
     Add,
-    Defined,
+    DefinedPredicate,
     Delete,
     Domain,
     Exists,
@@ -27,7 +27,7 @@ at, on, loaded = Predicate("at", 2), Predicate("on", 2), Predicate("loaded", 3)
 lifted, is_open, scanned, charged = (Predicate(n, 1) for n in ("lifted", "is_open", "scanned", "charged"))
 alarm = Predicate("alarm", 0)
 road = Predicate("road", 2, static=True)
-here = Defined("here", (x,), Exists(place, at(AGENT, place) & at(x, place)))
+here = DefinedPredicate("here", (x,), Exists(place, at(AGENT, place) & at(x, place)))
 BESIDE = missing(here(x), "the forklift is not beside {x}")
 FREE = missing(~Exists(other, lifted(other)), "the fork is not free")
 PALLET = affordance(is_a(x, "pallet"), "{x} is no pallet")

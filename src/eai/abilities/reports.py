@@ -24,7 +24,7 @@ from eai.tasks.special import Hazards
 from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, argument_names, to_trace, witnesses_of
+from eai.world.execution import Trajectory, find_check_witnesses, map_parameters_to_names, to_trace
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, compare_states
@@ -133,11 +133,11 @@ def _describe_undone(domain: Domain, action: Action, before: State, after: State
     operator = domain.compiled[action.operator]
     if not operator.tries:
         return ""
-    names = argument_names(action, domain, before.scene)
+    names = map_parameters_to_names(action, domain, before.scene)
     objects: dict[f.Term, f.Term] = {
         f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
     }
-    undone = operator.find_failed_tries(before, after, operator.bind(before, action.arguments))
+    undone = operator.find_failed_alternatives(before, after, operator.bind(before, action.arguments))
     return "; ".join(
         f"{print_ltl(substitute_terms(unmet, objects))} remains: {_fault_text(check, domain, action, before)}"
         for unmet, check in undone
@@ -146,8 +146,8 @@ def _describe_undone(domain: Domain, action: Action, before: State, after: State
 
 def _fault_text(check: Check, domain: Domain, action: Action, state: State) -> str:
     """Describe the fault of an action in a state. Objects that the reason does not name are added."""
-    reason = check.reason.format_map(argument_names(action, domain, state.scene))
-    witnesses = witnesses_of(check, domain, action, state)
+    reason = check.reason.format_map(map_parameters_to_names(action, domain, state.scene))
+    witnesses = find_check_witnesses(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
 
 

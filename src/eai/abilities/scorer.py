@@ -21,7 +21,7 @@ from eai.base.errors import EaiError, InputError
 from eai.tasks.task import TaskExclusion
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import argument_names
+from eai.world.execution import map_parameters_to_names
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
@@ -193,6 +193,6 @@ def error_report(fault: Fault, number: int, domain: Domain, action: Action, scen
         action: the action.
         scene: the scene.
     """
-    check, names = fault.check, argument_names(action, domain, scene)
+    check, names = fault.check, map_parameters_to_names(action, domain, scene)
     objects = tuple([names[parameter] for parameter in check.mentioned_parameters])
     return ErrorReport(fault.kind, number, check.reason.format_map(names), check.id, objects)

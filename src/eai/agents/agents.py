@@ -22,7 +22,7 @@ from eai.logic.rewriting import map_terms, rewrite_leaves
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.planner import PlanningGoal, get_planner
 from eai.planning.search import Limits, Node
-from eai.planning.subgoal import subgoals_of
+from eai.planning.subgoal import make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.tasks.goal_test import remaining_goals
 from eai.tasks.planning import find_plan, to_planning_goal, why_no_plan
@@ -330,7 +330,7 @@ class _GreedyAgent(_Explorer):
         self._visited: set[State] = set()
         goal = to_planning_goal(game.task)
         self._actions = goal.actions
-        self._target = (subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
+        self._target = (make_subgoals(goal.conditions, game.task.scene), len(goal.actions))
 
     def _plan_for_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
         """Return the best action by estimated distance; empty if an object of an unmet goal is unknown."""

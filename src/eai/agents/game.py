@@ -19,7 +19,7 @@ from eai.agents.observation import AgentMemory, make_manual
 from eai.agents.rules import OUTCOMES
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import Effort
-from eai.planning.successor_generator import applicable_actions
+from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.results.reward import Shaping, metrics_of, pay_for
 from eai.tasks.prompts.template import Templates
 from eai.tasks.special import Ambiguous, Impossible
@@ -382,7 +382,7 @@ class Game:
         domain, state = self.stage.domain, self._episode.state
         bindings = bindings or Effort(_MAX_BINDINGS)
         for operator in domain.operators:
-            yield from applicable_actions(domain, operator, state, objects, bindings)
+            yield from generate_applicable_of_operator(domain, operator, state, objects, bindings)
 
 
 _MAX_BINDINGS = 1_000_000

@@ -21,7 +21,7 @@ from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording
 from eai.world.derived import find_stored_predicates
-from eai.world.listing import FactListing
+from eai.world.listing import FactLister
 from eai.world.relation import bits, mask_of
 from eai.world.state import Fact, State, StateChange, compare_states
 
@@ -207,7 +207,7 @@ class Observer:
         ]
 
     def _select_visible_facts(
-        self, listing: FactListing, facts: Iterable[Fact], visible: Indices
+        self, listing: FactLister, facts: Iterable[Fact], visible: Indices
     ) -> list[Fact]:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.lists(fact)]
         if not listed:
@@ -226,18 +226,18 @@ class Observer:
             return self.subjects
         return tuple(bits(self._wording.domain.find_visible(state, self._mask)))
 
-    def _list_visible_facts(self, listing: FactListing, state: State, visible: Indices) -> Sequence[Fact]:
+    def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
         return listing.facts(state, visible, self._find_required_objects(listing))
 
     def _find_required_objects(
-        self, listing: FactListing, chosen: AbstractSet[int] | None = None
+        self, listing: FactLister, chosen: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
         """Return the objects of which a fact must contain at least one to be listed; None to list all."""
         if listing.predicate not in self._egocentric_predicates:
             return chosen
         return frozenset() if self.agent is None else frozenset((self.agent,))
 
-    def _make_visible_facts(self, listing: FactListing, state: State, visible: Indices) -> _VisibleFacts:
+    def _make_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> _VisibleFacts:
         return _VisibleFacts(partial(self._list_visible_facts, listing, state, visible), self.render_facts)
 
 

@@ -23,8 +23,8 @@ from eai.tasks.planning import find_plan
 from eai.tasks.source import Finding, Source
 from eai.tasks.task import NO_GOALS, Task
 from eai.tasks.task_files import find_false_statements
-from eai.world.conformance import check
-from eai.world.derived import Defined
+from eai.world.conformance import check_domain
+from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
 from eai.world.operator import conditions_of
 
@@ -59,7 +59,7 @@ def check_benchmark(
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
-    findings = [Finding(domain.name, defect) for defect in check(domain, initial_states)]
+    findings = [Finding(domain.name, defect) for defect in check_domain(domain, initial_states)]
     kinds = {obj.category for task in tasks.values() for obj in task.scene.objects}
     for subject, formulas in _list_formulas(domain):
         for kind in dict.fromkeys(chain.from_iterable(map(_list_kinds, formulas))):
@@ -96,7 +96,7 @@ def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
     for operator in domain.operators:
         yield f"operator {operator.name}", conditions_of(operator)
     for derived in domain.vocabulary.derived:
-        if isinstance(derived, Defined):
+        if isinstance(derived, DefinedPredicate):
             yield f"derived predicate {derived.name}", [derived.definition]
 
 

@@ -31,7 +31,7 @@ from eai.logic.traversal import find_object_names, quantify, walk_subformulas
 from eai.pddl.model import Add, Both, Delete, Each, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
-from eai.planning.effect_schema import changes_for
+from eai.planning.effect_schema import find_changes_for_literal
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, find_object
 from eai.tasks.goal_test import alternative_actions, solves
@@ -203,7 +203,10 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     plan = [
         _choose_action(_find_achievers(literal, task, achievers), task) for literal in _list_literals(task)
     ]
-    actions = [achievers.find_operators(alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [
+        achievers.make_operator_achievers(alternative_actions(goal))
+        for goal in task.goals_of(GoalKind.ACTION)
+    ]
     plan += [_choose_action([(achiever, {}) for achiever in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
     return benchmark.notation.plans.write(tuple(steps), task.scene)
@@ -229,7 +232,7 @@ def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Itera
     objects = tuple([task.scene.index[term.name] for term in atom.arguments])
     wanted = GroundAtom(atom.predicate, objects, atom is literal)
     of_scene = partial(find_object, scene=task.scene)
-    for change in changes_for(wanted, task.scene.vocabulary, of_scene):
+    for change in find_changes_for_literal(wanted, task.scene.vocabulary, of_scene):
         places = [index for index in change.arguments if index is not None]
         if len(places) == len(change.arguments):
             for achiever in achievers.find(change.predicate, adding=change.truth):

@@ -29,7 +29,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.writer import write_action
 from eai.planning.search import Effort, Limits
-from eai.planning.successor_generator import applicable_actions
+from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
@@ -113,7 +113,10 @@ def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: rand
         if isinstance(attempt(domain, History(state), action), State):
             return action
     bindings = Effort(Limits().bindings)
-    ways = [applicable_actions(domain, operator, state, objects, bindings) for operator in domain.operators]
+    ways = [
+        generate_applicable_of_operator(domain, operator, state, objects, bindings)
+        for operator in domain.operators
+    ]
     possible = list(chain.from_iterable(ways))
     return rng.choice(possible) if possible else None
 
@@ -170,7 +173,7 @@ def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
         len([formula for formula in walk_subformulas(action.precondition) if isinstance(formula, Atom)])
         for action in gold
     ]
-    changes = [len(list(m.effect_atoms(action.effect))) for action in gold]
+    changes = [len(list(m.find_effect_atoms(action.effect))) for action in gold]
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task, rng = tasks[task_id], make_random(seed, task_id)
@@ -195,9 +198,9 @@ def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
 def _list_predicates(task: TransitionTask, action: m.PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield predicates with, for each of their arguments, the operator's parameters whose type fits."""
     above = m.parents(task.domain.header.types)
-    kinds = {given.name: m.supertypes(above, m.type_of(given)) for given in action.parameters}
+    kinds = {given.name: m.supertypes(above, m.get_variable_type(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:
-        types = [m.type_of(variable) for variable in predicate.parameters]
+        types = [m.get_variable_type(variable) for variable in predicate.parameters]
         fitting = [[name for name, supertypes in kinds.items() if wanted in supertypes] for wanted in types]
         if all(fitting):
             yield predicate.name, fitting

@@ -12,7 +12,7 @@ from functools import reduce
 from operator import or_
 
 import eai.logic.formula as f
-from eai.world.derived import Defined, LookupFunction
+from eai.world.derived import DefinedPredicate, LookupFunction
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
@@ -41,7 +41,9 @@ def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping
         obj = support.bit_length() - 1
 
 
-def make_carrying_predicates(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
+def make_carrying_predicates(
+    supports: Sequence[Predicate],
+) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``. The first relation is containment."""
     names = [relation.name for relation in supports]
 
@@ -54,16 +56,18 @@ def make_carrying_predicates(supports: Sequence[Predicate]) -> tuple[Defined, De
         chain = _follow_supports(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
-    carries = Defined("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
+    carries = DefinedPredicate("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
     above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
     return (
         carries,
-        Defined("carried_by", (X, Y), carries(Y, X) | above, carriers),
-        Defined("within", (X, Y), supports[0](X, Y) | within, containers),
+        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, carriers),
+        DefinedPredicate("within", (X, Y), supports[0](X, Y) | within, containers),
     )
 
 
-def make_floor_predicate(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) -> Defined:
+def make_floor_predicate(
+    name: str, floor: Predicate, carries: DefinedPredicate, of_root: f.Formula
+) -> DefinedPredicate:
     """Return the predicate that relates an object to its floor.
 
     A floor is its own floor. An object with a support has the floor of its support. For an object without
@@ -72,7 +76,7 @@ def make_floor_predicate(name: str, floor: Predicate, carries: Defined, of_root:
     carried = f.Exists(Z, carries(Z, X))
     above = f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y)))
     definition = (floor(X) & f.Equals(X, Y)) | (~floor(X) & ~carried & of_root) | (~floor(X) & above)
-    return Defined(name, (X, Y), definition)
+    return DefinedPredicate(name, (X, Y), definition)
 
 
 def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:

@@ -141,9 +141,9 @@ def note_planner(suites: Sequence[Suite]) -> None:
 
     asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}
     if PlannerChoice.AUTO in asked:
-        from eai.pddl.planners import resolve_choice
+        from eai.pddl.planners import resolve_planner_choice
 
-        if resolve_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
+        if resolve_planner_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
             note(BUILT_IN_ALONE)
 
 

@@ -30,7 +30,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, errors, format_count, output, tell
 from eai.cli.options import AsJson, DataFolder, Seed, flag, open_source
 from eai.pddl.export import export
-from eai.pddl.val import VALID, find_val, run_val
+from eai.pddl.val import VALID, find_val_program, run_val
 from eai.tasks.task import Task
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
 from eai.tasks.task_lines import write_task_line
@@ -104,7 +104,7 @@ def generate_tasks(
         val: Also have VAL check every certificate; it must be installed.
         compress: Write FILE.jsonl.gz.
     """
-    validator = find_val() if val else None
+    validator = find_val_program() if val else None
     if kind.is_over_time and val:
         raise InputError(f"--val: VAL knows no goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)

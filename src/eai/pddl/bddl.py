@@ -68,25 +68,25 @@ class _BddlReader:
         facts: list[tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]] = []
         goals: list[f.Formula] = []
         for token in ("(", "define", "("):
-            self._take(token)
-        self._take("problem", "'problem', as this is a domain" if self._next_is("domain") else "")
-        name = self._word()
-        self._take(")")
-        while self._opens():
-            match self._section():
+            self._read_token(token)
+        self._read_token("problem", "'problem', as this is a domain" if self._is_next_token("domain") else "")
+        name = self._read_word()
+        self._read_token(")")
+        while self._read_whether_list_opens():
+            match self._read_section_keyword():
                 case ":domain":
-                    domains.append(self._word())
-                    self._take(")")
+                    domains.append(self._read_word())
+                    self._read_token(")")
                 case ":objects":
-                    objects.append(self._declarations())
+                    objects.append(self._read_declarations())
                 case ":init":
-                    facts.append(self._facts())
+                    facts.append(self._read_facts())
                 case ":goal":
-                    goals.append(self._condition())
-                    self._take(")")
+                    goals.append(self._read_condition())
+                    self._read_token(")")
                 case _:
-                    self._arguments()
-        self._take(_END, "the end")
+                    self._read_arguments()
+        self._read_token(_END, "the end")
         for section, sections in (
             ("domain", domains),
             ("objects", objects),
@@ -98,9 +98,9 @@ class _BddlReader:
         initial, denied = facts[0]
         return PddlProblem(name, domains[0], objects[0], initial, denied, goals[0])
 
-    def _section(self) -> str:
+    def _read_section_keyword(self) -> str:
         """Read the keyword at the beginning of a section, such as ``:init``."""
-        self._take("(")
+        self._read_token("(")
         keyword = self._tokens[self._next]
         if keyword not in _SECTIONS:
             raise self._make_error(
@@ -109,46 +109,46 @@ class _BddlReader:
         self._next += 1
         return keyword
 
-    def _declarations(self) -> tuple[TypedName, ...]:
+    def _read_declarations(self) -> tuple[TypedName, ...]:
         """Read groups of names up to the closing parenthesis.
 
         Each group is followed by a hyphen and a category.
         """
         declarations: list[TypedName] = []
-        while not self._next_is(")"):
-            names = [self._declared_name("a name or ')'")]
+        while not self._is_next_token(")"):
+            names = [self._read_declared_name("a name or ')'")]
             while not self._tokens[self._next].startswith("-"):
-                names.append(self._declared_name("a name or '-'"))
-            category = self._category()
+                names.append(self._read_declared_name("a name or '-'"))
+            category = self._read_category()
             declarations += [TypedName(name, category) for name in names]
-        self._take(")")
+        self._read_token(")")
         return tuple(declarations)
 
-    def _declared_name(self, expected: str) -> str:
-        word = self._word(expected)
+    def _read_declared_name(self, expected: str) -> str:
+        word = self._read_word(expected)
         if word.endswith("-"):
             self._next -= 1
             raise self._make_error(f"a space before the hyphen, as in {word[:-1]} - CATEGORY")
         return word
 
-    def _category(self) -> str:
+    def _read_category(self) -> str:
         """Read the category after a hyphen; a space between them is optional."""
         token = self._tokens[self._next]
         if len(token) > 1 and token.startswith("-"):
             self._next += 1
-            return _plain(token[1:])
-        self._take("-")
-        return self._word()
+            return _strip_question_marks(token[1:])
+        self._read_token("-")
+        return self._read_word()
 
-    def _next_is(self, token: str) -> bool:
+    def _is_next_token(self, token: str) -> bool:
         return self._tokens[self._next] == token
 
-    def _facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
+    def _read_facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
         """Read facts and the closing parenthesis; return the true atoms and the denied atoms."""
         initial, denied = list[f.Atom](), list[f.Atom]()
-        while self._opens():
-            offset = self._offsets[self._next]
-            match self._condition():
+        while self._read_whether_list_opens():
+            offset = self._token_offsets[self._next]
+            match self._read_condition():
                 case f.Atom() as atom:
                     initial.append(atom)
                 case f.Not(f.Atom() as atom):
@@ -163,15 +163,15 @@ class _BddlReader:
     ) -> tuple[f.Formula, ...]:
         """Read conditions and the closing parenthesis."""
         conditions: list[f.Formula] = []
-        while self._opens():
-            conditions.append(self._condition(scope, levels))
+        while self._read_whether_list_opens():
+            conditions.append(self._read_condition(scope, levels))
         return tuple(conditions)
 
-    def _condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
+    def _read_condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
         """Read a condition that is nested at most `levels` deep."""
         if levels == 0 and self._tokens[self._next] == "(":
             raise self._make_error(f"at most {MAX_DEPTH} levels of nesting")
-        self._take("(")
+        self._read_token("(")
         keyword = self._tokens[self._next]
         if keyword in _CONNECTIVES:
             self._next += 1
@@ -179,93 +179,93 @@ class _BddlReader:
         if keyword in _QUANTIFIERS:
             self._next += 1
             return self._read_quantifier(keyword, scope, levels - 1)
-        return self._primitive(scope)
+        return self._read_primitive(scope)
 
     def _read_connective(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
         """Read the parts of a connective and the closing parenthesis."""
         if connective in ("and", "or"):
             return (f.And if connective == "and" else f.Or)(self._conditions(scope, levels))
-        first = self._condition(scope, levels)
-        second = self._condition(scope, levels) if connective == "imply" else None
-        self._take(")")
+        first = self._read_condition(scope, levels)
+        second = self._read_condition(scope, levels) if connective == "imply" else None
+        self._read_token(")")
         return f.Not(first) if second is None else f.Implies(first, second)
 
     def _read_quantifier(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
         """Read the variables and body of a quantifier and the closing parenthesis."""
-        count = self._count() if quantifier in ("forn", "fornpairs") else None
-        variable = self._variable()
-        second = self._variable() if quantifier.endswith("pairs") else None
+        count = self._read_count() if quantifier in ("forn", "fornpairs") else None
+        variable = self._read_variable()
+        second = self._read_variable() if quantifier.endswith("pairs") else None
         bound = {variable.name} if second is None else {variable.name, second.name}
-        body = self._condition(scope | bound, levels)
-        self._take(")")
+        body = self._read_condition(scope | bound, levels)
+        self._read_token(")")
         if second is not None:
             return f.ForPairs(variable, second, body, count)
         if count is not None:
             return f.Exactly(count, variable, body)
         return f.ForAll(variable, body) if quantifier == "forall" else f.Exists(variable, body)
 
-    def _count(self) -> int:
-        self._take("(")
+    def _read_count(self) -> int:
+        self._read_token("(")
         digits = self._tokens[self._next]
         if not _COUNT.fullmatch(digits):
             raise self._make_error("a number")
         if len(digits) > MAX_COUNT_DIGITS:
             raise self._make_error(f"a number of at most {MAX_COUNT_DIGITS} digits")
         self._next += 1
-        self._take(")")
+        self._read_token(")")
         return int(digits)
 
-    def _variable(self) -> f.Variable:
-        self._take("(")
-        name = self._word()
-        category = self._category()
-        self._take(")")
+    def _read_variable(self) -> f.Variable:
+        self._read_token("(")
+        name = self._read_word()
+        category = self._read_category()
+        self._read_token(")")
         return f.Variable(name, category)
 
-    def _primitive(self, scope: frozenset[str]) -> f.Formula:
+    def _read_primitive(self, scope: frozenset[str]) -> f.Formula:
         """Read a predicate, its arguments and the closing parenthesis."""
-        name = self._word("a name or a connective")
-        return f.Atom(name, tuple([make_term(argument, scope) for argument in self._arguments()]))
+        name = self._read_word("a name or a connective")
+        return f.Atom(name, tuple([make_term(argument, scope) for argument in self._read_arguments()]))
 
-    def _arguments(self) -> list[str]:
+    def _read_arguments(self) -> list[str]:
         """Read arguments and the closing parenthesis."""
         start = self._next
         while self._tokens[self._next] not in _NO_ARGUMENTS:
             self._next += 1
-        words = [_plain(token) for token in self._tokens[start : self._next]]
-        self._take(")", "a name or ')'")
+        words = [_strip_question_marks(token) for token in self._tokens[start : self._next]]
+        self._read_token(")", "a name or ')'")
         return words
 
-    def _word(self, expected: str = "a name") -> str:
+    def _read_word(self, expected: str = "a name") -> str:
         token = self._tokens[self._next]
         if token in _NO_WORDS:
             raise self._make_error(expected)
         self._next += 1
-        return _plain(token)
+        return _strip_question_marks(token)
 
-    def _opens(self) -> bool:
+    def _read_whether_list_opens(self) -> bool:
         """Whether a parenthesis opens at the next token. A closing parenthesis is read."""
         if self._tokens[self._next] == "(":
             return True
-        self._take(")", "'(' or ')'")
+        self._read_token(")", "'(' or ')'")
         return False
 
-    def _take(self, token: str, expected: str = "") -> None:
+    def _read_token(self, token: str, expected: str = "") -> None:
         """Read the expected token, or raise an error if another token stands here."""
         if self._tokens[self._next] != token:
             raise self._make_error(expected or f"'{token}'")
         self._next += 1
 
     def _make_error(self, words: str) -> ParseError:
-        return make_parse_error(self._text, self._offsets[self._next], words)
+        return make_parse_error(self._text, self._token_offsets[self._next], words)
 
     @cached_property
-    def _offsets(self) -> list[int]:
+    def _token_offsets(self) -> list[int]:
         """The offset of each token in the text, in characters."""
         offsets = [match.start() for match in _TOKEN.finditer(self._text) if match[0][0] != ";"]
         return [*offsets, len(self._text)]
 
 
-def _plain(word: str) -> str:
+def _strip_question_marks(word: str) -> str:
     """Return the name of a variable without its question marks."""
     return word.strip("?")

@@ -137,9 +137,9 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """Return all violations of a domain: in its declarations, then operator by operator."""
     vocabulary = Declarations.of_domain(domain)
     findings = [
-        *_duplicates([item.name for item in domain.constants], ":constants"),
-        *_duplicates([predicate.name for predicate in domain.predicates], "predicates"),
-        *_duplicates([action.name for action in domain.actions], "operators"),
+        *_find_duplicate_names([item.name for item in domain.constants], ":constants"),
+        *_find_duplicate_names([predicate.name for predicate in domain.predicates], "predicates"),
+        *_find_duplicate_names([action.name for action in domain.actions], "operators"),
     ]
     above = vocabulary.parents
     findings += [
@@ -148,12 +148,12 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
         if above[name] != m.OBJECT and name in m.supertypes(above, above[name])
     ]
     for predicate in domain.predicates:
-        findings += _unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
+        findings += _find_unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
     for axiom in domain.axioms:
-        scope = {parameter.name: m.type_of(parameter) for parameter in axiom.parameters}
+        scope = {parameter.name: m.get_variable_type(parameter) for parameter in axiom.parameters}
         place = f"condition of {axiom.name}"
-        findings += _unknown_types(axiom.parameters, vocabulary, f"derived predicate {axiom.name}")
-        findings += _Checker(vocabulary, place).formula(axiom.condition, scope)
+        findings += _find_unknown_types(axiom.parameters, vocabulary, f"derived predicate {axiom.name}")
+        findings += _FormulaChecker(vocabulary, place).formula(axiom.condition, scope)
     for action in domain.actions:
         findings += check_action(action, vocabulary)
     return tuple(findings)
@@ -162,12 +162,12 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
 def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFinding, ...]:
     """Return all violations of an operator, in the order of its text, each once."""
     place = f"parameters of {action.name}"
-    scope = {parameter.name: m.type_of(parameter) for parameter in action.parameters}
+    scope = {parameter.name: m.get_variable_type(parameter) for parameter in action.parameters}
     findings = [
-        *_duplicates([parameter.name for parameter in action.parameters], place),
-        *_unknown_types(action.parameters, vocabulary, place),
-        *_Checker(vocabulary, f"precondition of {action.name}").formula(action.precondition, scope),
-        *_Checker(vocabulary, f"effect of {action.name}").effect(action.effect, scope),
+        *_find_duplicate_names([parameter.name for parameter in action.parameters], place),
+        *_find_unknown_types(action.parameters, vocabulary, place),
+        *_FormulaChecker(vocabulary, f"precondition of {action.name}").formula(action.precondition, scope),
+        *_FormulaChecker(vocabulary, f"effect of {action.name}").effect(action.effect, scope),
     ]
     return tuple(dict.fromkeys(findings))
 
@@ -177,12 +177,12 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
     vocabulary = Declarations.of_domain(domain, problem.objects)
     objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [
-        *_duplicates([item.name for item in objects], "objects"),
-        *_unknown_types(objects, vocabulary, "objects"),
+        *_find_duplicate_names([item.name for item in objects], "objects"),
+        *_find_unknown_types(objects, vocabulary, "objects"),
     ]
     for atom in (*problem.initial, *problem.denied):
-        findings += _Checker(vocabulary, "initial state").formula(atom, {})
-    findings += _Checker(vocabulary, "goal").formula(problem.goal, {})
+        findings += _FormulaChecker(vocabulary, "initial state").formula(atom, {})
+    findings += _FormulaChecker(vocabulary, "goal").formula(problem.goal, {})
     for action in domain.actions:
         findings += [
             finding for finding in check_action(action, vocabulary) if finding.offence is MENDABLE_BY_PROBLEMS
@@ -195,7 +195,7 @@ MENDABLE_BY_PROBLEMS = Violation.UNDECLARED_CONSTANT
 
 
 @dataclass(frozen=True, slots=True)
-class _Checker:
+class _FormulaChecker:
     """Checks one formula or effect. `place` states in words where the formula or effect stands."""
 
     vocabulary: Declarations
@@ -212,9 +212,9 @@ class _Checker:
                 yield PddlFinding(Violation.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
             case _:
                 bound = get_bound_variables(formula)
-                yield from _unknown_types(bound, self.vocabulary, self.place)
+                yield from _find_unknown_types(bound, self.vocabulary, self.place)
                 inner = (
-                    {**scope, **{variable.name: m.type_of(variable) for variable in bound}}
+                    {**scope, **{variable.name: m.get_variable_type(variable) for variable in bound}}
                     if bound
                     else scope
                 )
@@ -229,8 +229,8 @@ class _Checker:
                 for part in parts:
                     yield from self.effect(part, scope)
             case m.Each(variable, part):
-                yield from _unknown_types((variable,), self.vocabulary, self.place)
-                yield from self.effect(part, {**scope, variable.name: m.type_of(variable)})
+                yield from _find_unknown_types((variable,), self.vocabulary, self.place)
+                yield from self.effect(part, {**scope, variable.name: m.get_variable_type(variable)})
             case m.WhenEffect(condition, part):
                 yield from self.formula(condition, scope)
                 yield from self.effect(part, scope)
@@ -243,7 +243,7 @@ class _Checker:
             yield PddlFinding(Violation.WRONG_ARITY, atom.predicate, self.place)
         else:
             for parameter, argument in zip(declared.parameters, atom.arguments, strict=True):
-                yield from self._fit(parameter, argument, scope)
+                yield from self._check_argument_type(parameter, argument, scope)
         for argument in atom.arguments:
             yield from self.term(argument, scope)
 
@@ -254,26 +254,28 @@ class _Checker:
             case f.Constant(name) if name not in self.vocabulary.constants:
                 yield PddlFinding(Violation.UNDECLARED_CONSTANT, name, self.place)
 
-    def _fit(self, parameter: f.Variable, argument: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
+    def _check_argument_type(
+        self, parameter: f.Variable, argument: f.Term, scope: TypeScope
+    ) -> Iterator[PddlFinding]:
         types = scope if isinstance(argument, f.Variable) else self.vocabulary.constants
         actual = types.get(argument.name)
         if actual is None or not self.vocabulary.has_type(actual):
             return
         above = self.vocabulary.parents
         kinds = {name for alternative in m.alternatives(actual) for name in m.supertypes(above, alternative)}
-        if kinds.isdisjoint(m.alternatives(m.type_of(parameter))):
+        if kinds.isdisjoint(m.alternatives(m.get_variable_type(parameter))):
             yield PddlFinding(Violation.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 
-def _unknown_types(
+def _find_unknown_types(
     variables: Iterable[f.Variable], vocabulary: Declarations, place: str
 ) -> Iterator[PddlFinding]:
     for variable in variables:
-        if not vocabulary.has_type(m.type_of(variable)):
-            yield PddlFinding(Violation.UNKNOWN_TYPE, m.type_of(variable), place)
+        if not vocabulary.has_type(m.get_variable_type(variable)):
+            yield PddlFinding(Violation.UNKNOWN_TYPE, m.get_variable_type(variable), place)
 
 
-def _duplicates(names: Iterable[str], place: str) -> Iterator[PddlFinding]:
+def _find_duplicate_names(names: Iterable[str], place: str) -> Iterator[PddlFinding]:
     for name, count in Counter(names).items():
         if count > 1:
             yield PddlFinding(Violation.DUPLICATE, name, place)

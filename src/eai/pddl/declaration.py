@@ -16,7 +16,7 @@ import eai.pddl.model as m
 from eai.logic.traversal import find_predicates, map_subformulas, quantify
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
-from eai.world.derived import Defined, is_a
+from eai.world.derived import DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
@@ -43,10 +43,12 @@ class DeclaredDomain:
     def __init__(self, source: m.PddlDomain) -> None:
         self._source = source
         self._types = _TypePredicates(source)
-        changing = {atom.predicate for action in source.actions for atom in m.effect_atoms(action.effect)}
+        changing = {
+            atom.predicate for action in source.actions for atom in m.find_effect_atoms(action.effect)
+        }
         derived = DerivedPredicates(source.axioms)
         self._changing = changing | derived.axioms.keys()
-        plain = {name: self._define(name, axioms) for name, axioms in derived.axioms.items()}
+        plain = {name: self._make_derived_predicate(name, axioms) for name, axioms in derived.axioms.items()}
         defined: dict[str, DerivedPredicate] = {**plain}
         for circle in dict.fromkeys(map(frozenset, derived.circles.values())):
             members = [each for name, each in plain.items() if name in circle]
@@ -81,10 +83,12 @@ class DeclaredDomain:
         goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])
         return scene.state([*facts, *kinds]), goals
 
-    def _define(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
+    def _make_derived_predicate(self, name: str, axioms: Sequence[m.PddlAxiom]) -> DefinedPredicate:
         """Return the derived predicate that some axioms define, with the parameters of the first axiom."""
         first = axioms[0].parameters
-        return Defined(name, first, f.Or(tuple([self._definition(axiom, first) for axiom in axioms])))
+        return DefinedPredicate(
+            name, first, f.Or(tuple([self._definition(axiom, first) for axiom in axioms]))
+        )
 
     def _definition(self, axiom: m.PddlAxiom, first: Sequence[f.Variable]) -> f.Formula:
         """Return the condition of an axiom, with the parameters of the first axiom of its predicate."""
@@ -99,19 +103,21 @@ class DeclaredDomain:
 
     def _operator(self, action: m.PddlAction) -> Operator:
         parameters = tuple([f.Variable(parameter.name) for parameter in action.parameters])
-        kinds = [self._kind(each) for each in action.parameters if m.type_of(each) != m.OBJECT]
+        kinds = [
+            self._make_type_check(each) for each in action.parameters if m.get_variable_type(each) != m.OBJECT
+        ]
         checks = [self._check(part, parameters) for part in conjuncts(action.precondition)]
         deletions, additions = (tuple(self._effects(action.effect, kind)) for kind in (Delete, Add))
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
 
-    def _kind(self, parameter: f.Variable) -> Check:
-        kinds = " or ".join(m.alternatives(m.type_of(parameter)))
+    def _make_type_check(self, parameter: f.Variable) -> Check:
+        kinds = " or ".join(m.alternatives(m.get_variable_type(parameter)))
         return affordance(self._types.membership(parameter), f"{{{parameter.name}}} is no {kinds}")
 
     def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
         can_change = self._changing.intersection(find_predicates(condition))
         fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
-        return Check(self._types.convert(condition), fault, _reason(condition, parameters))
+        return Check(self._types.convert(condition), fault, _write_reason(condition, parameters))
 
     def _effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
         """Yield either the additions or the deletions of an effect."""
@@ -145,24 +151,24 @@ class _TypePredicates:
 
     def membership(self, variable: f.Variable) -> f.Formula:
         """Return the condition that the value of a variable is of the variable's type."""
-        term, names = f.Variable(variable.name), m.alternatives(m.type_of(variable))
+        term, names = f.Variable(variable.name), m.alternatives(m.get_variable_type(variable))
         if m.OBJECT in names:
             return f.TRUE
         said = [f.Atom(self.predicates[n], (term,)) if n in self.predicates else is_a(term, n) for n in names]
         return said[0] if len(said) == 1 else f.Or(tuple(said))
 
-    def _is_predicate(self, variable: f.Variable) -> bool:
+    def _needs_predicates(self, variable: f.Variable) -> bool:
         """Whether the type of a variable is expressed by static predicates instead of a category."""
-        names = m.alternatives(m.type_of(variable))
+        names = m.alternatives(m.get_variable_type(variable))
         return len(names) > 1 or names[0] in self.predicates
 
     def convert(self, formula: f.Formula) -> f.Formula:
         """Return a formula whose variables range over categories, or have static predicates as conditions."""
         match formula:
-            case f.ForAll(variable, body) if self._is_predicate(variable):
+            case f.ForAll(variable, body) if self._needs_predicates(variable):
                 kind = self.membership(variable)
                 return f.ForAll(f.Variable(variable.name), f.Implies(kind, self.convert(body)))
-            case f.Exists(variable, body) if self._is_predicate(variable):
+            case f.Exists(variable, body) if self._needs_predicates(variable):
                 kind = self.membership(variable)
                 return f.Exists(f.Variable(variable.name), f.And((kind, self.convert(body))))
             case _:
@@ -178,7 +184,7 @@ def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
         yield formula
 
 
-def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
+def _write_reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
     """Return the reason why a condition fails, with placeholders for the names of the arguments."""
     names = {parameter.name for parameter in parameters}
     match condition:
@@ -187,9 +193,11 @@ def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
         case f.Not(f.Atom() as atom):
             return f"{_write_atom(atom, names)} holds"
         case f.Not(f.Equals(left, right)):
-            return f"{_place(left, names)} and {_place(right, names)} are the same"
+            return f"{_write_placeholder(left, names)} and {_write_placeholder(right, names)} are the same"
         case f.Equals(left, right):
-            return f"{_place(left, names)} and {_place(right, names)} are not the same"
+            return (
+                f"{_write_placeholder(left, names)} and {_write_placeholder(right, names)} are not the same"
+            )
         case _:
             text = write_formula(condition).replace("{", "{{").replace("}", "}}")
             words = re.split(r"([\s()])", text)
@@ -198,8 +206,8 @@ def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
 
 
 def _write_atom(atom: f.Atom, names: set[str]) -> str:
-    return f"{atom.predicate}({', '.join([_place(term, names) for term in atom.arguments])})"
+    return f"{atom.predicate}({', '.join([_write_placeholder(term, names) for term in atom.arguments])})"
 
 
-def _place(term: f.Term, names: set[str]) -> str:
+def _write_placeholder(term: f.Term, names: set[str]) -> str:
     return f"{{{term.name}}}" if isinstance(term, f.Variable) and term.name in names else term.name

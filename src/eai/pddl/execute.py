@@ -39,14 +39,14 @@ class DerivedPredicates:
         self.axioms: dict[str, list[m.PddlAxiom]] = {}
         for axiom in axioms:
             self.axioms.setdefault(axiom.name, []).append(axiom)
-        below = {name: self._reachable(name) for name in self.axioms}
+        below = {name: self._find_dependencies(name) for name in self.axioms}
         self.circles = {
             name: tuple([other for other in below[name] if name in below[other]])
             for name in self.axioms
             if name in below[name]
         }
 
-    def _reachable(self, predicate: str) -> tuple[str, ...]:
+    def _find_dependencies(self, predicate: str) -> tuple[str, ...]:
         """Return the derived predicates on which a predicate depends.
 
         The predicate itself is among them only if it is recursive.
@@ -98,7 +98,9 @@ class _StateEvaluation:
         """
         match formula:
             case f.Atom(predicate, arguments):
-                return self._has(predicate, tuple([resolve_term(term, binding) for term in arguments]))
+                return self._is_row_true(
+                    predicate, tuple([resolve_term(term, binding) for term in arguments])
+                )
             case f.Equals(left, right):
                 return resolve_term(left, binding) == resolve_term(right, binding)
             case f.Not(operand):
@@ -119,16 +121,16 @@ class _StateEvaluation:
 
     def extensions(self, variable: f.Variable, body: f.Formula, binding: Valuation) -> Iterator[Valuation]:
         """Yield a binding with each value of a variable for which a condition may hold, in declared order."""
-        members = self._objects[m.type_of(variable)]
+        members = self._objects[m.get_variable_type(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        candidates = find_possible_values(body, variable.name, inner, True, self._find_atom_support)
+        candidates = find_possible_values(body, variable.name, inner, True, self._find_possible_arguments)
         names = [name for name in members if candidates is None or name in candidates]
         return ({**inner, variable.name: name} for name in self._looks.take_within_limit(names))
 
-    def _has(self, predicate: str, row: _Row) -> bool:
+    def _is_row_true(self, predicate: str, row: _Row) -> bool:
         if predicate not in self._axioms:
             return row in self._rows.get(predicate, ())
-        self._complete(predicate)
+        self._compute_recursive_rows(predicate)
         if predicate in self._rows:
             return row in self._rows[predicate]
         key = (predicate, row)
@@ -138,7 +140,7 @@ class _StateEvaluation:
             holds = self._known[key] = any(self.holds(each.condition, each.scope(row)) for each in axioms)
         return holds
 
-    def _complete(self, predicate: str) -> None:
+    def _compute_recursive_rows(self, predicate: str) -> None:
         """Compute all true rows of a recursive derived predicate, and of the predicates in its circle."""
         circle = self._circles.get(predicate)
         if circle is None or predicate in self._rows:
@@ -149,13 +151,13 @@ class _StateEvaluation:
         while grown:
             grown = False
             for name in circle:
-                new = {row for axiom in self._axioms[name] for row in self._consequences(axiom)}
+                new = {row for axiom in self._axioms[name] for row in self._derive_rows(axiom)}
                 grown = grown or not new <= self._rows[name]
                 self._rows[name] |= new
                 self._indexed.clear()
                 self._known.clear()
 
-    def _consequences(self, axiom: m.PddlAxiom) -> Iterator[_Row]:
+    def _derive_rows(self, axiom: m.PddlAxiom) -> Iterator[_Row]:
         bindings: list[Valuation] = [{}]
         for parameter in axiom.parameters:
             bindings = [each for b in bindings for each in self.extensions(parameter, axiom.condition, b)]
@@ -163,21 +165,23 @@ class _StateEvaluation:
             if self.holds(axiom.condition, binding):
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
 
-    def _find_atom_support(self, atom: f.Atom | f.Occurs, place: int, binding: Valuation) -> Set[str] | None:
+    def _find_possible_arguments(
+        self, atom: f.Atom | f.Occurs, place: int, binding: Valuation
+    ) -> Set[str] | None:
         """Return the objects that an argument of an atom may have if the atom holds; None for any object.
 
         Variables outside the binding may have any value.
         """
         if isinstance(atom, f.Occurs):
             return None
-        values = [_value(term, binding) for term in atom.arguments]
+        values = [_find_value(term, binding) for term in atom.arguments]
         if atom.predicate in self._axioms:
-            self._complete(atom.predicate)
+            self._compute_recursive_rows(atom.predicate)
             if atom.predicate not in self._rows:
-                return self._find_derived_support(atom.predicate, place, values)
-        return {row[place] for row in self._matching(atom.predicate, values)}
+                return self._find_derived_arguments(atom.predicate, place, values)
+        return {row[place] for row in self._find_matching_rows(atom.predicate, values)}
 
-    def _find_derived_support(
+    def _find_derived_arguments(
         self, predicate: str, place: int, values: Sequence[str | None]
     ) -> Set[str] | None:
         supports = []
@@ -185,11 +189,13 @@ class _StateEvaluation:
             names = [parameter.name for parameter in axiom.parameters]
             binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
             supports.append(
-                find_possible_values(axiom.condition, names[place], binding, True, self._find_atom_support)
+                find_possible_values(
+                    axiom.condition, names[place], binding, True, self._find_possible_arguments
+                )
             )
         return unite_value_sets(supports)
 
-    def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
+    def _find_matching_rows(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
         """Yield the rows of arguments with given values that make a predicate true; None allows any value."""
         rows: Iterable[_Row] = self._rows.get(predicate, ())
         for place, value in enumerate(values):
@@ -221,7 +227,7 @@ def resolve_term(term: f.Term, binding: Valuation) -> str:
     return bound
 
 
-def _value(term: f.Term, binding: Valuation) -> str | None:
+def _find_value(term: f.Term, binding: Valuation) -> str | None:
     return term.name if isinstance(term, f.Constant) else binding.get(term.name)
 
 
@@ -248,7 +254,7 @@ class Executor:
     def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Effort | None = None) -> None:
         self._looks = looks
         self._actions = {action.name: action for action in domain.actions}
-        self._objects = m.objects_by_type(domain, problem)
+        self._objects = m.group_objects_by_type(domain, problem)
         self._problem = problem
         self._derived = DerivedPredicates(domain.axioms)
         self._last: tuple[PddlState, _StateEvaluation] | None = None
@@ -258,7 +264,7 @@ class Executor:
         """The initial state."""
         return frozenset(self._problem.initial)
 
-    def find_flaw(self, plan: Sequence[PlanStep]) -> tuple[int, str] | None:
+    def find_failed_step(self, plan: Sequence[PlanStep]) -> tuple[int, str] | None:
         """Return the index of the step at which a plan fails, with the reason, or None if the plan succeeds.
 
         Steps count from 0. If all steps run but the goal is missed, the index is the length of the plan.
@@ -279,13 +285,13 @@ class Executor:
         if len(step.arguments) != len(action.parameters):
             return describe_arity(step.action, len(action.parameters), "object")
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
-            if name not in self._objects[m.type_of(parameter)]:
-                return f"{name} is no {m.type_of(parameter)}"
-        now = self._evaluation(state)
+            if name not in self._objects[m.get_variable_type(parameter)]:
+                return f"{name} is no {m.get_variable_type(parameter)}"
+        now = self._get_state_evaluation(state)
         binding = dict(zip([p.name for p in action.parameters], step.arguments, strict=True))
         if not now.holds(action.precondition, binding):
             return f"the precondition of ({step}) does not hold"
-        changes = list(_changes(action.effect, now, binding))
+        changes = list(_find_changes(action.effect, now, binding))
         deleted = {change.atom for change in changes if isinstance(change, m.Delete)}
         added = {change.atom for change in changes if isinstance(change, m.Add)}
         return (state - deleted) | added
@@ -296,16 +302,18 @@ class Executor:
         Raises:
             ValueError: a part of the formula has no meaning in a single state, or a variable is unbound.
         """
-        return self._evaluation(state).holds(formula, binding)
+        return self._get_state_evaluation(state).holds(formula, binding)
 
-    def _evaluation(self, state: PddlState) -> _StateEvaluation:
+    def _get_state_evaluation(self, state: PddlState) -> _StateEvaluation:
         """Return the evaluator of conditions in a state; the last evaluator is cached."""
         if self._last is None or self._last[0] is not state:
             self._last = state, _StateEvaluation(state, self._derived, self._objects, self._looks)
         return self._last[1]
 
 
-def _changes(effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation) -> Iterator[m.Add | m.Delete]:
+def _find_changes(
+    effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation
+) -> Iterator[m.Add | m.Delete]:
     """Yield the ground additions and deletions of an effect in a state.
 
     All conditions are evaluated in the state before the effect.
@@ -317,22 +325,22 @@ def _changes(effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation) ->
             yield m.Delete(_ground(atom, binding))
         case m.Both(parts):
             for part in parts:
-                yield from _changes(part, now, binding)
+                yield from _find_changes(part, now, binding)
         case m.Each(variable, part):
-            for inner in now.extensions(variable, _guard(part, {variable.name}), binding):
-                yield from _changes(part, now, inner)
+            for inner in now.extensions(variable, _find_necessary_condition(part, {variable.name}), binding):
+                yield from _find_changes(part, now, inner)
         case m.WhenEffect(condition, part):
             if now.holds(condition, binding):
-                yield from _changes(part, now, binding)
+                yield from _find_changes(part, now, binding)
 
 
-def _guard(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
+def _find_necessary_condition(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
     """Return a condition without which an effect changes nothing; true if no simple condition is known."""
     match effect:
         case m.WhenEffect(condition, part):
-            return f.And((condition, _guard(part, bound)))
+            return f.And((condition, _find_necessary_condition(part, bound)))
         case m.Each(variable, part) if variable.name not in bound:
-            return f.Exists(variable, _guard(part, bound | {variable.name}))
+            return f.Exists(variable, _find_necessary_condition(part, bound | {variable.name}))
         case m.Delete(atom):
             return atom
         case _:

@@ -21,21 +21,21 @@ from eai.pddl.glossary import (
     PddlNames,
     conjunction,
     find_hidden_predicates,
-    replace_hidden,
+    replace_hidden_atoms,
 )
 from eai.pddl.ordered_effects import write_simultaneous_effect
 from eai.world.action import Action
-from eai.world.derived import Lookup
+from eai.world.derived import LookupPredicate
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
-from eai.world.listing import make_listing
+from eai.world.listing import make_fact_lister
 from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import parameter_names
+from eai.world.vocabulary import make_parameter_names
 
 
-def _object_keys(scene: Scene) -> list[str]:
+def _make_object_keys(scene: Scene) -> list[str]:
     """Return the keys of objects in the table of their PDDL names.
 
     An object's key is its name, but the key of the agent is the name that conditions use for it.
@@ -46,12 +46,12 @@ def _object_keys(scene: Scene) -> list[str]:
     return keys
 
 
-def _order_name(glossary: Glossary) -> str:
+def _name_order_predicate(glossary: Glossary) -> str:
     """Return the predicate which states the order of the objects."""
     return glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
 
 
-def _problem(
+def _export_problem(
     glossary: Glossary, words: Sequence[str], header: m.PddlDomain, source: ProblemSource, goal: f.Formula
 ) -> m.PddlProblem:
     """Return the problem of an exported domain: typed objects, the facts of a state, and added static facts.
@@ -66,11 +66,13 @@ def _problem(
     things, constants = source.initial.scene.objects, {item.name for item in header.constants}
     kinds = [(words[i], glossary.types[things[i].category]) for i in bits(source.kept)]
     objects = tuple([m.TypedName(word, kind) for word, kind in kinds if word not in constants])
-    facts = tuple([_atom(name, arguments, words) for name, arguments in _facts(glossary, header, source)])
+    facts = tuple(
+        [_export_atom(name, arguments, words) for name, arguments in _facts(glossary, header, source)]
+    )
     return m.PddlProblem(PddlNames()[source.name], header.name, objects, facts, denied=(), goal=goal)
 
 
-def _atom(predicate: str, arguments: Sequence[int], words: Sequence[str]) -> f.Atom:
+def _export_atom(predicate: str, arguments: Sequence[int], words: Sequence[str]) -> f.Atom:
     return f.Atom(predicate, tuple([f.Constant(words[i]) for i in arguments]))
 
 
@@ -88,10 +90,10 @@ def _facts(
     for category, kind in glossary.kinds.items():
         yield from ((kind, (i,)) for i in bits(source.initial.scene.category(category)) if i in among)
     for name in glossary.frozen:
-        listed = make_listing(glossary.vocabulary, name, repeated=True).facts(source.initial, indices)
+        listed = make_fact_lister(glossary.vocabulary, name, repeated=True).facts(source.initial, indices)
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
     if glossary.ordered:
-        order = _order_name(glossary)
+        order = _name_order_predicate(glossary)
         yield from ((order, (i, j)) for place, i in enumerate(indices) for j in indices[place + 1 :])
 
 
@@ -144,7 +146,9 @@ class ExportedProblem:
         """Return the true atoms, of exported predicates, in a state of the exported scene."""
         declared = {predicate.name for predicate in self.domain.predicates}
         facts = [(self._predicates[predicate], arguments) for predicate, arguments in state.facts()]
-        return frozenset([_atom(name, things, self._words) for name, things in facts if name in declared])
+        return frozenset(
+            [_export_atom(name, things, self._words) for name, things in facts if name in declared]
+        )
 
     def step(self, action: Action) -> PlanStep:
         """Return a ground action of the declared domain as a step of a plan in PDDL."""
@@ -158,7 +162,7 @@ class ExportedProblem:
         """
         index = {word: i for i, word in enumerate(self._words)}
         return Action(
-            self._operators.original_name(step.action), tuple([index[name] for name in step.arguments])
+            self._operators.find_original_name(step.action), tuple([index[name] for name in step.arguments])
         )
 
 
@@ -196,40 +200,42 @@ def export_problems(
     """
     glossary = Glossary(domain.vocabulary)
     for source in sources:
-        glossary.use_types(source.initial.scene, source.kept)
+        glossary.add_types(source.initial.scene, source.kept)
     hidden = frozenset[str]() if invisible else find_hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_operator(each, operators, glossary, hidden) for each in domain.operators]
-    things = [PddlNames([*glossary.things, *_object_keys(source.initial.scene)]) for source in sources]
-    goals = [_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
-    header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
-    actions = tuple([_add_history(action, glossary, operators) for action in written])
+    things = [PddlNames([*glossary.things, *_make_object_keys(source.initial.scene)]) for source in sources]
+    goals = [_export_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
+    header = _export_domain_header(glossary, domain.name, hidden, sources[0].initial.scene)
+    actions = tuple([_add_history_effect(action, glossary, operators) for action in written])
     exported = replace(header, actions=actions)
-    unsupported = tuple(_find_unsupported(glossary))
+    unsupported = tuple(_find_unsupported_features(glossary))
     problems = []
     for names, source, goal in zip(things, sources, goals, strict=True):
-        words = [names[key] for key in _object_keys(source.initial.scene)]
-        problem = _problem(glossary, words, header, source, goal)
+        words = [names[key] for key in _make_object_keys(source.initial.scene)]
+        problem = _export_problem(glossary, words, header, source, goal)
         problems.append(
             ExportedProblem(exported, problem, unsupported, operators, glossary.predicates, words)
         )
     return tuple(problems)
 
 
-def _find_unsupported(glossary: Glossary) -> Iterator[str]:
+def _find_unsupported_features(glossary: Glossary) -> Iterator[str]:
     for name in glossary.frozen:
         yield f"{name}: it is computed by a function and has no formula, so it keeps its initial value"
     for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
-        if isinstance(derived, Lookup) and derived.open_in_meaning:
+        if isinstance(derived, LookupPredicate) and derived.open_in_meaning:
             yield f"{derived.name}: its formula leaves open {derived.open_in_meaning}"
 
 
-def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> f.Formula:
+def _export_goal(
+    glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]
+) -> f.Formula:
     scene = source.initial.scene
     about = ConditionWriter(glossary, things=names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
     goals = [rename_objects(goal, agent) for goal in source.goals]
-    return conjunction([about.convert(replace_hidden(goal, hidden), {}) for goal in goals])
+    return conjunction([about.convert(replace_hidden_atoms(goal, hidden), {}) for goal in goals])
 
 
 def _operator(
@@ -240,60 +246,65 @@ def _operator(
     scope = conditions.parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
     if operator.tries:
-        asked.append(_some_try(operator))
+        asked.append(_export_alternatives_condition(operator))
     with prefix_errors(f"operator {operator.name}", DomainError):
         precondition = conjunction(
-            [conditions.convert(replace_hidden(condition, hidden), scope) for condition in asked]
+            [conditions.convert(replace_hidden_atoms(condition, hidden), scope) for condition in asked]
         )
         effect = write_simultaneous_effect(operator, conditions, scope, hidden)
     return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
 
 
-def _some_try(operator: Operator) -> f.Formula:
+def _export_alternatives_condition(operator: Operator) -> f.Formula:
     """Return the condition that one of the attempted tries succeeds, or that no try is attempted."""
     succeeds = [f.And(attempt.conditions) for attempt in operator.tries]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.tries])), *succeeds))
 
 
-def _add_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
+def _add_history_effect(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
     """Return the operator with an effect that records its execution, if a goal asks for the record."""
-    done = glossary.performed.get(operators.original_name(action.name))
+    done = glossary.performed.get(operators.find_original_name(action.name))
     if done is None:
         return action
     parts = action.effect.parts if isinstance(action.effect, m.Both) else (action.effect,)
     return replace(action, effect=m.Both((*parts, m.Add(f.Atom(done, ())))))
 
 
-def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> m.PddlDomain:
+def _export_domain_header(
+    glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene
+) -> m.PddlDomain:
     """Return the exported domain without operators: all used predicates, types and constants."""
-    axioms, constants = tuple(_axioms(glossary)), tuple(_constants(glossary, scene))
+    axioms, constants = tuple(_export_axioms(glossary)), tuple(_export_constants(glossary, scene))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
     names = [each.name for each in stored] + [*glossary.derived, *glossary.frozen]
     arities = {glossary.predicates[each]: glossary.vocabulary.arity(each) or 0 for each in names}
     arities |= dict.fromkeys(glossary.kinds.values(), 1) | dict.fromkeys(glossary.performed.values(), 0)
     if glossary.ordered:
-        arities[_order_name(glossary)] = 2
+        arities[_name_order_predicate(glossary)] = 2
     return m.PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
         types=tuple([m.TypedName(written) for _, written in glossary.types.items()]),
         constants=constants,
         predicates=tuple(
-            [m.PddlPredicate(each, tuple(map(f.Variable, parameter_names(n)))) for each, n in arities.items()]
+            [
+                m.PddlPredicate(each, tuple(map(f.Variable, make_parameter_names(n))))
+                for each, n in arities.items()
+            ]
         ),
         actions=(),
         axioms=axioms,
     )
 
 
-def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
+def _export_constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
     """Yield the objects that operators name. Each object has the same category in all problems."""
-    things = dict(zip(_object_keys(scene), scene.objects, strict=True))
+    things = dict(zip(_make_object_keys(scene), scene.objects, strict=True))
     for name, written in glossary.things.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)
 
 
-def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
+def _export_axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
     """Yield an axiom for each used derived predicate, including those that conditions of axioms use."""
     names_done: set[str] = set()
     while rest := [

@@ -3,7 +3,7 @@
 A call runs two processes. Every call works in a private temporary folder, which is always removed, so any
 number of calls may run at once. Both processes (translator and search) run under the operating system's
 limits of CPU time and memory. They and all their child processes are killed if the call is interrupted.
-Processes limit the number of planner calls at a time through a folder that they share (`planner_slot`).
+Processes limit the number of planner calls at a time through a folder that they share (`hold_planner_slot`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from filelock import Timeout
 from eai.base.errors import DataError, make_install_command
 from eai.base.files import make_file_lock
 from eai.pddl.execute import PlanStep
-from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, check_plan
+from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
 from eai.pddl.writer import write_domain, write_problem
 
 _MEMORY_MIB = 4096
@@ -39,7 +39,7 @@ _PAUSE_SECONDS = 0.05
 
 
 @contextmanager
-def planner_slot(number: int, folder: Path) -> Iterator[None]:
+def hold_planner_slot(number: int, folder: Path) -> Iterator[None]:
     """Hold one of a limited number of slots during the block; wait until a slot is free.
 
     The number limits the calls at a time of all processes that use the same folder.
@@ -59,7 +59,7 @@ def planner_slot(number: int, folder: Path) -> Iterator[None]:
         time.sleep(_PAUSE_SECONDS)
 
 
-def machine_memory_mib() -> int:
+def measure_machine_memory_mib() -> int:
     """Return the memory in MiB of the machine, or of this process's control group if that is smaller."""
     most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     limit = Path("/sys/fs/cgroup/memory.max")
@@ -96,7 +96,7 @@ Source: https://www.fast-downward.org/latest/documentation/exit-codes/
 """
 
 
-class _ProcessEnd(NamedTuple):
+class _EndedProcess(NamedTuple):
     """The exit status and output of a process; the status is None if it exceeded its wall-clock time."""
 
     status: int | None
@@ -148,35 +148,35 @@ class FastDownward:
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Search for a plan."""
-        turn = nullcontext() if self.slots is None else planner_slot(*self.slots)
+        turn = nullcontext() if self.slots is None else hold_planner_slot(*self.slots)
         with turn, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
-            return self._solve_in(Path(folder), task)
+            return self._find_plan_in_folder(Path(folder), task)
 
-    def _solve_in(self, folder: Path, task: PlanningTask) -> PlannerResult:
+    def _find_plan_in_folder(self, folder: Path, task: PlanningTask) -> PlannerResult:
         (folder / "domain.pddl").write_text(write_domain(task.domain))
         (folder / "problem.pddl").write_text(write_problem(task.problem))
-        translated = self._translate(folder, keep_everything=task.fatal is not None)
+        translated = self._run_translator(folder, keep_everything=task.fatal is not None)
         if translated.status != 0:
-            return self._failure(translated)
-        if task.fatal is not None and _mentions(folder / "output.sas", task.fatal.predicate):
+            return self._make_failure_result(translated)
+        if task.fatal is not None and _mentions_predicate(folder / "output.sas", task.fatal.predicate):
             detail = f"{self.name}: an effect that adds an unbound variable is reachable"
             return PlannerResult(PlannerOutcome.CRASH, detail=detail)
-        searched = self._search(folder)
+        searched = self._run_search(folder)
         if searched.status != 0:
-            return self._failure(searched)
-        return check_plan(task, _read_plan(folder / "plan"), self.name)
+            return self._make_failure_result(searched)
+        return execute_found_plan(task, _read_plan(folder / "plan"), self.name)
 
-    def _translate(self, folder: Path, *, keep_everything: bool) -> _ProcessEnd:
+    def _run_translator(self, folder: Path, *, keep_everything: bool) -> _EndedProcess:
         command = [sys.executable, "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
         if keep_everything:
             command.append("--keep-unimportant-variables")
-        return self._run(folder, [*command, "--sas-file", "output.sas"], Path(os.devnull))
+        return self._run_command(folder, [*command, "--sas-file", "output.sas"], Path(os.devnull))
 
-    def _search(self, folder: Path) -> _ProcessEnd:
+    def _run_search(self, folder: Path) -> _EndedProcess:
         command = [str(self.binaries / "downward"), "--search", _LAMA_FIRST, "--internal-plan-file", "plan"]
-        return self._run(folder, command, folder / "output.sas")
+        return self._run_command(folder, command, folder / "output.sas")
 
-    def _run(self, folder: Path, command: list[str], stdin: Path) -> _ProcessEnd:
+    def _run_command(self, folder: Path, command: list[str], stdin: Path) -> _EndedProcess:
         """Run one program in the folder, under limits and in its own process group."""
         limits = map(str, (os.getpid(), self.cpu_seconds, self.memory_mib << 20))
         with stdin.open() as source, (folder / "log").open("w+") as log:
@@ -196,9 +196,9 @@ class FastDownward:
             finally:
                 _kill_group(process)
             log.seek(0)
-            return _ProcessEnd(status, log.read())
+            return _EndedProcess(status, log.read())
 
-    def _failure(self, ended: _ProcessEnd) -> PlannerResult:
+    def _make_failure_result(self, ended: _EndedProcess) -> PlannerResult:
         if ended.status is None:
             return PlannerResult(PlannerOutcome.TIME, detail=f"{self.name}: time on the clock")
         outcome = _OUTCOMES.get(ended.status, PlannerOutcome.CRASH)
@@ -223,7 +223,7 @@ def _kill_group(process: subprocess.Popen[bytes]) -> None:
     process.wait()
 
 
-def _mentions(path: Path, predicate: str) -> bool:
+def _mentions_predicate(path: Path, predicate: str) -> bool:
     return f"Atom {predicate}(" in path.read_text()
 
 

@@ -25,16 +25,16 @@ from eai.pddl.check import (
     check_problem,
 )
 from eai.pddl.model import OBJECT, PddlDomain, PddlProblem, TypedName
-from eai.pddl.places import offset_of
+from eai.pddl.places import find_offset_of_finding
 from eai.pddl.reader import (
     CONNECTIVES,
     Group,
     PddlReader,
     SExpr,
     Symbol,
-    error_at,
     find_unclosed_section,
-    head_of,
+    get_first_word,
+    make_pddl_error,
     read_group,
 )
 
@@ -105,12 +105,12 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
     """
     with prefix_errors(path):
         group = _read_definition(text, "domain")
-        _check(text, group, "domain", _declared_predicates(group))
+        _check(text, group, "domain", _read_declared_predicates(group))
         domain = PddlReader(text, is_file=True).domain(_remove_costs(group))
         findings = [
             finding for finding in check_domain(domain) if finding.offence is not MENDABLE_BY_PROBLEMS
         ]
-        refuse_findings(text, group, findings, Declarations.of_domain(domain))
+        raise_for_findings(text, group, findings, Declarations.of_domain(domain))
     return domain
 
 
@@ -145,18 +145,20 @@ def read_problem_text(
         if problem.domain != domain.name:
             findings = check_problem(problem, domain)
             if any(each.offence.stops_planner for each in findings):
-                offset = next((each.items[0].offset for each in _sections(group, ":domain")), group.offset)
+                offset = next(
+                    (each.items[0].offset for each in _find_sections(group, ":domain")), group.offset
+                )
                 named = f", as in {declared[0]}" if declared is not None else ""
                 expected = f"(:domain {domain.name}){named}, not (:domain {problem.domain})"
-                raise error_at(text, offset, Violation.MALFORMED, expected)
+                raise make_pddl_error(text, offset, Violation.MALFORMED, expected)
         again = [each for each in problem.objects if each in domain.constants]
-        _refuse_other_types(text, group, problem, domain, declared)
+        _check_constant_types(text, group, problem, domain, declared)
         problem = replace(problem, objects=tuple([each for each in problem.objects if each not in again]))
-        refuse_findings(text, group, check_problem(problem, domain), vocabulary)
+        raise_for_findings(text, group, check_problem(problem, domain), vocabulary)
     return ProblemFile(problem, path, text)
 
 
-def _refuse_other_types(
+def _check_constant_types(
     text: str, group: Group, problem: PddlProblem, domain: PddlDomain, declared: tuple[Path, str] | None
 ) -> None:
     """Raise an error for objects of a problem that the domain declares as constants of another type."""
@@ -167,12 +169,17 @@ def _refuse_other_types(
             where = "of the domain"
             if declared is not None:
                 finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":constants")
-                offset = offset_of(finding, _read_group(declared[1]), Declarations.of_domain(domain))
+                offset = find_offset_of_finding(
+                    finding, _read_first_definition(declared[1]), Declarations.of_domain(domain)
+                )
                 where = f"of {declared[0]}, line {find_line_and_column(declared[1], offset)[0]}"
             expected = f"{_write_typed(constant)}, as among the constants {where}, not {_write_typed(item)}"
             finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":objects")
-            raise error_at(
-                text, offset_of(finding, group, Declarations.of_domain(domain)), Violation.DUPLICATE, expected
+            raise make_pddl_error(
+                text,
+                find_offset_of_finding(finding, group, Declarations.of_domain(domain)),
+                Violation.DUPLICATE,
+                expected,
             )
 
 
@@ -180,7 +187,7 @@ def _write_typed(item: TypedName) -> str:
     return item.name if item.type == OBJECT else f"{item.name} - {item.type}"
 
 
-def _read_group(text: str) -> Group:
+def _read_first_definition(text: str) -> Group:
     """Return the first definition in a text. Commas may separate names."""
     text = text.replace(",", " ")
     try:
@@ -190,7 +197,7 @@ def _read_group(text: str) -> Group:
         if offset is None:
             raise
         expected = "a closing parenthesis before this section"
-        raise error_at(text, offset, Violation.UNBALANCED, expected) from error
+        raise make_pddl_error(text, offset, Violation.UNBALANCED, expected) from error
 
 
 def _read_definition(text: str, kind: str) -> Group:
@@ -200,7 +207,7 @@ def _read_definition(text: str, kind: str) -> Group:
         text: the text.
         kind: the kind of definition: ``domain`` or ``problem``.
     """
-    group = _read_group(text)
+    group = _read_first_definition(text)
     rest = _BLANK.match(text, group.end)
     offset = len(text) if rest is None else rest.end()
     if offset < len(text):
@@ -208,27 +215,27 @@ def _read_definition(text: str, kind: str) -> Group:
         expected = f"the end of the file, as the definition ends at line {line}, column {column}"
         if (second := _DEFINITION.match(text, offset)) is not None:
             expected = f"one definition in a file; put this {second[1].lower()} into a file of its own"
-        raise error_at(text, offset, Violation.MALFORMED, expected)
+        raise make_pddl_error(text, offset, Violation.MALFORMED, expected)
     match group.items[:2]:
         case (Symbol("define"), Group((Symbol(other), Symbol(name)))) if other in _SECTIONS_OF:
             if other != kind:
                 expected = f"the definition of a {kind}, not of the {other} {name}"
                 order = "; the file of the domain comes first, then the problems"
-                raise error_at(text, group.items[1].offset, Violation.MALFORMED, f"{expected}{order}")
+                raise make_pddl_error(text, group.items[1].offset, Violation.MALFORMED, f"{expected}{order}")
     return group
 
 
 def is_domain_file(path: Path) -> bool:
     """Whether a file in PDDL or BDDL defines a domain, and nothing else."""
-    return _definitions(path) == ["domain"]
+    return _read_definition_kinds(path) == ["domain"]
 
 
 def begins_with_domain(path: Path) -> bool:
     """Whether the first definition in a file defines a domain."""
-    return _definitions(path)[:1] == ["domain"]
+    return _read_definition_kinds(path)[:1] == ["domain"]
 
 
-def _definitions(path: Path) -> list[str]:
+def _read_definition_kinds(path: Path) -> list[str]:
     """Return the kinds of a file's definitions, ``domain`` or ``problem``; empty if it cannot be read."""
     try:
         text = read_text(path)
@@ -257,19 +264,21 @@ def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> N
     """Raise an error for sections and expressions that are not supported. Costs of actions are ignored."""
     sections = _SECTIONS_OF[kind]
     for section in group.items[1:]:
-        if not isinstance(section, Group) or not (head := head_of(section)):
-            raise error_at(text, section.offset, Violation.MALFORMED, "a section such as (:action ...)")
+        if not isinstance(section, Group) or not (head := get_first_word(section)):
+            raise make_pddl_error(
+                text, section.offset, Violation.MALFORMED, "a section such as (:action ...)"
+            )
         if head not in sections and head not in _REFUSED:
             expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(sections))}"
-            raise error_at(text, section.offset, Violation.UNSUPPORTED, expected)
-        for inner in _groups(section):
-            refused = _refusal(inner, numbers=head in _NUMBERED)
-            if refused is not None and head_of(inner) not in predicates:
+            raise make_pddl_error(text, section.offset, Violation.UNSUPPORTED, expected)
+        for inner in _walk_groups(section):
+            refused = _find_unsupported_feature(inner, numbers=head in _NUMBERED)
+            if refused is not None and get_first_word(inner) not in predicates:
                 expected = f"classical planning, without {refused}"
-                raise error_at(text, inner.offset, Violation.UNSUPPORTED, expected)
+                raise make_pddl_error(text, inner.offset, Violation.UNSUPPORTED, expected)
 
 
-def _refusal(group: Group, *, numbers: bool) -> str | None:
+def _find_unsupported_feature(group: Group, *, numbers: bool) -> str | None:
     """Return the name of the unsupported feature in an expression; None if the expression is supported."""
     match group.items:
         case (Symbol("at"), Symbol(), Group()):
@@ -291,12 +300,12 @@ def _remove_costs(group: Group) -> Group:
     for item in group.items:
         if not isinstance(item, Group):
             items.append(item)
-        elif not _is_cost(item):
+        elif not _is_cost_expression(item):
             items.append(_remove_costs(item))
     return Group(tuple(items), group.offset, group.end)
 
 
-def _is_cost(group: Group) -> bool:
+def _is_cost_expression(group: Group) -> bool:
     match group.items:
         case (Symbol(":functions" | ":metric" | "increase"), *_) | (Symbol("="), Group(), _):
             return True
@@ -304,23 +313,25 @@ def _is_cost(group: Group) -> bool:
             return False
 
 
-def _declared_predicates(group: Group) -> list[str]:
-    sections = _sections(group, ":predicates")
-    return [head_of(item) for section in sections for item in section.items[1:] if isinstance(item, Group)]
+def _read_declared_predicates(group: Group) -> list[str]:
+    sections = _find_sections(group, ":predicates")
+    return [
+        get_first_word(item) for section in sections for item in section.items[1:] if isinstance(item, Group)
+    ]
 
 
-def _sections(group: Group, head: str) -> list[Group]:
-    return [item for item in group.items if isinstance(item, Group) and head_of(item) == head]
+def _find_sections(group: Group, head: str) -> list[Group]:
+    return [item for item in group.items if isinstance(item, Group) and get_first_word(item) == head]
 
 
-def _groups(group: Group) -> Iterator[Group]:
+def _walk_groups(group: Group) -> Iterator[Group]:
     yield group
     for item in group.items:
         if isinstance(item, Group):
-            yield from _groups(item)
+            yield from _walk_groups(item)
 
 
-def refuse_findings(
+def raise_for_findings(
     text: str, definition: Group, findings: Sequence[PddlFinding], vocabulary: Declarations
 ) -> None:
     """Raise an error for the first finding that stops a planner, with its position in the text.
@@ -343,11 +354,11 @@ def refuse_findings(
         if finding.offence.stops_planner:
             expected = _EXPECTED.get(finding.offence, "{}").format(finding.name)
             hint = did_you_mean(finding.name, names.get(finding.offence, ()))
-            offset = offset_of(finding, definition, vocabulary)
-            raise error_at(text, offset, finding.offence, f"{expected} ({finding.place}){hint}")
+            offset = find_offset_of_finding(finding, definition, vocabulary)
+            raise make_pddl_error(text, offset, finding.offence, f"{expected} ({finding.place}){hint}")
 
 
-def find_line(text: str, word: str) -> int:
+def find_line_of_word(text: str, word: str) -> int:
     """Return the first line with a word, or 1 if no line has it."""
     match = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
     return 1 if match is None else text.count("\n", 0, match.start()) + 1

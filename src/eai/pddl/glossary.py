@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.traversal import find_predicates, map_subformulas, quantify
 from eai.pddl.reader import CONNECTIVES
-from eai.world.derived import Defined, find_definition, find_stored_predicates
+from eai.world.derived import DefinedPredicate, find_definition, find_stored_predicates
 from eai.world.relation import bits
 from eai.world.state import Scene
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -27,12 +27,12 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 def conjunction(parts: Iterable[f.Formula]) -> f.Formula:
     """Return the conjunction of some parts, each once; false if two parts are opposites."""
-    return _junction(f.And, parts)
+    return _join_formulas(f.And, parts)
 
 
 def disjunction(parts: Iterable[f.Formula]) -> f.Formula:
     """Return the disjunction of some parts, each once; true if two parts are opposites."""
-    return _junction(f.Or, parts)
+    return _join_formulas(f.Or, parts)
 
 
 def negation(formula: f.Formula) -> f.Formula:
@@ -60,9 +60,9 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
     """
     match formula:
         case f.Atom(predicate, arguments):
-            return f.Atom(predicate, tuple([substitute_term(term, terms) for term in arguments]))
+            return f.Atom(predicate, tuple([replace_variable(term, terms) for term in arguments]))
         case f.Equals(left, right):
-            return equality(substitute_term(left, terms), substitute_term(right, terms))
+            return equality(replace_variable(left, terms), replace_variable(right, terms))
         case f.Not(operand):
             return negation(substitute(operand, terms))
         case f.And(operands):
@@ -75,12 +75,12 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
 
-def substitute_term(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
+def replace_variable(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
     """Return the term that replaces a variable, or the term itself if nothing replaces it."""
     return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 
-def _junction(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
+def _join_formulas(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
     """Return a conjunction or disjunction, simplified if a part decides it or two parts are opposites."""
     unique = dict.fromkeys(chain.from_iterable(f.get_operands(part, connective) for part in parts))
     decisive = negation(connective(()))
@@ -125,11 +125,11 @@ class PddlNames(dict[str, str]):
             self[name]
 
     def __missing__(self, name: str) -> str:
-        written = self[name] = self._free(name)
+        written = self[name] = self._make_unused_name(name)
         self._meant[written] = name
         return written
 
-    def original_name(self, written: str) -> str:
+    def find_original_name(self, written: str) -> str:
         """Return the name that a PDDL name stands for.
 
         Raises:
@@ -137,7 +137,7 @@ class PddlNames(dict[str, str]):
         """
         return self._meant[written]
 
-    def _free(self, name: str) -> str:
+    def _make_unused_name(self, name: str) -> str:
         stem = _STRANGE.sub("_", name.lower())
         if not stem[:1].isalpha() or stem in _RESERVED:
             stem = f"x-{stem}"
@@ -175,7 +175,7 @@ class Glossary:
     predicates: PddlNames = field(init=False)
     types: PddlNames = field(default_factory=PddlNames)
     things: PddlNames = field(default_factory=PddlNames)
-    derived: dict[str, Defined] = field(default_factory=dict)
+    derived: dict[str, DefinedPredicate] = field(default_factory=dict)
     frozen: dict[str, DerivedPredicate] = field(default_factory=dict)
     kinds: dict[str, str] = field(default_factory=dict)
     performed: dict[str, str] = field(default_factory=dict)
@@ -202,16 +202,16 @@ class Glossary:
             raise DomainError(f"predicate {name} is not declared")
         return self.predicates[name]
 
-    def use_types(self, scene: Scene, objects: int) -> None:
+    def add_types(self, scene: Scene, objects: int) -> None:
         """Add PDDL names for the categories of some objects of a scene; the objects are a bit mask."""
         for i in bits(objects):
             self.types[scene.objects[i].category]
 
-    def kind_predicate(self, category: str) -> str:
+    def use_category_predicate(self, category: str) -> str:
         """Return the static predicate that holds for the objects of a category."""
         return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
 
-    def history_predicate(self, operator: str) -> str:
+    def use_history_predicate(self, operator: str) -> str:
         """Return the predicate without arguments which states that an action was executed."""
         return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
 
@@ -276,7 +276,7 @@ class ConditionWriter:
                 terms = tuple([self.term(term, scope) for term in arguments])
                 return f.Atom(self.glossary.predicate(predicate), terms)
             case f.Occurs(action):
-                return f.Atom(self.glossary.history_predicate(action), ())
+                return f.Atom(self.glossary.use_history_predicate(action), ())
             case f.Equals(left, right):
                 return equality(self.term(left, scope), self.term(right, scope))
             case f.Not(operand):
@@ -291,19 +291,21 @@ class ConditionWriter:
                 f.Variable(name) in (left, right) and left != right
             ):
                 other = right if left == f.Variable(name) else left
-                return f.Atom(self.glossary.kind_predicate(category), (self.term(other, scope),))
+                return f.Atom(self.glossary.use_category_predicate(category), (self.term(other, scope),))
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 bound = self.fresh(variable.name, variable.category)
                 inner = self.convert(body, {**scope, variable.name: f.Variable(bound.name)})
                 return type(formula)(bound, inner)
             case f.Exactly(count, variable, body):
-                return self._exactly(count, variable, body, scope)
+                return self._convert_exactly(count, variable, body, scope)
             case f.ForPairs():
-                return self._pairs(formula, scope)
+                return self._convert_pairs(formula, scope)
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def _exactly(self, count: int, variable: f.Variable, body: f.Formula, scope: TermScope) -> f.Formula:
+    def _convert_exactly(
+        self, count: int, variable: f.Variable, body: f.Formula, scope: TermScope
+    ) -> f.Formula:
         """Return the condition that exactly `count` different objects satisfy a body."""
         if self._scene is not None and count > self._scene.category(variable.category).bit_count():
             return f.FALSE
@@ -314,9 +316,9 @@ class ConditionWriter:
         rest = self.convert(body, {**scope, variable.name: f.Variable(other.name)})
         among = [equality(f.Variable(other.name), term) for term in terms]
         only = f.ForAll(other, disjunction([negation(rest), *among]))
-        return quantify(f.Exists, chosen, conjunction([*met, *_different(terms), only]))
+        return quantify(f.Exists, chosen, conjunction([*met, *_require_different(terms), only]))
 
-    def _pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
+    def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return the condition of a pairing: enough pairs of different objects satisfy a body.
 
         The formula states the number of pairs. Without a number, each object of the smaller category is in a
@@ -337,14 +339,14 @@ class ConditionWriter:
             members = [f.Variable(each.name) for each in chosen]
         partners = [self.fresh(larger.name, larger.category) for _ in members]
         terms: list[f.Term] = [f.Variable(each.name) for each in partners]
-        parts: list[f.Formula] = [] if not chosen else list(_different(members))
+        parts: list[f.Formula] = [] if not chosen else list(_require_different(members))
         for one, other in zip(members, terms, strict=True):
             parts.append(negation(equality(one, other)))
             parts.append(self.convert(body, {**scope, smaller.name: one, larger.name: other}))
-        return quantify(f.Exists, [*chosen, *partners], conjunction([*parts, *_different(terms)]))
+        return quantify(f.Exists, [*chosen, *partners], conjunction([*parts, *_require_different(terms)]))
 
 
-def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
+def _require_different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
     for index, one in enumerate(terms):
         for other in terms[:index]:
             yield negation(equality(one, other))
@@ -359,7 +361,7 @@ def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     )
 
 
-def replace_hidden(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
+def replace_hidden_atoms(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
     """Return a formula without atoms of hidden predicates.
 
     The replacements make the formula hold more easily, or fail more easily with `positive=False`.
@@ -368,15 +370,19 @@ def replace_hidden(formula: f.Formula, hidden: frozenset[str], *, positive: bool
         case f.Atom(predicate):
             return (f.TRUE if positive else f.FALSE) if predicate in hidden else formula
         case f.Not(operand):
-            return negation(replace_hidden(operand, hidden, positive=not positive))
+            return negation(replace_hidden_atoms(operand, hidden, positive=not positive))
         case f.And(operands):
-            return conjunction([replace_hidden(operand, hidden, positive=positive) for operand in operands])
+            return conjunction(
+                [replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands]
+            )
         case f.Or(operands):
-            return disjunction([replace_hidden(operand, hidden, positive=positive) for operand in operands])
+            return disjunction(
+                [replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands]
+            )
         case f.Implies(premise, conclusion):
-            return replace_hidden(f.Or((f.Not(premise), conclusion)), hidden, positive=positive)
+            return replace_hidden_atoms(f.Or((f.Not(premise), conclusion)), hidden, positive=positive)
         case f.Exists(variable, body) | f.ForAll(variable, body):
-            inner = replace_hidden(body, hidden, positive=positive)
+            inner = replace_hidden_atoms(body, hidden, positive=positive)
             return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
         case _:
             if hidden.isdisjoint(find_predicates(formula)):

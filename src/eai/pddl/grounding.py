@@ -75,9 +75,9 @@ class Grounder:
         self._looks = looks or Effort()
         self._domain = domain
         self._problem = problem
-        self._objects = m.objects_by_type(domain, problem)
-        self._facts = {_key(atom, {}) for atom in problem.initial}
-        effects = [part for action in domain.actions for part, _ in m.effect_parts(action.effect)]
+        self._objects = m.group_objects_by_type(domain, problem)
+        self._facts = {_make_atom_key(atom, {}) for atom in problem.initial}
+        effects = [part for action in domain.actions for part, _ in m.split_effect(action.effect)]
         self._added = {part.atom.predicate for part in effects if isinstance(part, m.Add)}
         self._deleted = {part.atom.predicate for part in effects if isinstance(part, m.Delete)}
         self._axioms = DerivedPredicates(domain.axioms).axioms
@@ -106,34 +106,40 @@ class Grounder:
                 objects.
         """
         for number, action in enumerate(self._domain.actions):
-            for binding in self._bindings(action, allowed):
+            for binding in self._generate_bindings(action, allowed):
                 key = (number, *binding.values())
                 if key not in self._ground:
-                    self._ground[key] = self._action(action, binding)
+                    self._ground[key] = self._ground_action(action, binding)
                 ground = self._ground[key]
                 if ground is not None:
                     yield ground
 
-    def central_objects(self) -> frozenset[str]:
+    def find_central_objects(self) -> frozenset[str]:
         """Return the objects that the goal names, and all objects of parameter types except the root."""
         named = {*find_object_names(self._problem.goal)}
-        asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
+        asked = {
+            m.get_variable_type(parameter)
+            for action in self._domain.actions
+            for parameter in action.parameters
+        }
         for members in (self._objects[name] for name in asked):
             if self.objects != set(members):
                 named.update(members)
         return frozenset(named)
 
-    def _bindings(self, action: m.PddlAction, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
+    def _generate_bindings(
+        self, action: m.PddlAction, allowed: frozenset[str] | None
+    ) -> Iterator[dict[str, str]]:
         """Return the bindings of parameters that satisfy the static conjuncts of an operator's precondition.
 
         A parameter that occurs in no condition and no effect takes only one object, as all objects are equal
         for it.
         """
-        tests = self._tests(action)
-        mentioned = find_free_variables(action.precondition) | m.effect_variables(action.effect)
+        tests = self._find_static_tests(action)
+        mentioned = find_free_variables(action.precondition) | m.find_effect_variables(action.effect)
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
-            members = self._objects[m.type_of(parameter)]
+            members = self._objects[m.get_variable_type(parameter)]
             candidates = [name for name in members if allowed is None or name in allowed]
             stack = [
                 extended
@@ -141,11 +147,11 @@ class Grounder:
                 for name in self._looks.take_within_limit(
                     candidates if parameter.name in mentioned else candidates[:1]
                 )
-                if self._passes(tests[parameter.name], extended := {**binding, parameter.name: name})
+                if self._passes_tests(tests[parameter.name], extended := {**binding, parameter.name: name})
             ]
         return iter(stack)
 
-    def _tests(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
+    def _find_static_tests(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
         """Return for each parameter the static atoms that can be tested as soon as it is bound."""
         tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
         order, may_become_true = list(tests), self._added.union(self._axioms)
@@ -156,15 +162,15 @@ class Grounder:
                     tests[order[max(places)]].append(part)
         return tests
 
-    def _passes(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
-        return all(_key(atom, binding) in self._facts for atom in tests)
+    def _passes_tests(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
+        return all(_make_atom_key(atom, binding) in self._facts for atom in tests)
 
-    def _action(self, action: m.PddlAction, binding: _Binding) -> _GroundAction | None:
+    def _ground_action(self, action: m.PddlAction, binding: _Binding) -> _GroundAction | None:
         precondition = self._condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
         effects: list[_GroundEffect] = []
-        self._add_changes(action.effect, binding, _ALWAYS, effects)
+        self._add_ground_effects(action.effect, binding, _ALWAYS, effects)
         add = delete = 0
         conditional = []
         for change in effects:
@@ -180,80 +186,92 @@ class Grounder:
             _GroundAction(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
         )
 
-    def _add_changes(
+    def _add_ground_effects(
         self, effect: m.PddlEffect, binding: _Binding, condition: _GroundCondition, found: list[_GroundEffect]
     ) -> None:
         """Append the ground effects of an effect under a condition to a list."""
         match effect:
             case m.Add(atom):
-                found.append(_GroundEffect(condition, self._bit(_key(atom, binding)), 0))
+                found.append(_GroundEffect(condition, self._get_atom_bit(_make_atom_key(atom, binding)), 0))
             case m.Delete(atom):
-                found.append(_GroundEffect(condition, 0, self._bit(_key(atom, binding))))
+                found.append(_GroundEffect(condition, 0, self._get_atom_bit(_make_atom_key(atom, binding))))
             case m.Both(parts):
                 for part in parts:
-                    self._add_changes(part, binding, condition, found)
+                    self._add_ground_effects(part, binding, condition, found)
             case m.Each(variable, part):
-                for inner in self._extensions(variable, binding):
-                    self._add_changes(part, inner, condition, found)
+                for inner in self._bind_to_each_object(variable, binding):
+                    self._add_ground_effects(part, inner, condition, found)
             case m.WhenEffect(premise, part):
-                combined = _all_of((condition, self._condition(premise, binding, negated=False)))
+                combined = _conjoin_conditions((condition, self._condition(premise, binding, negated=False)))
                 if combined is not None:
-                    self._add_changes(part, binding, combined, found)
+                    self._add_ground_effects(part, binding, combined, found)
 
     def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
         """Return the ground condition, or None if it is false in every state."""
         match formula:
             case f.Atom():
-                return self._literal(formula, binding, negated=negated)
+                return self._ground_literal(formula, binding, negated=negated)
             case f.Equals(left, right):
-                return _ALWAYS if (_name(left, binding) == _name(right, binding)) != negated else None
+                return (
+                    _ALWAYS
+                    if (_find_object_name(left, binding) == _find_object_name(right, binding)) != negated
+                    else None
+                )
             case f.Not(operand):
                 return self._condition(operand, binding, negated=not negated)
             case f.And(operands) | f.Or(operands):
                 parts = (self._condition(operand, binding, negated=negated) for operand in operands)
-                return _all_of(parts) if isinstance(formula, f.And) != negated else _one_of(parts)
+                return (
+                    _conjoin_conditions(parts)
+                    if isinstance(formula, f.And) != negated
+                    else _disjoin_conditions(parts)
+                )
             case f.Implies(premise, conclusion):
                 return self._condition(f.Or((f.Not(premise), conclusion)), binding, negated=negated)
             case f.ForAll(variable, body) | f.Exists(variable, body):
-                inners = self._extensions(variable, binding)
+                inners = self._bind_to_each_object(variable, binding)
                 parts = (self._condition(body, inner, negated=negated) for inner in inners)
-                return _all_of(parts) if isinstance(formula, f.ForAll) != negated else _one_of(parts)
+                return (
+                    _conjoin_conditions(parts)
+                    if isinstance(formula, f.ForAll) != negated
+                    else _disjoin_conditions(parts)
+                )
             case _:
                 raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
-    def _literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
+    def _ground_literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
         if atom.predicate in self._axioms:
             return self._ground_derived(atom, binding, negated=negated)
-        key = _key(atom, binding)
-        bit = self._bit(key)
+        key = _make_atom_key(atom, binding)
+        bit = self._get_atom_bit(key)
         if not bit:
             return _ALWAYS if (key in self._facts) != negated else None
         return _GroundCondition(0, bit, ()) if negated else _GroundCondition(bit, 0, ())
 
     def _ground_derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
         """Return the ground condition of a derived predicate; recursive predicates are not supported."""
-        names = [_name(term, binding) for term in atom.arguments]
+        names = [_find_object_name(term, binding) for term in atom.arguments]
         axioms = self._axioms[atom.predicate]
         parts = (self._condition(axiom.condition, axiom.scope(names), negated=negated) for axiom in axioms)
-        return _all_of(parts) if negated else _one_of(parts)
+        return _conjoin_conditions(parts) if negated else _disjoin_conditions(parts)
 
-    def _bit(self, key: _Key) -> int:
+    def _get_atom_bit(self, key: _Key) -> int:
         """Return the bit of an atom, or 0 if no effect can change the atom."""
         if key[0] not in (self._deleted if key in self._facts else self._added):
             return 0
         return 1 << self.numbers.setdefault(key, len(self.numbers))
 
-    def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
+    def _bind_to_each_object(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
         """Yield a binding for each object of a variable.
 
         All bindings are one dictionary that changes, so the caller must use each before the next.
         """
         inner, slot = {**binding}, variable.name
-        for inner[slot] in self._looks.take_within_limit(self._objects[m.type_of(variable)]):
+        for inner[slot] in self._looks.take_within_limit(self._objects[m.get_variable_type(variable)]):
             yield inner
 
 
-def _all_of(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None:
+def _conjoin_conditions(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None:
     true = false = 0
     choices: list[tuple[_GroundCondition, ...]] = []
     for part in parts:
@@ -267,7 +285,7 @@ def _all_of(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None
     return _GroundCondition(true, false, tuple(choices)) if true or false or choices else _ALWAYS
 
 
-def _one_of(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None:
+def _disjoin_conditions(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None:
     options: list[_GroundCondition] = []
     for part in parts:
         if part is _ALWAYS:
@@ -279,12 +297,12 @@ def _one_of(parts: Iterable[_GroundCondition | None]) -> _GroundCondition | None
     return _GroundCondition(0, 0, (tuple(options),))
 
 
-def _key(atom: f.Atom, binding: _Binding) -> _Key:
+def _make_atom_key(atom: f.Atom, binding: _Binding) -> _Key:
     names = [binding[t.name] if isinstance(t, f.Variable) else t.name for t in atom.arguments]
     return (atom.predicate, *names)
 
 
-def _name(term: f.Term, binding: _Binding) -> str:
+def _find_object_name(term: f.Term, binding: _Binding) -> str:
     return binding[term.name] if isinstance(term, f.Variable) else term.name
 
 
@@ -341,25 +359,30 @@ class GroundProblem:
         self._every_atom = (1 << self.atoms) - 1
         self._choices: dict[tuple[int, ...], _ChoiceLiteral] = {}
         self._effort = 0
-        self.goal = self._needs(goal)
-        self.actions = [self._compile(action) for action in actions]
+        self.goal = self._find_needed_literals(goal)
+        self.actions = [self._compile_action(action) for action in actions]
         self._every_action = (1 << len(self.actions)) - 1
-        self._needing = group_by_bit([action.needs for action in self.actions])
-        self._price = count_looks(len(self.actions)) * len(self._needing)
+        self._needing = map_bits_to_masks([action.needs for action in self.actions])
+        self._price = estimate_test_cost(len(self.actions)) * len(self._needing)
 
-    def _compile(self, action: _GroundAction) -> _ActionMasks:
-        needs = self._needs(action.precondition)
-        changes = [_EffectMasks(self._needs(when), add, delete) for when, add, delete in action.effects]
+    def _compile_action(self, action: _GroundAction) -> _ActionMasks:
+        needs = self._find_needed_literals(action.precondition)
+        changes = [
+            _EffectMasks(self._find_needed_literals(when), add, delete)
+            for when, add, delete in action.effects
+        ]
         return _ActionMasks(action.step, needs, changes)
 
-    def _needs(self, condition: _GroundCondition) -> int:
+    def _find_needed_literals(self, condition: _GroundCondition) -> int:
         """Return the literals that a condition needs, as a bit mask."""
         needed = condition.true | condition.false << self.atoms
         for options in condition.choices:
-            needed |= self._choice(tuple([self._needs(option) for option in options])).literal
+            needed |= self._add_choice_literal(
+                tuple([self._find_needed_literals(option) for option in options])
+            ).literal
         return needed
 
-    def _choice(self, options: tuple[int, ...]) -> _ChoiceLiteral:
+    def _add_choice_literal(self, options: tuple[int, ...]) -> _ChoiceLiteral:
         choice = self._choices.get(options)
         if choice is None:
             literal = 1 << 3 * self.atoms + len(self._choices)
@@ -369,7 +392,7 @@ class GroundProblem:
             self._effort += 1 + len(compound)
         return choice
 
-    def literals_of(self, state: int) -> int:
+    def find_state_literals(self, state: int) -> int:
         """Return the literals of a state, as a bit mask."""
         return self.add_choices(state | (~state & self._every_atom) << self.atoms)
 
@@ -393,7 +416,7 @@ class GroundProblem:
                     needed |= next(option for option in options if not option & ~literals)
         return needed
 
-    def mention_all(self, needed: int) -> int:
+    def add_choices_and_options(self, needed: int) -> int:
         """Return the needed literals, their choices, and all options of the choices."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
@@ -424,21 +447,21 @@ class GroundProblem:
         return state & ~delete | add  # an atom that is both deleted and added is true
 
 
-def count_looks(conditions: int) -> int:
+def estimate_test_cost(conditions: int) -> int:
     """Return the cost, in looks, of testing which of many conditions need a literal."""
     return 1 + conditions // 2_000
 
 
-def group_by_bit(masks: Iterable[int]) -> Mapping[int, int]:
+def map_bits_to_masks(masks: Iterable[int]) -> Mapping[int, int]:
     """Return a mapping from each bit to the numbers of the masks that contain it, as a mask."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
         for bit in bits(mask):
             numbers.setdefault(bit, []).append(number)
-    return {bit: _set_of(mask_numbers) for bit, mask_numbers in numbers.items()}
+    return {bit: _make_mask(mask_numbers) for bit, mask_numbers in numbers.items()}
 
 
-def _set_of(numbers: Sequence[int]) -> int:
+def _make_mask(numbers: Sequence[int]) -> int:
     """Return ascending numbers as a bit mask."""
     octets = bytearray(numbers[-1] // 8 + 1)
     for number in numbers:

@@ -54,7 +54,7 @@ Renaming = Mapping[str, str]
 class SideMatch:
     """The comparison of one side of an operator (its precondition or its effect) with the gold side.
 
-    Each tuple holds clauses as PDDL text, which `predicates_in` reads, in their original order.
+    Each tuple holds clauses as PDDL text, which `find_predicates_in_text` reads, in their original order.
 
     Attributes:
         matched: the gold clauses that the answer has.
@@ -95,7 +95,7 @@ class OperatorMatch:
     additional_any: bool = False
 
 
-class _Side(NamedTuple):
+class _SidePair(NamedTuple):
     """One side (precondition or effect) of both operators, with canonical clauses and literals of gold."""
 
     ours: Clause
@@ -104,7 +104,7 @@ class _Side(NamedTuple):
     size: int
 
 
-def condition_clause(formula: f.Formula) -> Clause:
+def make_condition_clause(formula: f.Formula) -> Clause:
     """Return a condition in normal form.
 
     Raises:
@@ -112,18 +112,18 @@ def condition_clause(formula: f.Formula) -> Clause:
     """
     match formula:
         case f.Not(operand):
-            return _negate(condition_clause(operand))
+            return _negate_clause(make_condition_clause(operand))
         case f.And(operands) | f.Or(operands):
-            return _join(type(formula), map(condition_clause, operands))
+            return _join(type(formula), map(make_condition_clause, operands))
         case f.Implies(premise, conclusion):
-            return condition_clause(f.Or((f.Not(premise), conclusion)))
+            return make_condition_clause(f.Or((f.Not(premise), conclusion)))
         case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
-            return map_subformulas(formula, condition_clause)
+            return map_subformulas(formula, make_condition_clause)
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
 
-def effect_clause(effect: m.PddlEffect) -> Clause:
+def make_effect_clause(effect: m.PddlEffect) -> Clause:
     """Return an effect in normal form."""
     match effect:
         case m.Add(atom):
@@ -131,16 +131,16 @@ def effect_clause(effect: m.PddlEffect) -> Clause:
         case m.Delete(atom):
             return f.Not(atom)
         case m.Both(parts):
-            return _join(f.And, map(effect_clause, parts))
+            return _join(f.And, map(make_effect_clause, parts))
         case m.Each(variable, part):
-            return f.ForAll(variable, effect_clause(part))
+            return f.ForAll(variable, make_effect_clause(part))
         case m.WhenEffect(condition, part):
-            return f.Implies(condition_clause(condition), effect_clause(part))
+            return f.Implies(make_condition_clause(condition), make_effect_clause(part))
         case _:
             assert_never(effect)
 
 
-def _negate(clause: Clause) -> Clause:
+def _negate_clause(clause: Clause) -> Clause:
     return clause.operand if isinstance(clause, f.Not) else f.Not(clause)
 
 
@@ -151,7 +151,7 @@ def _join(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clau
     return flat[0] if len(flat) == 1 else connective(tuple(flat))
 
 
-def _parts_of(clause: Clause) -> tuple[Clause, ...]:
+def _get_clause_parts(clause: Clause) -> tuple[Clause, ...]:
     """Return the parts of a list; any other clause is its own only part."""
     return clause.operands if isinstance(clause, _LISTS) else (clause,)
 
@@ -165,12 +165,12 @@ _HEAD = re.compile(r"\(([^\s()?]+)")
 _CONNECTIVES = frozenset({"and", "or", "forall", "exists", "not", "when"})
 
 
-def predicates_in(text: str) -> frozenset[str]:
+def find_predicates_in_text(text: str) -> frozenset[str]:
     """Return the predicates in a clause as `write_clause` prints it; a single name is a predicate."""
     return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})
 
 
-def _canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
+def _write_canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
     """Return a text that is equal for clauses which differ only in order of parts and names of variables.
 
     Args:
@@ -181,16 +181,16 @@ def _canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
     """
     match clause:
         case f.Not(part):
-            return f"(not {_canonical(part, names, depth)})"
+            return f"(not {_write_canonical(part, names, depth)})"
         case f.And(parts) | f.Or(parts):
             word = "and" if isinstance(clause, f.And) else "or"
-            return f"({' '.join([word, *sorted([_canonical(part, names, depth) for part in parts])])})"
+            return f"({' '.join([word, *sorted([_write_canonical(part, names, depth) for part in parts])])})"
         case f.ForAll(variable, part) | f.Exists(variable, part):
             word, bound = "forall" if isinstance(clause, f.ForAll) else "exists", f"#{depth}"
-            body = _canonical(part, {**names, variable.name: bound}, depth + 1)
-            return f"({word} (?{bound} - {m.type_of(variable)}) {body})"
+            body = _write_canonical(part, {**names, variable.name: bound}, depth + 1)
+            return f"({word} (?{bound} - {m.get_variable_type(variable)}) {body})"
         case f.Implies(guard, part):
-            return f"(when {_canonical(guard, names, depth)} {_canonical(part, names, depth)})"
+            return f"(when {_write_canonical(guard, names, depth)} {_write_canonical(part, names, depth)})"
         case f.Atom(predicate, terms):
             return f"({' '.join([predicate, *[_write_term(term, names) for term in terms]])})"
         case f.Equals(left, right):
@@ -204,39 +204,50 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 
 
 @lru_cache(_MAX_CACHED_OPERATORS)
-def _gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
-    """Return the precondition and the effect of a gold operator, prepared for `_Side`.
+def _make_gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
+    """Return the precondition and the effect of a gold operator, prepared for `_SidePair`.
 
     They are cached, because many answers share an operator.
     """
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
         [
-            (clause, tuple([_canonical(part, names) for part in _parts_of(clause)]), _size(clause))
-            for clause in (condition_clause(gold.precondition), effect_clause(gold.effect))
+            (
+                clause,
+                tuple([_write_canonical(part, names) for part in _get_clause_parts(clause)]),
+                _count_literals(clause),
+            )
+            for clause in (make_condition_clause(gold.precondition), make_effect_clause(gold.effect))
         ]
     )
 
 
 def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
-    own = condition_clause(predicted.precondition), effect_clause(predicted.effect)
-    sides = [_Side(ours, *theirs) for ours, theirs in zip(own, _gold_sides(gold), strict=True)]
-    renamings = _renamings(predicted, gold)
+    own = make_condition_clause(predicted.precondition), make_effect_clause(predicted.effect)
+    sides = [_SidePair(ours, *theirs) for ours, theirs in zip(own, _make_gold_sides(gold), strict=True)]
+    renamings = _generate_renamings(predicted, gold)
     wanted = sum(len(side.wanted) for side in sides)
     renaming, matches = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted)
     precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in matches]
     wanted = sum(side.size for side in sides)
     _, matched = _best(
-        sides, renamings, lambda side, renaming: _match_literals(side.ours, side.gold, renaming), int, wanted
+        sides,
+        renamings,
+        lambda side, renaming: _count_matched_literals(side.ours, side.gold, renaming),
+        int,
+        wanted,
     )
     of_precondition, of_effect = [
-        (number, _size(side.ours) - number, side.size - number)
+        (number, _count_literals(side.ours) - number, side.size - number)
         for number, side in zip(matched, sides, strict=True)
     ]
     renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
     ours, theirs = sides[0].ours, sides[0].gold
-    alternatives = isinstance(theirs, f.Or), isinstance(ours, f.Or) and len(_clauses(ours, theirs)) > 1
+    alternatives = (
+        isinstance(theirs, f.Or),
+        isinstance(ours, f.Or) and len(_list_answer_clauses(ours, theirs)) > 1,
+    )
     return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed, *alternatives)
 
 
@@ -246,9 +257,9 @@ def match_missing_operator(gold: m.PddlAction) -> OperatorMatch:
 
 
 def _best(
-    sides: Sequence[_Side],
+    sides: Sequence[_SidePair],
     renamings: Iterable[Renaming],
-    match: Callable[[_Side, Renaming], _T],
+    match: Callable[[_SidePair, Renaming], _T],
     number: Callable[[_T], int],
     wanted: int,
 ) -> tuple[Renaming, list[_T]]:
@@ -265,14 +276,14 @@ def _best(
     return best
 
 
-def _match_clauses(side: _Side, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
+def _match_clauses(side: _SidePair, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
     """Return the matched, additional and missing clauses of one side.
 
     Matched clauses are identical after renaming.
     """
-    left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.gold)]
+    left = [(_write_canonical(part, renaming), part) for part in _list_answer_clauses(side.ours, side.gold)]
     matched, missing = list[Clause](), list[Clause]()
-    for part, same in zip(_parts_of(side.gold), side.wanted, strict=True):
+    for part, same in zip(_get_clause_parts(side.gold), side.wanted, strict=True):
         partner = next(filter(lambda own: own[0] == same, left), None)
         if partner is None:
             missing.append(part)
@@ -282,17 +293,19 @@ def _match_clauses(side: _Side, renaming: Renaming) -> tuple[list[Clause], list[
     return matched, [part for _, part in left], missing
 
 
-def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
+def _list_answer_clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
     """Return the clauses of one side of an answer's operator.
 
     If its connective differs from that of the gold side, all of it is one clause.
     """
     lists = isinstance(ours, _LISTS) and isinstance(theirs, _LISTS)
-    unlike = lists and type(ours) is not type(theirs) and _parts_of(ours) and _parts_of(theirs)
-    return (ours,) if unlike else _parts_of(ours)
+    unlike = (
+        lists and type(ours) is not type(theirs) and _get_clause_parts(ours) and _get_clause_parts(theirs)
+    )
+    return (ours,) if unlike else _get_clause_parts(ours)
 
 
-def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
+def _generate_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
     """Return the pairings of parameters that agree in most types; the pairing by position comes first."""
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))
@@ -300,59 +313,64 @@ def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
     candidates = []
     for order in orders:
         pairs = [(ours[i], theirs[j]) for i, j in enumerate(order) if i < len(ours) and j < len(theirs)]
-        agreeing = sum(m.type_of(a) == m.type_of(b) for a, b in pairs)
+        agreeing = sum(m.get_variable_type(a) == m.get_variable_type(b) for a, b in pairs)
         candidates.append((agreeing, {a.name: b.name for a, b in pairs}))
     most = max(agreeing for agreeing, _ in candidates)
     return [renaming for agreeing, renaming in candidates if agreeing == most]
 
 
-def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
+def _count_matched_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals of two clauses, seen as trees."""
     if isinstance(ours, _LISTS) or isinstance(theirs, _LISTS):
-        return _match_lists(ours, theirs, renaming)
+        return _count_matched_literals_of_lists(ours, theirs, renaming)
     match ours, theirs:
         case f.Atom(name, terms), f.Atom(gold_name, gold_terms):
-            return int(name == gold_name and _agree(terms, gold_terms, renaming))
+            return int(name == gold_name and _are_terms_equal(terms, gold_terms, renaming))
         case f.Equals(left, right), f.Equals(gold_left, gold_right):
-            return int(_agree((left, right), (gold_left, gold_right), renaming))
+            return int(_are_terms_equal((left, right), (gold_left, gold_right), renaming))
         case f.Not(a), f.Not(b) if _is_leaf(a) == _is_leaf(b):
-            return _match_literals(a, b, renaming)
-        case (f.ForAll(own, a), f.ForAll(other, b)) | (f.Exists(own, a), f.Exists(other, b)) if m.type_of(
-            own
-        ) == m.type_of(other):
-            return _match_literals(a, b, {**renaming, own.name: other.name})
+            return _count_matched_literals(a, b, renaming)
+        case (f.ForAll(own, a), f.ForAll(other, b)) | (f.Exists(own, a), f.Exists(other, b)) if (
+            m.get_variable_type(own) == m.get_variable_type(other)
+        ):
+            return _count_matched_literals(a, b, {**renaming, own.name: other.name})
         case f.Implies(guard, a), f.Implies(gold_guard, b):
-            return _match_literals(guard, gold_guard, renaming) + _match_literals(a, b, renaming)
+            return _count_matched_literals(guard, gold_guard, renaming) + _count_matched_literals(
+                a, b, renaming
+            )
         case _:
             return 0
 
 
-def _match_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
+def _count_matched_literals_of_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals if at least one of two clauses is a list.
 
     A conjunction and a disjunction match only inside each other.
     """
     if isinstance(ours, _LISTS) and isinstance(theirs, _LISTS) and type(ours) is not type(theirs):
-        inside = [_match_literals(part, theirs, renaming) for part in _lists_in(ours)]
-        around = [_match_literals(ours, part, renaming) for part in _lists_in(theirs)]
+        inside = [_count_matched_literals(part, theirs, renaming) for part in _find_nested_lists(ours)]
+        around = [_count_matched_literals(ours, part, renaming) for part in _find_nested_lists(theirs)]
         return max([*inside, *around], default=0)
-    grid = [[_match_literals(a, b, renaming) for b in _parts_of(theirs)] for a in _parts_of(ours)]
+    grid = [
+        [_count_matched_literals(a, b, renaming) for b in _get_clause_parts(theirs)]
+        for a in _get_clause_parts(ours)
+    ]
     return sum(grid[row][column] for row, column in find_heaviest_pairs(grid))
 
 
-def _lists_in(clause: Clause) -> list[Clause]:
-    return [part for part in _parts_of(clause) if isinstance(part, _LISTS)]
+def _find_nested_lists(clause: Clause) -> list[Clause]:
+    return [part for part in _get_clause_parts(clause) if isinstance(part, _LISTS)]
 
 
 def _is_leaf(clause: Clause) -> bool:
     return isinstance(clause, (f.Atom, f.Equals))
 
 
-def _size(clause: Clause) -> int:
+def _count_literals(clause: Clause) -> int:
     return sum(map(_is_leaf, walk_subformulas(clause)))
 
 
-def _agree(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:
+def _are_terms_equal(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:
     """Whether two lists of terms are equal if variables take their gold names."""
     return len(ours) == len(theirs) and all(
         renaming.get(own.name) == gold.name

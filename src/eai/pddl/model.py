@@ -122,7 +122,7 @@ class PddlProblem:
     goal: f.Formula
 
 
-def type_of(variable: f.Variable) -> str:
+def get_variable_type(variable: f.Variable) -> str:
     """Return the type that a variable ranges over; the root type if it has no type."""
     return variable.category or OBJECT
 
@@ -162,7 +162,7 @@ def supertypes(above: Mapping[str, str], name: str) -> list[str]:
     return [*types, OBJECT]
 
 
-def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tuple[str, ...]]:
+def group_objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tuple[str, ...]]:
     """Return a mapping from each declared type to its objects, constants first, in order of declaration."""
     above = parents(domain.types)
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
@@ -172,7 +172,7 @@ def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tu
     return _TypeMembers({name: tuple(dict.fromkeys(items)) for name, items in members.items()})
 
 
-def effect_parts(
+def split_effect(
     effect: PddlEffect, conditions: tuple[f.Formula, ...] = ()
 ) -> Iterator[tuple[Add | Delete, tuple[f.Formula, ...]]]:
     """Yield the additions and deletions of an effect, left to right, each with its outer conditions."""
@@ -181,27 +181,27 @@ def effect_parts(
             yield effect, conditions
         case Both(parts):
             for part in parts:
-                yield from effect_parts(part, conditions)
+                yield from split_effect(part, conditions)
         case Each(part=part):
-            yield from effect_parts(part, conditions)
+            yield from split_effect(part, conditions)
         case WhenEffect(condition, part):
-            yield from effect_parts(part, (*conditions, condition))
+            yield from split_effect(part, (*conditions, condition))
 
 
-def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
+def find_effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
     """Yield the atoms that an effect adds or deletes, left to right."""
-    return (part.atom for part, _ in effect_parts(effect))
+    return (part.atom for part, _ in split_effect(effect))
 
 
 def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
     """Yield the conditions of an effect's conditional parts, left to right, once for each part."""
-    return (condition for _, conditions in effect_parts(effect) for condition in conditions)
+    return (condition for _, conditions in split_effect(effect) for condition in conditions)
 
 
-def effect_variables(effect: PddlEffect) -> frozenset[str]:
+def find_effect_variables(effect: PddlEffect) -> frozenset[str]:
     """Return the names of the variables in an effect's atoms, and of the free variables of its conditions."""
     return frozenset[str]().union(
-        *map(find_free_variables, (*effect_atoms(effect), *effect_conditions(effect)))
+        *map(find_free_variables, (*find_effect_atoms(effect), *effect_conditions(effect)))
     )
 
 

@@ -18,7 +18,7 @@ import eai.pddl.model as m
 from eai.base.errors import DomainError
 from eai.logic.traversal import quantify
 from eai.pddl import glossary as g
-from eai.world.derived import Defined
+from eai.world.derived import DefinedPredicate
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -47,7 +47,7 @@ class _AtomChange:
 
 
 @dataclass(frozen=True, slots=True)
-class _Context:
+class _EffectContext:
     """The terms for variables, and the conditions, that enclosing effects set for an effect."""
 
     scope: g.TermScope
@@ -55,10 +55,10 @@ class _Context:
     condition: f.Formula = f.TRUE
     place: _EffectPosition = ()
 
-    def add_condition(self, condition: f.Formula) -> _Context:
+    def add_condition(self, condition: f.Formula) -> _EffectContext:
         return replace(self, condition=g.conjunction((self.condition, condition)))
 
-    def extend_position(self, *place: int | f.Variable) -> _Context:
+    def extend_position(self, *place: int | f.Variable) -> _EffectContext:
         return replace(self, place=(*self.place, *place))
 
 
@@ -73,10 +73,10 @@ def write_simultaneous_effect(
         scope: the operator's parameters.
         hidden: predicates that are left out.
     """
-    return _OrderedEffects(conditions, scope, hidden).convert(operator)
+    return _OrderedEffectsConverter(conditions, scope, hidden).convert(operator)
 
 
-class _OrderedEffects:
+class _OrderedEffectsConverter:
     """The ordered effects of one operator."""
 
     def __init__(self, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]) -> None:
@@ -86,66 +86,72 @@ class _OrderedEffects:
         self._hidden = hidden
 
     def convert(self, operator: Operator) -> m.PddlEffect:
-        start = _Context(self._scope)
+        start = _EffectContext(self._scope)
         changes: list[_AtomChange] = []
         for number, attempt in enumerate(operator.tries):
-            inside = start.add_condition(self._read(f.And(attempt.conditions), start)).extend_position(number)
-            changes += self._sequence(attempt.effects, inside)
-        changes += self._sequence(operator.effects, start.extend_position(len(operator.tries)))
+            inside = start.add_condition(
+                self._convert_condition(f.And(attempt.conditions), start)
+            ).extend_position(number)
+            changes += self._convert_sequence(attempt.effects, inside)
+        changes += self._convert_sequence(operator.effects, start.extend_position(len(operator.tries)))
         parts = [part for change in changes for part in self._write_change(change, changes)]
         return parts[0] if len(parts) == 1 else m.Both(tuple(parts))
 
-    def _sequence(self, effects: Iterable[Effect], context: _Context) -> Iterator[_AtomChange]:
+    def _convert_sequence(self, effects: Iterable[Effect], context: _EffectContext) -> Iterator[_AtomChange]:
         for number, effect in enumerate(effects):
-            yield from self._effect(effect, context.extend_position(number))
+            yield from self._convert_effect(effect, context.extend_position(number))
 
-    def _effect(self, effect: Effect, context: _Context) -> Iterator[_AtomChange]:
+    def _convert_effect(self, effect: Effect, context: _EffectContext) -> Iterator[_AtomChange]:
         match effect:
             case Add(atom) | Delete(atom):
                 if atom.predicate not in self._hidden:
-                    yield self._change(atom, context, adds=isinstance(effect, Add))
+                    yield self._make_atom_change(atom, context, adds=isinstance(effect, Add))
             case When(condition, effects, otherwise):
-                read = self._read(condition, context)
-                yield from self._sequence(effects, context.add_condition(read).extend_position(0))
-                yield from self._sequence(
+                read = self._convert_condition(condition, context)
+                yield from self._convert_sequence(effects, context.add_condition(read).extend_position(0))
+                yield from self._convert_sequence(
                     otherwise, context.add_condition(g.negation(read)).extend_position(1)
                 )
             case ForEach(variable, condition, effects):
-                bound, inside = self._bound(variable, context)
-                matched = inside.add_condition(self._read(condition, inside))
+                bound, inside = self._bind_variable(variable, context)
+                matched = inside.add_condition(self._convert_condition(condition, inside))
                 for number, each in enumerate(effects):
-                    yield from self._effect(each, matched.extend_position(number, bound))
+                    yield from self._convert_effect(each, matched.extend_position(number, bound))
             case Let(variable, condition, effects):
-                bound, inside = self._bound(variable, context)
-                first = self._first(variable, condition, bound, inside)
-                yield from self._sequence(effects, inside.add_condition(first))
+                bound, inside = self._bind_variable(variable, context)
+                first = self._require_lowest_index(variable, condition, bound, inside)
+                yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
 
-    def _bound(self, variable: f.Variable, context: _Context) -> tuple[f.Variable, _Context]:
+    def _bind_variable(
+        self, variable: f.Variable, context: _EffectContext
+    ) -> tuple[f.Variable, _EffectContext]:
         bound = self._conditions.fresh(variable.name)
         scope = {**context.scope, variable.name: bound}
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
-    def _read(self, condition: f.Formula, context: _Context) -> f.Formula:
+    def _convert_condition(self, condition: f.Formula, context: _EffectContext) -> f.Formula:
         """Return the PDDL condition of an effect. Parts with hidden predicates count as false."""
         return self._conditions.convert(
-            g.replace_hidden(condition, self._hidden, positive=False), context.scope
+            g.replace_hidden_atoms(condition, self._hidden, positive=False), context.scope
         )
 
-    def _first(
-        self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context
+    def _require_lowest_index(
+        self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _EffectContext
     ) -> f.Formula:
         """Return the condition that no object with a lower index satisfies a condition."""
-        meets = self._read(condition, inside)
+        meets = self._convert_condition(condition, inside)
         if meets == f.TRUE or is_single(condition, variable, self._vocabulary):
             return meets
         other = self._conditions.fresh(variable.name)
-        as_well = self._read(condition, replace(inside, scope={**inside.scope, variable.name: other}))
+        as_well = self._convert_condition(
+            condition, replace(inside, scope={**inside.scope, variable.name: other})
+        )
         earlier = g.conjunction((self._conditions.glossary.precedes(other, bound), as_well))
         return g.conjunction((meets, g.negation(f.Exists(other, earlier))))
 
-    def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _AtomChange:
+    def _make_atom_change(self, atom: f.Atom, context: _EffectContext, *, adds: bool) -> _AtomChange:
         """Return the change that an effect makes to an atom; a pattern changes all atoms that it matches."""
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
@@ -164,7 +170,7 @@ class _OrderedEffects:
     def _write_change(self, change: _AtomChange, changes: Sequence[_AtomChange]) -> Iterator[m.PddlEffect]:
         condition = change.condition
         if change.adds:
-            undone = [self._write_undoing(change, other) for other in changes if not other.adds]
+            undone = [self._write_deletion_condition(change, other) for other in changes if not other.adds]
             condition = g.conjunction((condition, *map(g.negation, undone)))
         if condition == f.FALSE:
             return
@@ -173,7 +179,7 @@ class _OrderedEffects:
             effect = m.WhenEffect(condition, effect)
         yield quantify(m.Each, change.variables, effect)
 
-    def _write_undoing(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
+    def _write_deletion_condition(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
         """Return the condition that a later deletion removes the added atom."""
         if addition.atom.predicate != deletion.atom.predicate:
             return f.FALSE
@@ -184,11 +190,11 @@ class _OrderedEffects:
             if isinstance(deleted, f.Variable) and deleted.name in own and deleted.name not in terms:
                 terms[deleted.name] = added
             else:
-                same.append(g.equality(g.substitute_term(deleted, terms), added))
+                same.append(g.equality(g.replace_variable(deleted, terms), added))
         rest = [variable.name for variable in deletion.variables if variable.name not in terms]
         still_open = {name: self._conditions.fresh(name) for name in rest}
         terms |= still_open
-        later = self._later(addition.place, deletion.place, terms)
+        later = self._write_order_condition(addition.place, deletion.place, terms)
         undoing = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
         if g.conjunction((addition.condition, undoing)) == f.FALSE:  # the two conditions exclude each other
             return f.FALSE
@@ -196,7 +202,9 @@ class _OrderedEffects:
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
         return undoing
 
-    def _later(self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope) -> f.Formula:
+    def _write_order_condition(
+        self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope
+    ) -> f.Formula:
         """Return the condition that a deletion comes after an addition in the order of effects.
 
         `terms` replace the variables of the deletion.
@@ -204,7 +212,7 @@ class _OrderedEffects:
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
                 theirs = terms.get(other.name, other)
-                rest = self._later(addition[depth + 1 :], deletion[depth + 1 :], terms)
+                rest = self._write_order_condition(addition[depth + 1 :], deletion[depth + 1 :], terms)
                 if theirs == mine:
                     return rest
                 precedes = self._conditions.glossary.precedes(mine, theirs)
@@ -224,7 +232,7 @@ def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary
         case f.Atom(predicate, (*others, last)) if last == f.Variable(variable.name) and last not in others:
             declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
             match declared:
-                case Defined(parameters=parameters, definition=definition):
+                case DefinedPredicate(parameters=parameters, definition=definition):
                     return is_single(definition, parameters[-1], vocabulary)
                 case Predicate(single=single):
                     return single

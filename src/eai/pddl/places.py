@@ -8,7 +8,7 @@ from typing import Final
 
 import eai.pddl.model as m
 from eai.pddl.check import Declarations, PddlFinding, Violation
-from eai.pddl.reader import Group, SExpr, Symbol, head_of
+from eai.pddl.reader import Group, SExpr, Symbol, get_first_word
 
 _SECTIONS: Final[Mapping[str, str]] = {
     "objects": ":objects",
@@ -31,7 +31,7 @@ _NAMED: Final = frozenset({":action", ":derived"})
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
 
-def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations) -> int:
+def find_offset_of_finding(finding: PddlFinding, definition: Group, vocabulary: Declarations) -> int:
     """Return the offset at which a definition has the mistake of a finding.
 
     A mistake without a position, such as a missing name, has the offset of its section.
@@ -41,20 +41,22 @@ def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations)
         definition: the expression ``(define ...)`` of the text.
         vocabulary: the names that the text may use.
     """
-    sections = list(_sections(definition, finding.place))
-    offsets = (offset for section in sections for offset in _mistakes(section, finding, vocabulary))
+    sections = list(_find_sections_by_location(definition, finding.place))
+    offsets = (
+        offset for section in sections for offset in _find_mistake_offsets(section, finding, vocabulary)
+    )
     allowed = 1 if finding.offence is Violation.DUPLICATE else 0
     return next(islice(offsets, allowed, None), sections[0].offset if sections else definition.offset)
 
 
-def _sections(definition: Group, place: str) -> Iterator[SExpr]:
+def _find_sections_by_location(definition: Group, place: str) -> Iterator[SExpr]:
     """Yield the expressions for which a location in words stands, such as ``effect of move``."""
     kind, _, name = place.partition(" of ")
     if not name and place not in _SECTIONS:
         kind, _, name = place.rpartition(" ")
     wanted = _SECTIONS.get(kind, place)
     for section in definition.items:
-        if not isinstance(section, Group) or head_of(section) != wanted:
+        if not isinstance(section, Group) or get_first_word(section) != wanted:
             continue
         if wanted not in _NAMED or not name:
             yield section
@@ -66,17 +68,17 @@ def _sections(definition: Group, place: str) -> Iterator[SExpr]:
 
 def _names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
     """Return the words among some items of an expression, and the first word of each list among them."""
-    return [item.text if isinstance(item, Symbol) else head_of(item) for item in items]
+    return [item.text if isinstance(item, Symbol) else get_first_word(item) for item in items]
 
 
-def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) -> Iterator[int]:
+def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: Declarations) -> Iterator[int]:
     """Yield the offsets at which a section has the mistake of a finding, in the order of the text."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)
     unknown = {symbol for symbol in m.alternatives(name) if symbol not in vocabulary.parents}
-    for group, bound in _groups(section, frozenset()):
-        head, arguments = head_of(group), group.items[1:]
+    for group, bound in _walk_groups(section, frozenset()):
+        head, arguments = get_first_word(group), group.items[1:]
         match finding.offence:
             case Violation.UNKNOWN_PREDICATE if head == name:
                 yield group.items[0].offset
@@ -92,31 +94,31 @@ def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) ->
                     symbol.offset for symbol in _types(group) if symbol.text.removeprefix("-") in unknown
                 )
             case Violation.DUPLICATE | Violation.MALFORMED:
-                yield from _declarations(group, name)
+                yield from _find_declaration_offsets(group, name)
 
 
-def _groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, frozenset[str]]]:
+def _walk_groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, frozenset[str]]]:
     """Yield all lists in an expression, each with the variables that quantifiers around it bind."""
     if isinstance(expression, Group):
         yield expression, bound
         inner = bound
-        if head_of(expression) in _QUANTIFIERS:
+        if get_first_word(expression) in _QUANTIFIERS:
             lists = [item for item in expression.items[:-1] if isinstance(item, Group)]
             inner = bound.union(*(_names(variable_list.items) for variable_list in lists))
         for item in expression.items:
-            yield from _groups(item, inner)
+            yield from _walk_groups(item, inner)
 
 
 def _types(group: Group) -> Iterator[Symbol]:
     """Yield the names of types in a typed list: after a hyphen, or as alternatives."""
-    if head_of(group) == "either":
+    if get_first_word(group) == "either":
         yield from (item for item in group.items[1:] if isinstance(item, Symbol))
     for before, item in zip(group.items, group.items[1:], strict=False):
         if isinstance(item, Symbol) and (_names([before]) == ["-"] or item.text.startswith("-")):
             yield item
 
 
-def _declarations(group: Group, name: str) -> Iterator[int]:
+def _find_declaration_offsets(group: Group, name: str) -> Iterator[int]:
     """Yield the offsets at which a list declares an operator, a predicate, a parameter or an object."""
     words = (name, f"?{name}")
     match group.items:

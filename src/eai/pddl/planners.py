@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from eai.pddl.fast_downward import FastDownward, machine_memory_mib
+from eai.pddl.fast_downward import FastDownward, measure_machine_memory_mib
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
@@ -13,7 +13,7 @@ FIRST_LIMITS = Limits(300)
 """Limits of the built-in search before Fast Downward; with larger limits the two would take longer."""
 
 
-def resolve_choice(choice: PlannerChoice) -> PlannerChoice:
+def resolve_planner_choice(choice: PlannerChoice) -> PlannerChoice:
     """Return the choice without ``auto``: it becomes ``full`` or ``built_in``.
 
     It becomes ``full`` if Fast Downward is installed in this environment.
@@ -37,7 +37,7 @@ def make_planner(
         DataError: Fast Downward is missing in this environment. The message names the install command.
     """
     terms = terms or PlannerTerms()
-    match resolve_choice(choice):
+    match resolve_planner_choice(choice):
         case PlannerChoice.NONE:
             return None
         case PlannerChoice.BUILT_IN:
@@ -51,7 +51,7 @@ def make_planner(
 def _make_fast_downward(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
     """Return Fast Downward, limited to as many calls at a time as fit into memory."""
     planner = FastDownward.find_installed(terms.seconds or cpu_seconds)
-    memory = machine_memory_mib() if terms.memory_mib is None else terms.memory_mib
+    memory = measure_machine_memory_mib() if terms.memory_mib is None else terms.memory_mib
     remark = "" if planner.cpu_seconds == cpu_seconds else f" ({planner.cpu_seconds} s)"
     if terms.memory_mib is not None and memory < planner.memory_mib:
         planner = replace(planner, memory_mib=memory)

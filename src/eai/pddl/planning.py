@@ -89,7 +89,7 @@ class PlanningTask:
     fatal: Atom | None = None
 
 
-def refuse_task(finding: PddlFinding) -> PlannerResult:
+def make_violation_result(finding: PddlFinding) -> PlannerResult:
     """Return the result for a task that violates PDDL, as a finding states. No planner needs to see it."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
@@ -108,13 +108,13 @@ class PddlPlanner(Protocol):
         ...
 
 
-def check_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
+def execute_found_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """Return the result of a planner call that found a plan, after executing this plan."""
     from eai.pddl.execute import Executor
     from eai.planning.search import Effort
 
     looks = Effort(_MAX_LOOKS)
-    flaw = Executor(task.domain, task.problem, looks).find_flaw(plan)
+    flaw = Executor(task.domain, task.problem, looks).find_failed_step(plan)
     if looks.is_exceeded:
         return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
     if flaw is None:

@@ -48,7 +48,7 @@ class Group:
 SExpr: TypeAlias = Symbol | Group
 
 
-def error_at(text: str, offset: int, offence: Violation, expected: str) -> PddlError:
+def make_pddl_error(text: str, offset: int, offence: Violation, expected: str) -> PddlError:
     """Return a `PddlError` that states the position of an offset in a text."""
     return PddlError(offence, *find_line_and_column(text, offset), expected)
 
@@ -61,7 +61,7 @@ def read_group(text: str) -> Group:
     """
     expression = _read(text)
     if not isinstance(expression, Group):
-        raise error_at(
+        raise make_pddl_error(
             text,
             len(text) if expression is None else expression.offset,
             Violation.MALFORMED,
@@ -79,7 +79,9 @@ def _read(text: str) -> SExpr | None:
         if word == "(":
             pending.append((place, []))
             if len(pending) > MAX_DEPTH:
-                raise error_at(text, place, Violation.MALFORMED, f"at most {MAX_DEPTH} nested parentheses")
+                raise make_pddl_error(
+                    text, place, Violation.MALFORMED, f"at most {MAX_DEPTH} nested parentheses"
+                )
             continue
         if word.startswith(";"):
             continue
@@ -89,12 +91,16 @@ def _read(text: str) -> SExpr | None:
             start, items = pending.pop()
             node = Group(tuple(items), start, match.end())
         else:
-            raise error_at(text, place, Violation.UNBALANCED, "no closing parenthesis without an opening one")
+            raise make_pddl_error(
+                text, place, Violation.UNBALANCED, "no closing parenthesis without an opening one"
+            )
         if not pending:
             return node
         pending[-1][1].append(node)
     if pending:
-        raise error_at(text, pending[-1][0], Violation.UNBALANCED, "a partner for this opening parenthesis")
+        raise make_pddl_error(
+            text, pending[-1][0], Violation.UNBALANCED, "a partner for this opening parenthesis"
+        )
     return None
 
 
@@ -147,32 +153,40 @@ class PddlReader:
         self._text = text
         self._is_file = is_file
 
-    def _error(self, node: SExpr, expected: str, offence: Violation = Violation.MALFORMED) -> PddlError:
-        return error_at(self._text, node.offset, offence, expected)
+    def _make_error(self, node: SExpr, expected: str, offence: Violation = Violation.MALFORMED) -> PddlError:
+        return make_pddl_error(self._text, node.offset, offence, expected)
 
     def domain(self, group: Group) -> m.PddlDomain:
         """Return the domain of ``(define (domain ...) ...)``."""
         name, sections = self._definition(group, "domain")
-        actions = [self.action(section) for section in sections if head_of(section) == ":action"]
+        actions = [self.action(section) for section in sections if get_first_word(section) == ":action"]
         return m.PddlDomain(
             name=name,
-            requirements=tuple(self._word(item).text for item in _body(sections, ":requirements")),
-            types=_add_supertypes(self._read_typed_names(_body(sections, ":types"))),
-            constants=self._read_typed_names(_body(sections, ":constants")),
-            predicates=tuple(self._predicate(item) for item in _body(sections, ":predicates")),
+            requirements=tuple(
+                self._require_word(item).text for item in _find_section_items(sections, ":requirements")
+            ),
+            types=_add_supertypes(self._read_typed_names(_find_section_items(sections, ":types"))),
+            constants=self._read_typed_names(_find_section_items(sections, ":constants")),
+            predicates=tuple(
+                self._read_predicate(item) for item in _find_section_items(sections, ":predicates")
+            ),
             actions=tuple(actions),
-            axioms=tuple(self._axiom(section) for section in sections if head_of(section) == ":derived"),
+            axioms=tuple(
+                self._axiom(section) for section in sections if get_first_word(section) == ":derived"
+            ),
         )
 
     def problem(self, group: Group) -> m.PddlProblem:
         """Return the problem of ``(define (problem ...) ...)``."""
         name, sections = self._definition(group, "problem")
-        facts = [self._literal(item) for item in _body(sections, ":init")]
-        goals = [self.condition(item) for item in _body(sections, ":goal")]
+        facts = [self._read_literal(item) for item in _find_section_items(sections, ":init")]
+        goals = [self.condition(item) for item in _find_section_items(sections, ":goal")]
         return m.PddlProblem(
             name=name,
-            domain=" ".join(self._word(item).text for item in _body(sections, ":domain")),
-            objects=self._read_typed_names(_body(sections, ":objects")),
+            domain=" ".join(
+                self._require_word(item).text for item in _find_section_items(sections, ":domain")
+            ),
+            objects=self._read_typed_names(_find_section_items(sections, ":objects")),
             initial=tuple(fact for fact in facts if isinstance(fact, f.Atom)),
             denied=tuple(
                 fact.operand for fact in facts if isinstance(fact, f.Not) and isinstance(fact.operand, f.Atom)
@@ -182,32 +196,32 @@ class PddlReader:
 
     def action(self, group: Group) -> m.PddlAction:
         """Return the operator of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
-        if head_of(group) != ":action" or len(group.items) < 2:
-            raise self._error(group, "(:action NAME ...)")
-        name = self._word(group.items[1])
+        if get_first_word(group) != ":action" or len(group.items) < 2:
+            raise self._make_error(group, "(:action NAME ...)")
+        name = self._require_word(group.items[1])
         if name.text.startswith(":"):
-            raise self._error(name, f"the name of an action, not {name.text}")
-        parts = self._parts_of_action(group.items[2:])
+            raise self._make_error(name, f"the name of an action, not {name.text}")
+        parts = self._read_action_parts(group.items[2:])
         return m.PddlAction(
             name=name.text,
             parameters=self.variables(parts.get(":parameters", _EMPTY)),
             precondition=self.condition(parts.get(":precondition", _EMPTY)),
-            effect=self.whole_effect(parts.get(":effect", _EMPTY)),
+            effect=self.read_whole_effect(parts.get(":effect", _EMPTY)),
         )
 
-    def _parts_of_action(self, items: Sequence[SExpr]) -> dict[str, SExpr]:
+    def _read_action_parts(self, items: Sequence[SExpr]) -> dict[str, SExpr]:
         parts: dict[str, SExpr] = {}
         for key, value in zip_longest(items[::2], items[1::2]):
-            word = self._word(key).text
+            word = self._require_word(key).text
             if word not in _PARTS_OF_ACTION:
                 expected = (
                     f"{join_with_or(_PARTS_OF_ACTION)}, not {word}{did_you_mean(word, _PARTS_OF_ACTION)}"
                 )
-                raise self._error(key, expected)
+                raise self._make_error(key, expected)
             if word in parts:
-                raise self._error(key, f"{word} once only")
+                raise self._make_error(key, f"{word} once only")
             if value is None or (isinstance(value, Symbol) and value.text in _PARTS_OF_ACTION):
-                raise self._error(key, f"a list behind {word}")
+                raise self._make_error(key, f"a list behind {word}")
             parts[word] = value
         return parts
 
@@ -215,7 +229,7 @@ class PddlReader:
         """Return a whole condition; like `formula`, but ``()`` is true."""
         return f.TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
 
-    def whole_effect(self, expression: SExpr) -> m.PddlEffect:
+    def read_whole_effect(self, expression: SExpr) -> m.PddlEffect:
         """Return a whole effect; like `effect`, but ``()`` is no effect."""
         return (
             m.NO_EFFECT if isinstance(expression, Group) and not expression.items else self.effect(expression)
@@ -223,61 +237,61 @@ class PddlReader:
 
     def formula(self, expression: SExpr) -> f.Formula:
         """Return the formula of a condition."""
-        group, head = self._compound(expression)
+        group, head = self._require_list(expression)
         match head:
             case "and":
                 return f.And(tuple(map(self.formula, group.items[1:])))
             case "or":
                 return f.Or(tuple(map(self.formula, group.items[1:])))
             case "not":
-                return f.Not(self.formula(self._parts(group, 1)[0]))
+                return f.Not(self.formula(self._require_parts(group, 1)[0]))
             case "imply":
-                premise, conclusion = self._parts(group, 2)
+                premise, conclusion = self._require_parts(group, 2)
                 return f.Implies(self.formula(premise), self.formula(conclusion))
             case "forall" | "exists":
-                names, body = self._parts(group, 2)
+                names, body = self._require_parts(group, 2)
                 quantifier = f.ForAll if head == "forall" else f.Exists
                 part = self.formula(body)
                 return quantify(quantifier, self.variables(names), part)
             case "=":
-                left, right = self._parts(group, 2)
-                return f.Equals(self._term(left), self._term(right))
+                left, right = self._require_parts(group, 2)
+                return f.Equals(self._read_term(left), self._read_term(right))
             case "when":
-                raise self._error(group, "a condition, not (when ...)", Violation.EFFECT_IN_CONDITION)
+                raise self._make_error(group, "a condition, not (when ...)", Violation.EFFECT_IN_CONDITION)
             case _:
-                return self._atom(group)
+                return self._read_atom(group)
 
     def effect(self, expression: SExpr) -> m.PddlEffect:
         """Return the effect of an expression."""
-        group, head = self._compound(expression)
+        group, head = self._require_list(expression)
         match head:
             case "and":
                 return m.Both(tuple(map(self.effect, group.items[1:])))
             case "when":
-                condition, part = self._parts(group, 2)
+                condition, part = self._require_parts(group, 2)
                 return m.WhenEffect(self.condition(condition), self.effect(part))
             case "forall":
-                names, body = self._parts(group, 2)
+                names, body = self._require_parts(group, 2)
                 result = self.effect(body)
                 return quantify(m.Each, self.variables(names), result)
             case "not":
-                negated, inner = self._compound(self._parts(group, 1)[0])
+                negated, inner = self._require_list(self._require_parts(group, 1)[0])
                 if inner not in CONNECTIVES:
-                    return m.Delete(self._atom(negated))
-                raise self._error(negated, "an atom in (not ...)", Violation.CONDITION_IN_EFFECT)
+                    return m.Delete(self._read_atom(negated))
+                raise self._make_error(negated, "an atom in (not ...)", Violation.CONDITION_IN_EFFECT)
             case "or" | "exists" | "imply" | "=":
-                raise self._error(group, f"an effect, not ({head} ...)", Violation.CONDITION_IN_EFFECT)
+                raise self._make_error(group, f"an effect, not ({head} ...)", Violation.CONDITION_IN_EFFECT)
             case _:
-                return m.Add(self._atom(group))
+                return m.Add(self._read_atom(group))
 
     def variables(self, expression: SExpr) -> tuple[f.Variable, ...]:
         """Return the variables of a typed list."""
         if not isinstance(expression, Group):
-            raise self._error(expression, "a parenthesised list of variables")
+            raise self._make_error(expression, "a parenthesised list of variables")
         variables = []
         for symbol, category in self._read_typed_list(expression.items):
             if not _is_variable(symbol.text):
-                raise self._error(symbol, "a variable, as in ?x")
+                raise self._make_error(symbol, "a variable, as in ?x")
             variables.append(f.Variable(symbol.text[1:], None if category == m.OBJECT else category))
         return tuple(variables)
 
@@ -286,33 +300,33 @@ class PddlReader:
             case (Symbol("define"), Group((Symbol(word), Symbol(name)))) if word == kind:
                 return name, [section for section in group.items[2:] if isinstance(section, Group)]
             case _:
-                raise self._error(group, f"(define ({kind} NAME) ...)")
+                raise self._make_error(group, f"(define ({kind} NAME) ...)")
 
-    def _predicate(self, expression: SExpr) -> m.PddlPredicate:
-        group, head = self._compound(expression)
+    def _read_predicate(self, expression: SExpr) -> m.PddlPredicate:
+        group, head = self._require_list(expression)
         return m.PddlPredicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
 
     def _axiom(self, section: Group) -> m.PddlAxiom:
         if len(section.items) != 3:
-            raise self._error(section, "(:derived (NAME ...) CONDITION)")
-        head = self._predicate(section.items[1])
+            raise self._make_error(section, "(:derived (NAME ...) CONDITION)")
+        head = self._read_predicate(section.items[1])
         return m.PddlAxiom(head.name, head.parameters, self.condition(section.items[2]))
 
-    def _literal(self, expression: SExpr) -> f.Formula:
+    def _read_literal(self, expression: SExpr) -> f.Formula:
         formula = self.formula(expression)
         if isinstance(formula.operand if isinstance(formula, f.Not) else formula, f.Atom):
             return formula
-        raise self._error(expression, "an atom or a negated atom in :init", Violation.UNSUPPORTED)
+        raise self._make_error(expression, "an atom or a negated atom in :init", Violation.UNSUPPORTED)
 
-    def _atom(self, group: Group) -> f.Atom:
+    def _read_atom(self, group: Group) -> f.Atom:
         if self._is_file and any(isinstance(item, Group) for item in group.items[1:]):
-            head = self._word(group.items[0])
+            head = self._require_word(group.items[0])
             expected = f"a connective or a predicate of names, not ({head.text} ...)"
-            raise self._error(head, expected + did_you_mean(head.text, sorted(CONNECTIVES)))
-        return f.Atom(self._word(group.items[0]).text, tuple(map(self._term, group.items[1:])))
+            raise self._make_error(head, expected + did_you_mean(head.text, sorted(CONNECTIVES)))
+        return f.Atom(self._require_word(group.items[0]).text, tuple(map(self._read_term, group.items[1:])))
 
-    def _term(self, expression: SExpr) -> f.Term:
-        name = self._word(expression).text
+    def _read_term(self, expression: SExpr) -> f.Term:
+        name = self._require_word(expression).text
         return f.Variable(name[1:]) if _is_variable(name) else f.Constant(name)
 
     def _read_typed_names(self, items: Sequence[SExpr]) -> tuple[m.TypedName, ...]:
@@ -327,46 +341,48 @@ class PddlReader:
         waiting: list[Symbol] = []
         rest = iter(items)
         for item in rest:
-            symbol = self._word(item)
+            symbol = self._require_word(item)
             is_joined = self._is_file and symbol.text.startswith("-") and symbol.text != "-"
             if symbol.text != "-" and not is_joined:
                 if self._is_file and symbol.text.endswith("-"):
-                    raise self._error(symbol, f"a space before the hyphen, as in {symbol.text[:-1]} - TYPE")
+                    raise self._make_error(
+                        symbol, f"a space before the hyphen, as in {symbol.text[:-1]} - TYPE"
+                    )
                 waiting.append(symbol)
                 continue
             category = Symbol(symbol.text[1:], symbol.offset + 1) if is_joined else next(rest, None)
             if category is None:
-                raise self._error(symbol, "a type behind the hyphen")
-            kind = self._type(category, of_variables=any(_is_variable(name.text) for name in waiting))
+                raise self._make_error(symbol, "a type behind the hyphen")
+            kind = self._read_type(category, of_variables=any(_is_variable(name.text) for name in waiting))
             typed += [(name, kind) for name in waiting]
             waiting.clear()
         return [*typed, *[(name, None) for name in waiting]]
 
-    def _type(self, category: SExpr, *, of_variables: bool) -> str:
+    def _read_type(self, category: SExpr, *, of_variables: bool) -> str:
         match category:
             case Symbol(name):
                 return name
             case Group((Symbol("either"), *types)) if self._is_file and of_variables and types:
-                return m.either([self._word(alternative).text for alternative in types])
+                return m.either([self._require_word(alternative).text for alternative in types])
             case _:
-                raise self._error(category, "one type name (no either)", Violation.UNSUPPORTED)
+                raise self._make_error(category, "one type name (no either)", Violation.UNSUPPORTED)
 
-    def _parts(self, group: Group, count: int) -> tuple[SExpr, ...]:
+    def _require_parts(self, group: Group, count: int) -> tuple[SExpr, ...]:
         if len(group.items) != count + 1:
-            head = self._word(group.items[0]).text
-            raise self._error(group, f"{count} part(s) of ({head} ...)")
+            head = self._require_word(group.items[0]).text
+            raise self._make_error(group, f"{count} part(s) of ({head} ...)")
         return group.items[1:]
 
-    def _compound(self, expression: SExpr) -> tuple[Group, str]:
+    def _require_list(self, expression: SExpr) -> tuple[Group, str]:
         """Return an expression, which must be a non-empty list, with its first word."""
         if isinstance(expression, Group) and expression.items:
-            return expression, self._word(expression.items[0]).text
-        raise self._error(expression, "a non-empty parenthesised list")
+            return expression, self._require_word(expression.items[0]).text
+        raise self._make_error(expression, "a non-empty parenthesised list")
 
-    def _word(self, expression: SExpr) -> Symbol:
+    def _require_word(self, expression: SExpr) -> Symbol:
         if isinstance(expression, Symbol):
             return expression
-        raise self._error(expression, "a word, not a list")
+        raise self._make_error(expression, "a word, not a list")
 
 
 def _add_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
@@ -386,11 +402,11 @@ def _is_variable(name: str) -> bool:
     return name.startswith("?")
 
 
-def head_of(group: Group) -> str:
+def get_first_word(group: Group) -> str:
     """Return the first word of a list, or an empty text."""
     return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
 
 
-def _body(sections: Sequence[Group], keyword: str) -> list[SExpr]:
+def _find_section_items(sections: Sequence[Group], keyword: str) -> list[SExpr]:
     """Return the items in all sections that begin with a keyword, without the keyword."""
-    return [item for section in sections if head_of(section) == keyword for item in section.items[1:]]
+    return [item for section in sections if get_first_word(section) == keyword for item in section.items[1:]]

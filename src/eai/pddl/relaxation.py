@@ -12,7 +12,7 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple, TypeAlias
 
-from eai.pddl.grounding import GroundProblem, bits, count_looks, group_by_bit
+from eai.pddl.grounding import GroundProblem, bits, estimate_test_cost, map_bits_to_masks
 from eai.planning.search import Effort
 
 _ALL_LITERALS = -1
@@ -36,7 +36,7 @@ class _LiteralRule(NamedTuple):
     makes: int
 
 
-class _Lacking(NamedTuple):
+class _UnreachedLiteral(NamedTuple):
     """An unreached literal, with masks of the rules that need it and of the rules that make it."""
 
     literal: int
@@ -44,7 +44,7 @@ class _Lacking(NamedTuple):
     making: int
 
 
-class _Layers(NamedTuple):
+class _RelaxedLayers(NamedTuple):
     """Relaxed states, each one step after the one before, and for each step the rules that it applies."""
 
     reached: list[int]
@@ -76,12 +76,14 @@ class Relaxation:
             for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
-        self._price = count_looks(len(self._rules))
-        self._making = group_by_bit([rule.makes for rule in self._rules])
-        needing = group_by_bit([rule.needs for rule in self._rules])
-        asked = problem.mention_all(reduce(or_, [rule.needs for rule in self._rules], problem.goal))
+        self._price = estimate_test_cost(len(self._rules))
+        self._making = map_bits_to_masks([rule.makes for rule in self._rules])
+        needing = map_bits_to_masks([rule.needs for rule in self._rules])
+        asked = problem.add_choices_and_options(
+            reduce(or_, [rule.needs for rule in self._rules], problem.goal)
+        )
         self._asked = [
-            _Lacking(literal, needing.get(literal, 0), self._making.get(literal, 0))
+            _UnreachedLiteral(literal, needing.get(literal, 0), self._making.get(literal, 0))
             for literal in bits(asked)
         ]
 
@@ -90,12 +92,12 @@ class Relaxation:
 
         Without a relaxed plan there is no plan at all.
         """
-        again = self._find_lost(state)
+        again = self._find_lost_goal_atoms(state)
         goal = self._problem.goal | again << self._again
-        layers = self._explore(literals, goal, again)
-        return self._plan(goal, layers) if not goal & ~layers.reached[-1] else None
+        layers = self._build_layers(literals, goal, again)
+        return self._extract_relaxed_plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
-    def _find_lost(self, state: int) -> int:
+    def _find_lost_goal_atoms(self, state: int) -> int:
         """Return the goal's true atoms that will become false before the whole goal holds."""
         missing = self._problem.goal & ~state
         lost = 0
@@ -104,7 +106,7 @@ class Relaxation:
                 lost |= price
         return lost & state
 
-    def _explore(self, start: int, goal: int, again: int) -> _Layers:
+    def _build_layers(self, start: int, goal: int, again: int) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
         They also end if the budget is exceeded. Atoms that must be made true ``again`` are separate literals.
@@ -113,8 +115,8 @@ class Relaxation:
         lacking = [
             literal_lacking for literal_lacking in self._asked if not literals & literal_lacking.literal
         ]
-        lacking += [_Lacking(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
-        layers, waiting = _Layers([literals], []), (1 << len(self._rules)) - 1
+        lacking += [_UnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
+        layers, waiting = _RelaxedLayers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
         while goal & ~literals and not looks.is_exceeded:
             looks.used += self._price * len(lacking)
@@ -138,7 +140,7 @@ class Relaxation:
                 break
         return layers
 
-    def _plan(self, goal: int, layers: _Layers) -> _RelaxedPlan:
+    def _extract_relaxed_plan(self, goal: int, layers: _RelaxedLayers) -> _RelaxedPlan:
         """Return the relaxed plan, found backwards: each literal counts for the first rule that makes it."""
         chosen, helpful = set[int](), 0
         needed = self._problem.choose(goal, layers.reached[-1])
@@ -147,7 +149,7 @@ class Relaxation:
             missing = needed & ~before
             needed &= before
             while missing:
-                action, needs, makes = self._first(missing, fired)
+                action, needs, makes = self._find_first_rule(missing, fired)
                 missing &= ~(makes | makes << self._again)
                 chosen.add(action)
                 if depth == 0:
@@ -155,16 +157,16 @@ class Relaxation:
                 needed |= self._problem.choose(needs, before)
         return _RelaxedPlan(len(chosen), helpful)
 
-    def layers(self, literals: int) -> _Layers:
+    def layers(self, literals: int) -> _RelaxedLayers:
         """Return the relaxed states from a set of literals on, one for each step, until they stop growing."""
-        return self._explore(literals, _ALL_LITERALS, 0)
+        return self._build_layers(literals, _ALL_LITERALS, 0)
 
     def makers(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
         """Yield the rules that make a literal, in order; `rules` are the allowed rules."""
         for bit in bits(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
-    def _first(self, missing: int, fired: int) -> _LiteralRule:
+    def _find_first_rule(self, missing: int, fired: int) -> _LiteralRule:
         """Return the first rule that makes any of the missing literals."""
         making = 0
         for literal in bits(missing):
@@ -196,7 +198,7 @@ _Mark: TypeAlias = tuple[int, int, int]
 """State of a lookahead to return to: its number of actions, the state and the literals of the state."""
 
 
-def look_ahead(
+def find_lookahead_actions(
     problem: GroundProblem, relaxation: Relaxation, state: int, literals: int
 ) -> Sequence[tuple[int, int]]:
     """Return actions from a state that reach more of the goal, each with the state after it.
@@ -225,9 +227,9 @@ class _Lookahead:
         before = None
         while (goal := self._problem.goal & ~self._held) and (missing := self._missing()) != before:
             before = missing
-            for literal in self._order(goal, len(self._layers.fired)):
+            for literal in self._order_missing_literals(goal, len(self._layers.fired)):
                 if not self._held & literal:
-                    self._gain(literal)
+                    self._reach_goal_literal(literal)
         return self._taken
 
     def _missing(self) -> tuple[int, int]:
@@ -235,53 +237,53 @@ class _Lookahead:
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
-    def _gain(self, literal: int) -> None:
+    def _reach_goal_literal(self, literal: int) -> None:
         """Make a goal literal true by the first rule that leaves less of the goal missing, if a rule does."""
-        missing, mark = self._missing(), self._mark()
+        missing, mark = self._missing(), self._make_undo_mark()
         for depth, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.makers(literal, fired):
-                if self._follow(rule, depth) and self._missing() < missing:
+                if self._apply_rule(rule, depth) and self._missing() < missing:
                     return
-                self._return_to(mark)
+                self._undo_to_mark(mark)
 
-    def _follow(self, rule: _LiteralRule, depth: int) -> bool:
+    def _apply_rule(self, rule: _LiteralRule, depth: int) -> bool:
         """Make the needs of a rule true and apply its action; return whether that is possible."""
         self._rules_left -= 1
-        if self._rules_left < 0 or not self._make(rule.needs, depth):
+        if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):
             return False
         self._state = self._problem.apply(rule.action, self._state, self._held)
-        self._held = self._problem.literals_of(self._state)
+        self._held = self._problem.find_state_literals(self._state)
         self._taken.append((rule.action, self._state))
         return True
 
-    def _make(self, needed: int, depth: int) -> bool:
+    def _make_literals_true(self, needed: int, depth: int) -> bool:
         """Make literals true together with rules of earlier layers; return whether all are true at the end.
 
         The first attempt begins with the literals that take longest, and the second attempt ends with them.
         """
-        mark = self._mark()
+        mark = self._make_undo_mark()
         for last in (False, True):
             for _ in range(_MAX_ROUNDS):
-                missing = self._order(needed & ~self._held, depth)
+                missing = self._order_missing_literals(needed & ~self._held, depth)
                 for literal in missing[::-1] if last else missing:
                     if not self._held & literal:
-                        self._make_one(literal, depth)
+                        self._make_literal_true(literal, depth)
                 if not needed & ~self._held:
                     return True
-            self._return_to(mark)
+            self._undo_to_mark(mark)
         return False
 
-    def _make_one(self, literal: int, depth: int) -> None:
+    def _make_literal_true(self, literal: int, depth: int) -> None:
         """Make a literal true by the first rule of earlier layers that makes it.
 
         If the literal was true at the start and has been lost, it is a rule of the first layer.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.makers(literal, fired):
-                self._follow(rule, min(before, depth - 1))
+                self._apply_rule(rule, min(before, depth - 1))
                 return
 
-    def _order(self, missing: int, depth: int) -> list[int]:
+    def _order_missing_literals(self, missing: int, depth: int) -> list[int]:
         """Return the missing literals in order: literals that take longest to reach come first."""
         missing, ordered = self._problem.choose(missing, self._layers.reached[max(depth, 0)]), list[int]()
         for reached in self._layers.reached[max(depth, 0) :: -1]:
@@ -289,10 +291,10 @@ class _Lookahead:
             missing &= reached
         return [*ordered, *bits(missing)]
 
-    def _mark(self) -> _Mark:
+    def _make_undo_mark(self) -> _Mark:
         return len(self._taken), self._state, self._held
 
-    def _return_to(self, mark: _Mark) -> None:
+    def _undo_to_mark(self, mark: _Mark) -> None:
         """Undo all actions after a mark."""
         taken, self._state, self._held = mark
         del self._taken[taken:]

@@ -3,7 +3,7 @@
 Greedy best-first search with deferred evaluation, guided by the length of a relaxed plan (Hoffmann and
 Nebel 2001). The first actions of the relaxed plan are preferred, and even more so after progress (Helmert
 2006, Richter and Helmert 2009). After progress, the relaxed plan is also carried out, and the state that it
-leads to is visited next (`look_ahead`). Parts of operators that cannot matter are left out
+leads to is visited next (`find_lookahead_actions`). Parts of operators that cannot matter are left out
 (`restrict_to_relevant`).
 
 The search first tries actions on the objects of the goal, then all actions. If it takes long, it tests
@@ -37,9 +37,9 @@ import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_predicates, map_subformulas
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem, bits
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, check_plan
-from eai.pddl.relaxation import Relaxation, look_ahead
-from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, best_first
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
+from eai.pddl.relaxation import Relaxation, find_lookahead_actions
+from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, run_best_first_search
 
 _Operator = tuple[m.PddlAction, Sequence[tuple[m.Add | m.Delete, tuple[f.Formula, ...]]]]
 """An operator with its additions and deletions, each with all conditions under which it takes place."""
@@ -51,22 +51,22 @@ def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.Pddl
     If several operators have equal parameters, precondition and effect, only the first is kept.
     """
     operators = [
-        (operator, list(m.effect_parts(operator.effect, (operator.precondition,))))
+        (operator, list(m.split_effect(operator.effect, (operator.precondition,))))
         for operator in domain.actions
     ]
-    reached = _reachable_predicates(operators, domain, problem)
-    possible = [operator for operator in operators if _may_hold(operator[0].precondition, reached)]
-    useful = reached & _relevant_predicates(possible, domain, problem)
+    reached = _find_reachable_predicates(operators, domain, problem)
+    possible = [operator for operator in operators if _may_condition_hold(operator[0].precondition, reached)]
+    useful = reached & _find_relevant_predicates(possible, domain, problem)
     distinct: dict[tuple[object, ...], m.PddlAction] = {}
     for action, _ in possible:
-        effect = _restrict(action.effect, useful)
+        effect = _restrict_effect(action.effect, useful)
         if effect != m.NO_EFFECT:
             key = (action.parameters, action.precondition, effect)
             distinct.setdefault(key, replace(action, effect=effect))
     return replace(domain, actions=tuple(distinct.values()))
 
 
-def _reachable_predicates(
+def _find_reachable_predicates(
     operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
 ) -> Set[str]:
     """Return the predicates with an atom that is true or may become true, and all derived predicates."""
@@ -81,14 +81,15 @@ def _reachable_predicates(
         new = {
             name
             for name, conditions in additions
-            if name not in reached and all(_may_hold(condition, reached) for condition in conditions)
+            if name not in reached
+            and all(_may_condition_hold(condition, reached) for condition in conditions)
         }
         if not new:
             return reached
         reached |= new
 
 
-def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
+def _may_condition_hold(condition: f.Formula, reached: Set[str]) -> bool:
     """Whether a condition may hold if only some predicates have true atoms.
 
     Only the condition's conjuncts are tested.
@@ -97,14 +98,14 @@ def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
         case f.Atom(predicate):
             return predicate in reached
         case f.And(operands):
-            return all(_may_hold(operand, reached) for operand in operands)
+            return all(_may_condition_hold(operand, reached) for operand in operands)
         case f.Exists(_, body):
-            return _may_hold(body, reached)
+            return _may_condition_hold(body, reached)
         case _:
             return True
 
 
-def _relevant_predicates(
+def _find_relevant_predicates(
     operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
 ) -> Set[str]:
     """Return the predicates that the goal depends on, directly or through effects and axioms."""
@@ -119,11 +120,13 @@ def _relevant_predicates(
     return relevant_ones
 
 
-def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
+def _restrict_effect(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
     """Return the part of an effect that changes given predicates; `NO_EFFECT` if it changes none of them."""
     if isinstance(effect, (m.Add, m.Delete)):
         return effect if effect.atom.predicate in predicates else m.NO_EFFECT
-    match m.map_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
+    match m.map_effect_parts(
+        effect, lambda part: _restrict_effect(part, predicates), lambda condition: condition
+    ):
         case m.Both(parts):
             return m.Both(tuple([part for part in parts if part != m.NO_EFFECT]))
         case m.Each(part=m.NO_EFFECT) | m.WhenEffect(part=m.NO_EFFECT):
@@ -132,17 +135,17 @@ def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
             return kept
 
 
-def drop_idle_quantifiers(task: PlanningTask) -> PlanningTask:
+def drop_unused_quantifiers(task: PlanningTask) -> PlanningTask:
     """Return the task without quantifiers whose variable does not occur in the body.
 
     Quantifiers over types without objects are kept.
     """
-    objects = m.objects_by_type(task.domain, task.problem)
+    objects = m.group_objects_by_type(task.domain, task.problem)
     actions = [
         replace(
             action,
             precondition=_condition(action.precondition, objects),
-            effect=_effect(action.effect, objects),
+            effect=_drop_quantifiers_in_effect(action.effect, objects),
         )
         for action in task.domain.actions
     ]
@@ -152,17 +155,19 @@ def drop_idle_quantifiers(task: PlanningTask) -> PlanningTask:
 
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
     mapped = map_subformulas(formula, lambda part: _condition(part, objects))
-    if isinstance(mapped, (f.ForAll, f.Exists)) and objects[m.type_of(mapped.variable)]:
+    if isinstance(mapped, (f.ForAll, f.Exists)) and objects[m.get_variable_type(mapped.variable)]:
         return mapped if mapped.variable.name in find_free_variables(mapped.body) else mapped.body
     return mapped
 
 
-def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.PddlEffect:
+def _drop_quantifiers_in_effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.PddlEffect:
     mapped = m.map_effect_parts(
-        effect, lambda part: _effect(part, objects), lambda condition: _condition(condition, objects)
+        effect,
+        lambda part: _drop_quantifiers_in_effect(part, objects),
+        lambda condition: _condition(condition, objects),
     )
-    if isinstance(mapped, m.Each) and objects[m.type_of(mapped.variable)]:
-        return mapped if mapped.variable.name in m.effect_variables(mapped.part) else mapped.part
+    if isinstance(mapped, m.Each) and objects[m.get_variable_type(mapped.variable)]:
+        return mapped if mapped.variable.name in m.find_effect_variables(mapped.part) else mapped.part
     return mapped
 
 
@@ -201,21 +206,21 @@ class BuiltInPlanner:
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Search for a plan."""
-        result = self._solve(task)
+        result = self._search_plan(task)
         decided = result.outcome in {PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE}
         return result if decided or self.then is None else self.then.solve(task)
 
-    def _solve(self, task: PlanningTask) -> PlannerResult:
+    def _search_plan(self, task: PlanningTask) -> PlannerResult:
         if task.fatal is not None:
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail="an effect adds an unbound variable")
         if DerivedPredicates(task.domain.axioms).circles:
             detail = "a derived predicate depends on itself"
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
-        task = drop_idle_quantifiers(task)
+        task = drop_unused_quantifiers(task)
         result = search(task.domain, task.problem, self.limits)
         match result.end:
             case SearchEnd.SOLVED:
-                return check_plan(task, result.plan, _NAME)
+                return execute_found_plan(task, result.plan, _NAME)
             case SearchEnd.UNREACHABLE:
                 return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=_NAME)
             case SearchEnd.STATES:
@@ -237,7 +242,7 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     goal = grounder.goal()
     if goal is None and not looks.is_exceeded:
         return SearchResult(SearchEnd.UNREACHABLE)
-    objects = grounder.central_objects()
+    objects = grounder.find_central_objects()
     central, all_are_central = list(grounder.actions(objects)), objects >= grounder.objects
     if goal is None or looks.is_exceeded:
         return SearchResult(SearchEnd.STATES)
@@ -255,7 +260,7 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
 _SearchNode: TypeAlias = Node[int, PlanStep]
 
 
-class _Alternation:
+class _AlternatingQueues:
     """Two open lists, used in turn: all states to be evaluated, and the preferred states among them.
 
     A preferred state comes after an action of the relaxed plan. States are ordered by the estimate of their
@@ -295,19 +300,19 @@ class _GroundSearch:
         self._relaxation = Relaxation(problem, looks)
         self._looks = looks
         self._states = states
-        self._open = _Alternation()
+        self._open = _AlternatingQueues()
         self._ahead: _SearchNode | None = Node(problem.initial)
         self._seen, self._done = {problem.initial}, set[int]()
         self._least = inf
 
     def run(self) -> SearchResult[PlanStep]:
-        outcome = best_first(self._following, self._visit)
+        outcome = run_best_first_search(self._pop_next_node, self._visit)
         if isinstance(outcome, Node):
             return SearchResult(SearchEnd.SOLVED, outcome.plan(), len(self._done))
         end = SearchEnd.STATES if self._looks.is_exceeded else outcome
         return SearchResult(end, states=len(self._done))
 
-    def _following(self) -> _SearchNode | None:
+    def _pop_next_node(self) -> _SearchNode | None:
         """Return the state that a lookahead reached, or else the next unevaluated state of the open lists."""
         node = self._ahead or self._open.pop()
         self._ahead = None
@@ -317,7 +322,7 @@ class _GroundSearch:
 
     def _visit(self, node: _SearchNode) -> _SearchNode | SearchEnd | None:
         """Test whether a state is the goal, evaluate it and queue its successors."""
-        literals = self._problem.literals_of(node.state)
+        literals = self._problem.find_state_literals(node.state)
         if not self._problem.goal & ~literals:
             return node
         if len(self._done) == self._states or self._looks.is_exceeded:
@@ -333,7 +338,7 @@ class _GroundSearch:
         if estimate.length < self._least:
             self._least = estimate.length
             self._open.boost()
-            self._ahead = self._look_ahead(node, literals)
+            self._ahead = self._follow_relaxed_plan(node, literals)
         for action, state in self._problem.successors(node.state, literals):
             if state not in self._seen:
                 self._seen.add(state)
@@ -346,9 +351,9 @@ class _GroundSearch:
     def _child(self, node: _SearchNode, action: int, state: int) -> _SearchNode:
         return Node(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
-    def _look_ahead(self, node: _SearchNode, literals: int) -> _SearchNode:
+    def _follow_relaxed_plan(self, node: _SearchNode, literals: int) -> _SearchNode:
         """Return the node that the search reaches by carrying out the relaxed plan from a node."""
-        for action, state in look_ahead(self._problem, self._relaxation, node.state, literals):
+        for action, state in find_lookahead_actions(self._problem, self._relaxation, node.state, literals):
             node = self._child(node, action, state)
         return node
 
@@ -386,12 +391,12 @@ class _Pairs:
         self._reached = problem.initial | (~problem.initial & self._every_atom) << self._atoms
         self._beside = dict.fromkeys(bits(self._reached), self._reached)
         rules = [rule for action in problem.actions for rule in self._rules(action.needs, action.changes)]
-        while self._grow(rules):
+        while self._add_pairs_of_rules(rules):
             pass
 
     def allow(self, needed: int) -> bool:
         """Whether no two literals of a mask exclude each other, judged by pairs."""
-        return self._looks.is_exceeded or self._find_companions(self._plain(needed)) is not None
+        return self._looks.is_exceeded or self._find_compatible_literals(self._plain(needed)) is not None
 
     def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
         """Yield the rules of an action, from the literals that it needs and its effects."""
@@ -399,26 +404,28 @@ class _Pairs:
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
-            yield _PairRule(self._plain(needs | also), makes, always, perhaps, self._negate(makes | always))
+            yield _PairRule(
+                self._plain(needs | also), makes, always, perhaps, self._negate_literals(makes | always)
+            )
 
-    def _grow(self, rules: Sequence[_PairRule]) -> bool:
+    def _add_pairs_of_rules(self, rules: Sequence[_PairRule]) -> bool:
         """Add the pairs that the effects of all actions make, in turn; return whether there are new pairs."""
         grew = False
         for rule in rules:
             if self._looks.is_exceeded:
                 return False
-            grew |= self._apply(rule)
+            grew |= self._add_pairs_of_rule(rule)
         return grew
 
-    def _apply(self, rule: _PairRule) -> bool:
+    def _add_pairs_of_rule(self, rule: _PairRule) -> bool:
         """Add the pairs that one effect makes; return whether there are new pairs."""
-        companions = self._find_companions(rule.needs)
+        companions = self._find_compatible_literals(rule.needs)
         if companions is None:
             return False
         together = companions & ~rule.lost | rule.makes | rule.always | rule.perhaps & self._reached
         grew = False
         for literal in bits(rule.makes):
-            new = together & ~self._beside.get(literal, 0) & ~self._negate(literal)
+            new = together & ~self._beside.get(literal, 0) & ~self._negate_literals(literal)
             if new:
                 grew = True
                 self._beside[literal] = self._beside.get(literal, 0) | new
@@ -428,7 +435,7 @@ class _Pairs:
                 self._looks.used += new.bit_count()
         return grew
 
-    def _find_companions(self, needed: int) -> int | None:
+    def _find_compatible_literals(self, needed: int) -> int | None:
         """Return the literals that may hold together with all needed literals, as a mask.
 
         It is None if the needed literals cannot hold together.
@@ -443,5 +450,5 @@ class _Pairs:
         """Return the literals of a mask that belong to atoms, without the literals of choices."""
         return needed & (1 << 2 * self._atoms) - 1
 
-    def _negate(self, literals: int) -> int:
+    def _negate_literals(self, literals: int) -> int:
         return literals >> self._atoms | (literals & self._every_atom) << self._atoms

@@ -28,7 +28,7 @@ _REFUSALS = ("Plan failed", "Goal not satisfied", "Failed plans", "Bad plan")
 """Texts in VAL's output that refuse a plan; without such a text VAL did not test the plan."""
 
 
-def find_val() -> Path:
+def find_val_program() -> Path:
     """Return the executable file of VAL on this machine.
 
     Raises:
@@ -62,10 +62,10 @@ def run_val(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Seque
             )
         except subprocess.TimeoutExpired:
             return "no answer in time"
-    return read_verdict(done.stdout) or "VAL itself failed, perhaps at a name that it keeps for itself"
+    return read_val_verdict(done.stdout) or "VAL itself failed, perhaps at a name that it keeps for itself"
 
 
-def read_verdict(said: str) -> str | None:
+def read_val_verdict(said: str) -> str | None:
     """Return the verdict in VAL's output; None if VAL did not test the plan."""
     if "Plan valid" in said:
         return VALID

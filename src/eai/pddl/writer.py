@@ -18,7 +18,9 @@ def write_domain(domain: m.PddlDomain) -> str:
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
         f"(:types {_write_typed_names(domain.types)})" if domain.types else "",
         f"(:constants {_write_typed_names(domain.constants)})" if domain.constants else "",
-        _block(":predicates", [_list([p.name, *_write_variables(p.parameters)]) for p in domain.predicates]),
+        _write_block(
+            ":predicates", [_write_list([p.name, *_write_variables(p.parameters)]) for p in domain.predicates]
+        ),
         *map(_axiom, domain.axioms),
         *map(write_action, domain.actions),
     ]
@@ -31,14 +33,14 @@ def write_problem(problem: m.PddlProblem) -> str:
     sections = [
         f"(:domain {problem.domain})",
         f"(:objects {_write_typed_names(problem.objects)})",
-        _block(":init", [*map(write_atom, problem.initial), *denied]),
+        _write_block(":init", [*map(write_atom, problem.initial), *denied]),
         f"(:goal {write_formula(problem.goal)})",
     ]
     return _definition(f"(problem {problem.name})", sections)
 
 
 def _axiom(axiom: m.PddlAxiom) -> str:
-    head = _list([axiom.name, *_write_variables(axiom.parameters)])
+    head = _write_list([axiom.name, *_write_variables(axiom.parameters)])
     return f"(:derived {head}\n    {write_formula(axiom.condition)})"
 
 
@@ -47,16 +49,16 @@ def write_action(action: m.PddlAction) -> str:
     return "\n  ".join(
         (
             f"(:action {action.name}",
-            f":parameters {_list(_write_variables(action.parameters))}",
+            f":parameters {_write_list(_write_variables(action.parameters))}",
             f":precondition {write_formula(action.precondition)}",
             f":effect {write_effect(action.effect)})",
         )
     )
 
 
-def operator_text(action: m.PddlAction) -> OperatorText:
+def write_operator_text(action: m.PddlAction) -> OperatorText:
     """Return an operator with each of its parts as PDDL text."""
-    parameters = _list(_write_variables(action.parameters))
+    parameters = _write_list(_write_variables(action.parameters))
     return OperatorText(
         action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
     )
@@ -70,9 +72,9 @@ def write_effect(effect: m.PddlEffect) -> str:
         case m.Delete(atom):
             return f"(not {write_atom(atom)})"
         case m.Both(parts):
-            return _list(["and", *map(write_effect, parts)])
+            return _write_list(["and", *map(write_effect, parts)])
         case m.Each(variable, part):
-            return f"(forall {_list(_write_variables((variable,)))} {write_effect(part)})"
+            return f"(forall {_write_list(_write_variables((variable,)))} {write_effect(part)})"
         case m.WhenEffect(condition, part):
             return f"(when {write_formula(condition)} {write_effect(part)})"
 
@@ -91,22 +93,22 @@ def write_formula(formula: f.Formula) -> str:
         case f.Not(operand):
             return f"(not {write_formula(operand)})"
         case f.And(operands):
-            return _list(["and", *map(write_formula, operands)])
+            return _write_list(["and", *map(write_formula, operands)])
         case f.Or(operands):
-            return _list(["or", *map(write_formula, operands)])
+            return _write_list(["or", *map(write_formula, operands)])
         case f.Implies(premise, conclusion):
             return f"(imply {write_formula(premise)} {write_formula(conclusion)})"
         case f.ForAll(variable, body):
-            return f"(forall {_list(_write_variables((variable,)))} {write_formula(body)})"
+            return f"(forall {_write_list(_write_variables((variable,)))} {write_formula(body)})"
         case f.Exists(variable, body):
-            return f"(exists {_list(_write_variables((variable,)))} {write_formula(body)})"
+            return f"(exists {_write_list(_write_variables((variable,)))} {write_formula(body)})"
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
 
 def write_atom(atom: f.Atom) -> str:
     """Return an atom as text."""
-    return _list([atom.predicate, *map(write_term, atom.arguments)])
+    return _write_list([atom.predicate, *map(write_term, atom.arguments)])
 
 
 def write_term(term: f.Term) -> str:
@@ -119,18 +121,18 @@ def _write_variables(variables: Iterable[f.Variable]) -> list[str]:
 
     Every type is written, because a type applies to all names before it.
     """
-    return [f"?{variable.name} - {m.type_of(variable)}" for variable in variables]
+    return [f"?{variable.name} - {m.get_variable_type(variable)}" for variable in variables]
 
 
 def _write_typed_names(names: Iterable[m.TypedName]) -> str:
     return " ".join(f"{item.name} - {item.type}" for item in names)
 
 
-def _list(words: Iterable[str]) -> str:
+def _write_list(words: Iterable[str]) -> str:
     return f"({' '.join(words)})"
 
 
-def _block(head: str, lines: Iterable[str]) -> str:
+def _write_block(head: str, lines: Iterable[str]) -> str:
     return "\n    ".join((f"({head}", *lines)) + ")"
 
 

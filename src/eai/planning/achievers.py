@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
-from eai.planning.effect_schema import EffectSchema, effect_schemas, make_operator_schema, match_atom
+from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_operator_schema, match_atom
 from eai.planning.search import Effort
 from eai.planning.subgoal import GroundAtom, find_object
 from eai.world.condition import ConditionCompiler
-from eai.world.derived import Defined, Lookup
+from eai.world.derived import DefinedPredicate, LookupPredicate
 from eai.world.domain import Domain
-from eai.world.frame import UNBOUND, Extension, Frame, FrameBinding, Truth
+from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, Frame, FrameBinding
 from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
@@ -41,12 +41,12 @@ class _JoinStep(NamedTuple):
 
     slot: int
     is_parameter: bool
-    independent: tuple[Extension, ...]
-    masks: tuple[Extension, ...]
-    tests: tuple[Truth, ...]
+    independent: tuple[ExtensionFinder, ...]
+    masks: tuple[ExtensionFinder, ...]
+    tests: tuple[ConditionTest, ...]
 
 
-class _Join(NamedTuple):
+class _JoinPlan(NamedTuple):
     """A procedure that finds values of an achiever's open variables, which its atom does not determine.
 
     Attributes:
@@ -55,16 +55,16 @@ class _Join(NamedTuple):
         needed: the conditions that actions can establish and that mention only determined variables.
     """
 
-    first: tuple[Truth, ...]
+    first: tuple[ConditionTest, ...]
     steps: tuple[_JoinStep, ...]
-    needed: tuple[Truth, ...]
+    needed: tuple[ConditionTest, ...]
 
 
 class _PartialBinding(NamedTuple):
     """An incomplete binding of an achiever's variables, and the procedure that completes the binding."""
 
     binding: FrameBinding
-    join: _Join
+    join: _JoinPlan
 
 
 class Achiever:
@@ -90,16 +90,16 @@ class Achiever:
         self._vocabulary = vocabulary
         self._frame = Frame([f.Variable(name) for name in schema.variables])
         self._compiler = ConditionCompiler(vocabulary, self._frame)
-        self._joins: dict[tuple[str, ...], tuple[_Join, _Join]] = {}
+        self._joins: dict[tuple[str, ...], tuple[_JoinPlan, _JoinPlan]] = {}
         self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
-        own_conditions = _find_own_conditions(schema, wide=wide)
+        own_conditions = _find_effect_conditions(schema, wide=wide)
         others = [c for c in schema.conditions if c not in own_conditions]
         needed = [c for c in (*own_conditions, *schema.checks) if c != f.TRUE]
-        fixed = [c for c in needed if _is_fixed(c, vocabulary)]
+        fixed = [c for c in needed if _is_static_formula(c, vocabulary)]
         self._filters = (*fixed, *others)
-        self._fixed = [c for c in self._filters if _is_fixed(c, vocabulary)]
+        self._fixed = [c for c in self._filters if _is_static_formula(c, vocabulary)]
         self.is_fixed = len(self._fixed) == len(self._filters)
-        self.conditions = tuple((c, self._compiler.truth(c)) for c in needed if c not in fixed)
+        self.conditions = tuple((c, self._compiler.compile_test(c)) for c in needed if c not in fixed)
 
     def match(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
         """Return a mapping from variables to objects that fits the given atom, or None."""
@@ -161,7 +161,7 @@ class Achiever:
         """Return the arguments of the operator's action in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
-    def _make_join(self, unbound: tuple[str, ...], filters: Sequence[f.Formula]) -> _Join:
+    def _make_join(self, unbound: tuple[str, ...], filters: Sequence[f.Formula]) -> _JoinPlan:
         scope = self._frame.scope
         pending = list(filters)
         determined = set(self.schema.variables) - set(unbound)
@@ -178,21 +178,23 @@ class Achiever:
             step = _JoinStep(
                 scope[name],
                 scope[name] <= self.schema.operator.arity,
-                tuple(self._compiler.extension(c, scope[name], scope) for c in own_conditions),
+                tuple(self._compiler.compile_extension(c, scope[name], scope) for c in own_conditions),
                 tuple(
-                    self._compiler.extension(c, scope[name], scope) for c in plain if c not in own_conditions
+                    self._compiler.compile_extension(c, scope[name], scope)
+                    for c in plain
+                    if c not in own_conditions
                 ),
-                tuple(self._compiler.truth(c) for c in ready if c not in plain),
+                tuple(self._compiler.compile_test(c) for c in ready if c not in plain),
             )
             steps.append(step)
         needed = tuple(holds for c, holds in self.conditions if find_free_variables(c) <= determined)
-        return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps), needed)
+        return _JoinPlan(tuple(self._compiler.compile_test(c) for c in first), tuple(steps), needed)
 
 
 def complete_bindings(
     state: State, partial: _PartialBinding, usable: int, effort: Effort | None = None
 ) -> Iterator[FrameBinding]:
-    """Yield the bindings of all variables that complete a match, like `Achiever.bindings`.
+    """Yield the bindings of all variables that complete a match, like `Achiever.complete_bindings`.
 
     Args:
         state: the state.
@@ -213,10 +215,10 @@ def complete_bindings(
         if not mask:
             return
         values.append(mask)
-    yield from _complete(state, binding, join.steps, values, effort or Effort())
+    yield from _complete_bindings_by_steps(state, binding, join.steps, values, effort or Effort())
 
 
-def _complete(
+def _complete_bindings_by_steps(
     state: State, binding: FrameBinding, steps: Sequence[_JoinStep], values: Sequence[int], effort: Effort
 ) -> Iterator[FrameBinding]:
     if not steps:
@@ -230,7 +232,7 @@ def _complete(
             return
         binding[step.slot] = index
         if all(test(state, binding) for test in step.tests):
-            yield from _complete(state, binding, steps[1:], values[1:], effort)
+            yield from _complete_bindings_by_steps(state, binding, steps[1:], values[1:], effort)
     binding[step.slot] = UNBOUND
 
 
@@ -250,7 +252,7 @@ class Achievers:
         self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
         self._fixed_tuples = [slot for name, slot in vocabulary.tuple_slots.items() if name in fixed]
         self._compiled = cache(self._compile)
-        self.schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self.schemas = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(make_operator_schema(o), vocabulary) for o in domain.operators}
@@ -276,7 +278,7 @@ class Achievers:
         achievers = [Achiever(schema, self._vocabulary, wide=wide) for schema in suitable]
         return sorted(achievers, key=_measure_complexity)
 
-    def static_facts(self, state: State) -> Sequence[object]:
+    def get_static_facts(self, state: State) -> Sequence[object]:
         """Return the parts of a state that no action changes. They are equal for states of one episode."""
         unary, binary, tuples = state.unary, state.binary, state.tuples
         return [
@@ -285,7 +287,7 @@ class Achievers:
             *[tuples[slot] for slot in self._fixed_tuples],
         ]
 
-    def find_operators(self, names: Iterable[str]) -> list[Achiever]:
+    def make_operator_achievers(self, names: Iterable[str]) -> list[Achiever]:
         """Return an achiever for each operator with one of these names, whatever facts the operator changes.
 
         Unknown names are skipped.
@@ -301,7 +303,7 @@ class Achievers:
             state: the state.
             usable: the mask of the objects that actions may use.
         """
-        if self._matches is None or not self._matches.apply_to(state, usable):
+        if self._matches is None or not self._matches.are_valid_in(state, usable):
             self._matches = _AtomMatches(self, state, usable)
         return self._matches
 
@@ -319,7 +321,7 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
     return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
 
 
-def _find_own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
+def _find_effect_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
     """Return an effect's conditions about objects of its atom, or (``wide``) of the operator."""
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
@@ -332,9 +334,9 @@ def _find_own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]
 
 
 def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    own_conditions = _find_own_conditions(schema, wide=False)
-    others = [c for c in _find_own_conditions(schema, wide=True) if c not in own_conditions]
-    return any(c != f.TRUE and not _is_fixed(c, vocabulary) for c in others)
+    own_conditions = _find_effect_conditions(schema, wide=False)
+    others = [c for c in _find_effect_conditions(schema, wide=True) if c not in own_conditions]
+    return any(c != f.TRUE and not _is_static_formula(c, vocabulary) for c in others)
 
 
 def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
@@ -346,33 +348,35 @@ def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     return all(
         isinstance(part, f.Not | f.And | f.Or)
         or (isinstance(part, f.Exists) and isinstance(part.body, f.And))
-        or (isinstance(part, f.Atom) and _is_plain_predicate(part.predicate, vocabulary))
+        or (isinstance(part, f.Atom) and _is_maskable_predicate(part.predicate, vocabulary))
         for part in walk_subformulas(formula)
     )
 
 
-def _is_plain_predicate(name: str, vocabulary: Vocabulary) -> bool:
+def _is_maskable_predicate(name: str, vocabulary: Vocabulary) -> bool:
     if vocabulary.find_stored(name) is not None:
         return True
     derived = vocabulary.derived_by_name[name]
-    if isinstance(derived, Lookup):
+    if isinstance(derived, LookupPredicate):
         return derived.inverse is not None
     return (
-        isinstance(derived, Defined) and derived.values is None and _is_plain(derived.definition, vocabulary)
+        isinstance(derived, DefinedPredicate)
+        and derived.values is None
+        and _is_plain(derived.definition, vocabulary)
     )
 
 
-def _is_fixed(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    return all(_is_fixed_predicate(name, vocabulary) for name in find_predicates(formula))
+def _is_static_formula(formula: f.Formula, vocabulary: Vocabulary) -> bool:
+    return all(_is_static_predicate(name, vocabulary) for name in find_predicates(formula))
 
 
-def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:
+def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
     stored = vocabulary.find_stored(name)
     if stored is not None:
         return stored.static
     derived = vocabulary.derived_by_name[name]
-    if isinstance(derived, Defined):
-        return derived.values is None and _is_fixed(derived.definition, vocabulary)
+    if isinstance(derived, DefinedPredicate):
+        return derived.values is None and _is_static_formula(derived.definition, vocabulary)
     return False
 
 
@@ -404,7 +408,7 @@ class _AtomMatch(NamedTuple):
         return failing >= limit
 
     def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[FrameBinding]:
-        """Yield the bindings that complete the match in a state, as `Achiever.bindings` does."""
+        """Yield the bindings that complete the match in a state, as `Achiever.complete_bindings` does."""
         return (
             complete_bindings(state, self.partial, usable, effort)
             if self.cached_bindings is None
@@ -425,25 +429,25 @@ class _AtomMatches:
         self._achievers = achievers
         self._state = state
         self._usable = usable
-        self._fixed = achievers.static_facts(state)
+        self._fixed = achievers.get_static_facts(state)
         self._found: dict[tuple[GroundAtom, bool], Sequence[_AtomMatch]] = {}
 
-    def apply_to(self, state: State, usable: int) -> bool:
+    def are_valid_in(self, state: State, usable: int) -> bool:
         """Whether these matches are valid in a state, if actions may use the objects ``usable``."""
         return (
             self._state.scene is state.scene
             and self._usable == usable
-            and self._fixed == self._achievers.static_facts(state)
+            and self._fixed == self._achievers.get_static_facts(state)
         )
 
     def find_matches(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_AtomMatch]:
         """Return the matches of an atom of a stored predicate, in the order of its achievers."""
         matches = self._found.get((atom, wide))
         if matches is None:
-            matches = self._found[atom, wide] = self._find(atom, wide=wide)
+            matches = self._found[atom, wide] = self._match_achievers(atom, wide=wide)
         return matches
 
-    def _find(self, atom: GroundAtom, *, wide: bool) -> Sequence[_AtomMatch]:
+    def _match_achievers(self, atom: GroundAtom, *, wide: bool) -> Sequence[_AtomMatch]:
         matches: list[_AtomMatch] = []
         for achiever in self._achievers.find(atom.predicate, adding=atom.truth, wide=wide):
             scope = achiever.match(atom.arguments, self._state.scene)

@@ -18,7 +18,7 @@ from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, Unfolding
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator
-from eai.world.derived import Defined
+from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
 from eai.world.frame import FrameBinding
 from eai.world.relation import mask_of
@@ -28,7 +28,7 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 """Function that returns the cost of establishing a condition."""
 
 
-def choose_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
+def choose_cheapest_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
     """Choose conditions for "exactly ``number``": the cheapest ones, and the negations of all others.
 
     The result is None if there are fewer than ``number`` conditions.
@@ -45,7 +45,9 @@ def choose_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> li
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
-def choose_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost) -> list[Subgoal] | None:
+def choose_cheapest_pairs(
+    number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost
+) -> list[Subgoal] | None:
     """Choose ``number`` cells of a table, no two in one row or column, by a greedy choice.
 
     The cheapest cell comes first, then the cheapest cell in other rows and columns, and so on. The result is
@@ -174,14 +176,14 @@ class Estimates:
         """Estimate the number of actions until a condition holds; infinite if no action can establish it."""
         if self.holds(subgoal):
             return 0.0
-        costs = (self._cost(subgoal, limit) for limit in _HORIZONS)
+        costs = (self._compute_cost(subgoal, limit) for limit in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
-    def estimate_action(self, names: Sequence[str]) -> _Supporter:
+    def find_cheapest_action(self, names: Sequence[str]) -> _Supporter:
         """Return the cheapest action by operators with these names, with any objects."""
         for limit in _HORIZONS:
             best = _Supporter(limit, None, ())
-            for achiever in self._heuristic.achievers.find_operators(names):
+            for achiever in self._heuristic.achievers.make_operator_achievers(names):
                 best = self._improve_by_effect(
                     achiever, achiever.bindings(self.state, {}, self._usable, self.bindings), best
                 )
@@ -204,7 +206,7 @@ class Estimates:
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
         parts = self._unfolding.split(subgoal)
-        return None if parts is None else self._choose(parts)
+        return None if parts is None else self._choose_cheapest_parts(parts)
 
     def find_prerequisites(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Return the conditions that must hold before a condition can hold.
@@ -233,7 +235,7 @@ class Estimates:
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
             return cached
-        if cached.action is not None or tried_limit >= limit or self._is_open(atom):
+        if cached.action is not None or tried_limit >= limit or self._is_being_computed(atom):
             return _NO_SUPPORTER
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
@@ -258,7 +260,7 @@ class Estimates:
                 break
         return best
 
-    def _cost(self, subgoal: Subgoal, limit: float) -> float:
+    def _compute_cost(self, subgoal: Subgoal, limit: float) -> float:
         """Return the cost of a condition that does not hold, or infinity if the cost is not below the limit.
 
         A condition that is needed to establish itself has infinite cost.
@@ -272,45 +274,45 @@ class Estimates:
                     return self.find_supporter(ground, limit).cost
                 key: _Key = ground
             case Exists() | ForAll() as formula:
-                names = self._heuristic.readings.names(formula)
+                names = self._heuristic.readings.list_free_variables(formula)
                 values = tuple([subgoal.scope[name] for name in names])
                 key = _FormulaInstance(id(formula), values, subgoal.truth)
             case _:
-                return self._cost_of_parts(subgoal, limit)
+                return self._compute_cost_of_parts(subgoal, limit)
         cached, tried_limit = self._costs.get(key, (INFINITE, 0.0))
         if cached < limit:
             return cached
-        if cached < INFINITE or tried_limit >= limit or self._is_open(key):
+        if cached < INFINITE or tried_limit >= limit or self._is_being_computed(key):
             return INFINITE
         self._open.add(key)
         horizon = _find_horizon(limit)
-        cost = self._cost_of_parts(subgoal, horizon)
+        cost = self._compute_cost_of_parts(subgoal, horizon)
         self._open.discard(key)
         self._costs[key] = (cost, horizon)
         return cost if cost < limit else INFINITE
 
-    def _is_open(self, key: _Key) -> bool:
+    def _is_being_computed(self, key: _Key) -> bool:
         """Whether the cost of a condition is just being computed, or too many computations are nested."""
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
-    def _cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
+    def _compute_cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
         if isinstance(subgoal.formula, Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             if definition is not None:
-                return self._cost(definition, limit)
+                return self._compute_cost(definition, limit)
             return OPAQUE_COST if limit > OPAQUE_COST else INFINITE
         parts = self._unfolding.split(subgoal)
         if isinstance(parts, AnyOf):
-            return self._least_cost(parts.parts, limit)
-        conditions = None if parts is None else self._choose(parts)
+            return self._find_least_cost(parts.parts, limit)
+        conditions = None if parts is None else self._choose_cheapest_parts(parts)
         if conditions is None:
             return INFINITE
         return self._sum_costs([condition for condition in conditions if not self.holds(condition)], limit)
 
-    def _least_cost(self, conditions: Sequence[Subgoal], limit: float) -> float:
+    def _find_least_cost(self, conditions: Sequence[Subgoal], limit: float) -> float:
         best = INFINITE
         for condition in conditions:
-            best = min(best, self._cost(condition, min(best, limit)))
+            best = min(best, self._compute_cost(condition, min(best, limit)))
             if best <= _MIN_COST:
                 break
         return best
@@ -323,12 +325,12 @@ class Estimates:
         total = 0.0
         for condition in failing:
             min_rest -= _MIN_COST
-            total += self._cost(condition, limit - total - min_rest)
+            total += self._compute_cost(condition, limit - total - min_rest)
             if total >= limit:
                 return INFINITE
         return total
 
-    def _choose(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
+    def _choose_cheapest_parts(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
         """Return the conditions to establish, by the cheapest choice; None if no choice is possible."""
         match parts:
             case AllOf(conditions):
@@ -337,9 +339,9 @@ class Estimates:
                 cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
             case ExactlyOf(number, conditions):
-                return choose_exactly(number, conditions, self.estimate)
+                return choose_cheapest_exactly(number, conditions, self.estimate)
             case PairingChoice(number, cells):
-                return choose_pairs(number, cells, self.estimate)
+                return choose_cheapest_pairs(number, cells, self.estimate)
 
     def _find_cheapest(self, conditions: Sequence[Subgoal]) -> Subgoal | None:
         for condition in conditions:
@@ -348,7 +350,7 @@ class Estimates:
         for limit in _HORIZONS:
             best, cheapest = limit, None
             for condition in conditions:
-                cost = self._cost(condition, best)
+                cost = self._compute_cost(condition, best)
                 if cost < best:
                     best, cheapest = cost, condition
             if cheapest is not None:
@@ -357,7 +359,7 @@ class Estimates:
 
     def _find_definition(self, atom: GroundAtom) -> Subgoal | None:
         derived = self._heuristic.derived.get(atom.predicate)
-        if not isinstance(derived, Defined):
+        if not isinstance(derived, DefinedPredicate):
             return None
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
@@ -378,7 +380,7 @@ class Estimates:
             cost = _MIN_COST + (
                 self._sum_costs(prerequisites, best.cost - _MIN_COST)
                 if prerequisites
-                else self._count_undone(action)
+                else self._count_undone_conditions(action)
             )
             if cost < best.cost:
                 best = _Supporter(cost, action, prerequisites)
@@ -386,7 +388,7 @@ class Estimates:
                 break
         return best
 
-    def _count_undone(self, action: Action) -> int:
+    def _count_undone_conditions(self, action: Action) -> int:
         if not self._protected:
             return 0
         undone = self._undone.get(action)

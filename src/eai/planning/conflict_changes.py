@@ -17,12 +17,12 @@ from eai.planning.achievers import Achievers, complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
     FactChange,
-    changes_towards,
+    find_changes_towards,
     find_predicates_without_schema,
     match_atom,
 )
 from eai.planning.search import Effort
-from eai.planning.subgoal import arguments_of, find_object
+from eai.planning.subgoal import find_argument_indices, find_object
 from eai.planning.successor_generator import ACTION_BINDINGS
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator, Scope
@@ -80,31 +80,37 @@ class ConflictChanges:
         self._depths: dict[int, tuple[int, f.Formula]] = {}
         self._readings = FormulaEvaluator(domain.vocabulary)
         self.holds = self._readings.holds
-        self.names = self._readings.names
+        self.names = self._readings.list_free_variables
         self.derived = domain.vocabulary.derived_by_name.get
 
-    def actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
+    def find_actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
         """Return the actions that may make any of some changes: the keys of a mapping, in a fixed order."""
         return dict.fromkeys(
-            action for change in sorted(changes, key=change_order) for action in self.actions_making(change)
+            action
+            for change in sorted(changes, key=make_change_sort_key)
+            for action in self.find_actions_making(change)
         )
 
-    def actions_making(self, change: FactChange) -> tuple[Action, ...]:
+    def find_actions_making(self, change: FactChange) -> tuple[Action, ...]:
         """Return all actions that may make a change and that the facts that never change allow."""
         all_makers = self._writers.get(change)
         if all_makers is None:
-            unread = [a for name in self._operators_without_schema(change) for a in self.actions_of(name)]
-            makers = [action for _, _, actions in self._schemas_making(change) for action in actions]
+            unread = [
+                a for name in self._find_operators_without_schema(change) for a in self.actions_of(name)
+            ]
+            makers = [action for _, _, actions in self._find_schemas_making(change) for action in actions]
             all_makers = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
         return all_makers
 
-    def group_makers(self, change: FactChange) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
+    def group_actions_making(
+        self, change: FactChange
+    ) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
         """Yield the actions that may make a change, in groups with equal conditions.
 
         Each group is a pair: the actions, and the conditions of the effect that makes the change.
         """
-        yield from ((self.actions_of(name), []) for name in self._operators_without_schema(change))
-        for schema, scope, actions in self._schemas_making(change):
+        yield from ((self.actions_of(name), []) for name in self._find_operators_without_schema(change))
+        for schema, scope, actions in self._find_schemas_making(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
             open_names = {name for _, names in conditions for name in names if name not in scope}
             names = [parameter.name for parameter in schema.operator.parameters]
@@ -114,13 +120,13 @@ class ConflictChanges:
                 groups.setdefault(tuple([action.arguments[i] for i in positions]), []).append(action)
             for values, group in groups.items():
                 inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
-                yield group, _select_closed(conditions, {**scope, **inner})
+                yield group, _select_bound_conditions(conditions, {**scope, **inner})
 
-    def _operators_without_schema(self, change: FactChange) -> list[str]:
+    def _find_operators_without_schema(self, change: FactChange) -> list[str]:
         """Return the names of operators that change a predicate by effects without an effect schema."""
         return [name for name, changed in self._unread.items() if change.predicate in changed]
 
-    def _schemas_making(
+    def _find_schemas_making(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
         """Yield each effect schema that makes a change.
@@ -132,9 +138,9 @@ class ConflictChanges:
             if scope is not None:
                 parameters = enumerate(schema.operator.parameters)
                 bound = [(i, scope[parameter.name]) for i, parameter in parameters if parameter.name in scope]
-                yield schema, scope, self._actions_with(schema.operator.name, bound)
+                yield schema, scope, self._select_actions_by_arguments(schema.operator.name, bound)
 
-    def _actions_with(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
+    def _select_actions_by_arguments(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
         if not bound:
             return self.actions_of(name)
         position, index = bound[0]
@@ -153,7 +159,7 @@ class ConflictChanges:
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}
-            for achiever in self._achievers.find_operators([name]):
+            for achiever in self._achievers.make_operator_achievers([name]):
                 partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
                 effort = Effort(_MAX_BINDINGS)
                 for binding in complete_bindings(self._initial, partial, self._usable, effort):
@@ -168,20 +174,20 @@ class ConflictChanges:
         """Whether an operator has too many actions to list. Then no minimum number of edits is proved."""
         return any(
             ACTION_BINDINGS * self._usable.bit_count() ** operator.arity > _MAX_BINDINGS
-            and self._is_too_wide(operator.name)
+            and self._has_too_many_actions(operator.name)
             for operator in self._domain.operators
         )
 
-    def _is_too_wide(self, name: str) -> bool:
+    def _has_too_many_actions(self, name: str) -> bool:
         effort = Effort(_MAX_BINDINGS)
-        for achiever in self._achievers.find_operators([name]):
+        for achiever in self._achievers.make_operator_achievers([name]):
             partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
             for _ in complete_bindings(self._initial, partial, self._usable, effort):
                 if effort.spend(ACTION_BINDINGS):
                     break
         return effort.is_exceeded
 
-    def may_make(self, action: Action, change: FactChange) -> bool:
+    def may_make_change(self, action: Action, change: FactChange) -> bool:
         """Whether an action may make a change."""
         return next(self.effect_conditions(action, change), None) is not None
 
@@ -189,7 +195,7 @@ class ConflictChanges:
         """Return the conditions of an action's checks, with the objects of their variables."""
         operator = self._domain.compiled[action.operator].operator
         scope = operator.scope(action.arguments)
-        return [(remaining_condition(check, operator.checks), scope) for check in operator.checks]
+        return [(simplify_check_condition(check, operator.checks), scope) for check in operator.checks]
 
     def effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
         """Yield, for each effect by which an action may make a change, the effect's known conditions."""
@@ -197,14 +203,14 @@ class ConflictChanges:
             yield []
         effect = action.operator, change.predicate, change.truth
         for schema in self._of_operator.get(effect, ()):
-            scope = self._matches(schema, action, change)
+            scope = self._match_schema(schema, action, change)
             if scope is not None:
                 conditions = self._schema_conditions.get(id(schema))
                 if conditions is None:
                     conditions = self._schema_conditions[id(schema)] = _schema_conditions(schema)
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
-    def changes_before_step(
+    def find_changes_before_step(
         self, action: Action, state: State, changes: ChangeSet, *, executed: bool
     ) -> tuple[ChangeSet, bool]:
         """Return changes that may make a step more useful, and whether the step undoes a change.
@@ -220,28 +226,30 @@ class ConflictChanges:
         """
         if action.operator in self._unread:
             return frozenset(
-                self._all_changes_of(p.name for p in self._domain.vocabulary.predicates)
+                self._find_all_changes_of(p.name for p in self._domain.vocabulary.predicates)
             ), executed
         earlier_changes: set[FactChange] = set()
         undoes = False
         for schema, scope, helps in self._find_relevant_effects(action, changes):
             if helps and not executed:
-                return self.changes_for_skipping(action, state, executed=False), False
+                return self.find_changes_for_skipping(action, state, executed=False), False
             tried = schema.checks if schema.operator.tries else ()
             parts = [(condition, scope) for condition in (*schema.conditions, *tried)]
             closed_parts = [part for part in parts if find_free_variables(part[0]) <= scope.keys()]
             fails = any(not self.holds(*part, state) for part in closed_parts)
             if helps and fails:
-                earlier_changes |= self._changes_of_parts(closed_parts, state, True, all_needed=True)
+                earlier_changes |= self._find_changes_of_parts(closed_parts, state, True, all_needed=True)
             elif helps or (executed and not fails):
                 earlier_changes.update(
-                    *[self.all_changes(part[0]) for part in parts if part not in closed_parts]
+                    *[self.find_all_changes(part[0]) for part in parts if part not in closed_parts]
                 )
                 undoes = undoes or not helps
                 if not helps:
-                    earlier_changes |= self._changes_of_parts(closed_parts, state, False, all_needed=False)
+                    earlier_changes |= self._find_changes_of_parts(
+                        closed_parts, state, False, all_needed=False
+                    )
         if undoes:
-            earlier_changes |= self.changes_for_skipping(action, state, executed=True)
+            earlier_changes |= self.find_changes_for_skipping(action, state, executed=True)
         return frozenset(earlier_changes), undoes
 
     def _find_relevant_effects(
@@ -250,19 +258,21 @@ class ConflictChanges:
         for schema in self._achievers.schemas[action.operator]:
             for change in changes:
                 if change.predicate == schema.atom.predicate:
-                    scope = self._matches(schema, action, change._replace(truth=schema.adds))
+                    scope = self._match_schema(schema, action, change._replace(truth=schema.adds))
                     if scope is not None:
                         yield schema, scope, schema.adds == change.truth
 
-    def changes_for_skipping(self, action: Action, state: State, *, executed: bool) -> ChangeSet:
+    def find_changes_for_skipping(self, action: Action, state: State, *, executed: bool) -> ChangeSet:
         """Return the changes that may turn an executed step into a skipped step, or the reverse."""
         operator = self._domain.compiled[action.operator].operator
         scope = operator.scope(action.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
         wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == executed]
-        return self._changes_of_parts(wrong, state, not executed, all_needed=False)
+        return self._find_changes_of_parts(wrong, state, not executed, all_needed=False)
 
-    def _matches(self, schema: EffectSchema, action: Action, change: FactChange) -> dict[str, int] | None:
+    def _match_schema(
+        self, schema: EffectSchema, action: Action, change: FactChange
+    ) -> dict[str, int] | None:
         """Return a mapping from the variables of an effect schema to objects.
 
         With these objects the effect makes the change. The result is None if the action does not make the
@@ -288,24 +298,24 @@ class ConflictChanges:
                 return self.find_changes(f.Or((f.Not(premise), conclusion)), scope, state, truth=truth)
             case f.And(operands) | f.Or(operands):
                 parts = [(operand, scope) for operand in operands]
-                return self._changes_of_parts(
+                return self._find_changes_of_parts(
                     parts, state, truth, all_needed=isinstance(formula, f.And) == truth
                 )
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
-                    return self._changes_of_any_instance(variable, body, scope, state, truth)
-                holding = mask_of(self._readings.witnesses(variable, body, scope, state))
+                    return self._find_changes_of_instances(variable, body, scope, state, truth)
+                holding = mask_of(self._readings.find_witnesses(variable, body, scope, state))
                 values = bits(state.scene.category(variable.category) & ~holding if truth else holding)
                 instances = [(body, {**scope, variable.name: value}) for value in values]
-                return self._changes_of_parts(instances, state, truth, all_needed=True)
+                return self._find_changes_of_parts(instances, state, truth, all_needed=True)
             case f.Atom():
-                return self._changes_of_atom(formula, scope, state, truth)
+                return self._find_changes_of_atom(formula, scope, state, truth)
             case f.Equals():
                 return _NOTHING
             case _:
-                return frozenset(self.all_changes(formula))
+                return frozenset(self.find_all_changes(formula))
 
-    def _changes_of_parts(
+    def _find_changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
     ) -> ChangeSet:
         """Return the set of changes for a compound condition.
@@ -322,28 +332,28 @@ class ConflictChanges:
         for part, scope in parts:
             if self.holds(part, scope, state) != truth:
                 changes = self.find_changes(part, scope, state, truth=truth)
-                number = sum([len(self.actions_making(change)) for change in changes])
+                number = sum([len(self.find_actions_making(change)) for change in changes])
                 if number < fewest:
                     best, fewest = changes, number
                 if fewest <= _FEW_ACTIONS:
                     break
         return best
 
-    def _changes_of_any_instance(
+    def _find_changes_of_instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
         """Return the changes for a quantified formula that a single value of its variable can satisfy."""
         remaining = state.scene.category(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
-            _conjuncts(body, truth), key=lambda part: self.count_read_predicates(part[0])
+            _split_conjuncts(body, truth), key=lambda part: self.count_read_predicates(part[0])
         ):
-            holding = mask_of(self._readings.witnesses(variable, part, scope, state))
+            holding = mask_of(self._readings.find_witnesses(variable, part, scope, state))
             holding = holding if part_truth else ~holding
             values = list(bits(remaining & ~holding))
             remaining &= holding
             if len(values) > _FEW_ACTIONS:
-                changes.update(self._find_patterns(part, {**scope, variable.name: None}, part_truth))
+                changes.update(self._find_change_patterns(part, {**scope, variable.name: None}, part_truth))
             else:
                 for value in values:
                     changes |= self.find_changes(
@@ -359,38 +369,40 @@ class ConflictChanges:
             cached = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
         return cached[0]
 
-    def _find_patterns(
+    def _find_change_patterns(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
         """Yield the changes that may help a condition. A variable with value None may be any object."""
         vocabulary = self._domain.vocabulary
-        for change in changes_towards(formula, scope, truth, vocabulary, self._find_object):
+        for change in find_changes_towards(formula, scope, truth, vocabulary, self._find_object):
             if change.predicate not in self._static:
                 yield change
 
-    def _changes_of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> ChangeSet:
+    def _find_changes_of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> ChangeSet:
         name = atom.predicate
         derived = self._domain.vocabulary.derived_by_name.get(name)
-        arguments = arguments_of(atom, scope, self._initial.scene)
+        arguments = find_argument_indices(atom, scope, self._initial.scene)
         if derived is None:
             return _NOTHING if name in self._static else frozenset((FactChange(name, arguments, truth),))
         defined = find_definition(derived)
         if defined is None:
-            return frozenset(self.all_changes(atom))
+            return frozenset(self.find_all_changes(atom))
         key = (name, arguments, truth)
         if key in self._open:  # an atom cannot become true by a definition that needs the atom itself
-            return _NOTHING if truth else frozenset(self.all_changes(atom))
+            return _NOTHING if truth else frozenset(self.find_all_changes(atom))
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
         changes = self.find_changes(defined.definition, inner, state, truth=truth)
         self._open.discard(key)
         return changes
 
-    def all_changes(self, formula: f.Formula) -> Iterator[FactChange]:
+    def find_all_changes(self, formula: f.Formula) -> Iterator[FactChange]:
         """Yield all possible changes of the predicates that a condition reads."""
-        return self._all_changes_of(find_stored_predicates(find_predicates(formula), self._domain.vocabulary))
+        return self._find_all_changes_of(
+            find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
+        )
 
-    def _all_changes_of(self, names: Iterable[str]) -> Iterator[FactChange]:
+    def _find_all_changes_of(self, names: Iterable[str]) -> Iterator[FactChange]:
         for name in names:
             if name not in self._static:
                 anything = (None,) * (self._domain.vocabulary.arity(name) or 0)
@@ -402,14 +414,14 @@ def _schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[
     return [(condition, find_free_variables(condition)) for condition in conditions]
 
 
-def _select_closed(
+def _select_bound_conditions(
     conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
 ) -> list[ScopedCondition]:
     return [(condition, scope) for condition, names in conditions if scope.keys() >= set(names)]
 
 
 @cache
-def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
+def simplify_check_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
     """Return the condition of a check, without disjuncts that the operator's other checks rule out."""
     condition = check.condition
     required = [other.condition for other in checks if other is not check]
@@ -421,20 +433,20 @@ def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
     )
 
 
-def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
+def _split_conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
     """Return the parts of a condition that must all have a certain truth to give the condition ``truth``.
 
     Each part comes with the truth that it must have.
     """
     match formula:
         case f.Not(operand):
-            return _conjuncts(operand, not truth)
+            return _split_conjuncts(operand, not truth)
         case f.And(operands) | f.Or(operands) if isinstance(formula, f.And) == truth:
-            return [part for operand in operands for part in _conjuncts(operand, truth)]
+            return [part for operand in operands for part in _split_conjuncts(operand, truth)]
         case _:
             return [(formula, truth)]
 
 
-def change_order(change: FactChange) -> tuple[str, tuple[int, ...], bool]:
+def make_change_sort_key(change: FactChange) -> tuple[str, tuple[int, ...], bool]:
     """Return a key for sorting changes."""
     return change.predicate, tuple([-1 if i is None else i for i in change.arguments]), change.truth

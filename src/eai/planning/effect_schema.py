@@ -1,7 +1,7 @@
 """Effect schemas: the additions and deletions in the effects of operators, each with its conditions.
 
-`changes_for` returns the changes of stored facts that may make a literal true. Effect schemas show which
-operators make these changes.
+`find_changes_for_literal` returns the changes of stored facts that may make a literal true. Effect schemas
+show which operators make these changes.
 """
 
 from __future__ import annotations
@@ -56,18 +56,18 @@ def make_operator_schema(operator: Operator) -> EffectSchema:
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 
 
-def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
+def make_effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
     """Yield the schemas of an operator's additions and deletions, in the order in which they are written."""
     operator_schema = make_operator_schema(operator)
-    yield from _schemas(operator.effects, operator_schema)
+    yield from _make_nested_schemas(operator.effects, operator_schema)
     for attempt in operator.tries:
-        yield from _schemas(
+        yield from _make_nested_schemas(
             attempt.effects, operator_schema._replace(checks=(*operator_schema.checks, *attempt.conditions))
         )
 
 
 def find_written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
-    """Yield the predicates that effects change, even by effects that `effect_schemas` leaves out."""
+    """Yield the predicates that effects change, even by effects that `make_effect_schemas` leaves out."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -91,23 +91,23 @@ def find_changed_predicates(operator: Operator) -> list[str]:
 
 
 def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
-    """Return the predicates that an operator changes, if `effect_schemas` leaves out any of its effects.
+    """Return the predicates that an operator changes, if `make_effect_schemas` leaves out any of its effects.
 
     The result is () if the schemas describe all effects.
     """
     changed = find_changed_predicates(operator)
-    return frozenset(changed if len(changed) > len([*effect_schemas(operator)]) else ())
+    return frozenset(changed if len(changed) > len([*make_effect_schemas(operator)]) else ())
 
 
-def _schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectSchema]:
+def _make_nested_schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectSchema]:
     """Yield the schemas of nested effects; ``outer`` is a schema that describes the enclosing effects."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
                 yield outer._replace(atom=atom, adds=isinstance(effect, Add))
             case When(condition, inner, otherwise):
-                yield from _schemas(inner, _add_condition(outer, condition))
-                yield from _schemas(otherwise, _add_condition(outer, f.Not(condition)))
+                yield from _make_nested_schemas(inner, _add_condition(outer, condition))
+                yield from _make_nested_schemas(otherwise, _add_condition(outer, f.Not(condition)))
             case ForEach(variable, condition, inner) | Let(variable, condition, inner):
                 # An effect whose variable hides an outer variable is left out: estimates do not need it.
                 if variable.name not in outer.variables:
@@ -117,7 +117,7 @@ def _schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectS
                         wider = wider._replace(
                             checks=checks, read_variables=wider.read_variables | {variable.name}
                         )
-                    yield from _schemas(inner, _add_condition(wider, condition))
+                    yield from _make_nested_schemas(inner, _add_condition(wider, condition))
 
 
 def match_atom(
@@ -189,7 +189,9 @@ class FactChange(NamedTuple):
     truth: bool
 
 
-def changes_for(literal: GroundAtom, vocabulary: Vocabulary, find_object: FindObject) -> list[FactChange]:
+def find_changes_for_literal(
+    literal: GroundAtom, vocabulary: Vocabulary, find_object: FindObject
+) -> list[FactChange]:
     """Return the changes of stored facts that may make a literal true, by the definition of its predicate.
 
     The caller may number objects in any way. Variables that quantifiers in a definition bind stand for any
@@ -201,10 +203,10 @@ def changes_for(literal: GroundAtom, vocabulary: Vocabulary, find_object: FindOb
         find_object: function that returns the number of the object that a constant names, or None if it may
             be any object.
     """
-    return _reduce_to_stored([FactChange(*literal)], vocabulary, find_object)
+    return _reduce_to_stored_predicates([FactChange(*literal)], vocabulary, find_object)
 
 
-def changes_towards(
+def find_changes_towards(
     formula: f.Formula,
     scope: Mapping[str, int | None],
     truth: bool,
@@ -215,10 +217,12 @@ def changes_towards(
 
     A variable with None in ``scope`` may be any object.
     """
-    return _reduce_to_stored(list(_atoms(formula, scope, truth, find_object)), vocabulary, find_object)
+    return _reduce_to_stored_predicates(
+        list(_find_helpful_atoms(formula, scope, truth, find_object)), vocabulary, find_object
+    )
 
 
-def _reduce_to_stored(
+def _reduce_to_stored_predicates(
     pending: list[FactChange], vocabulary: Vocabulary, find_object: FindObject
 ) -> list[FactChange]:
     """Replace changes of derived predicates by the changes of stored predicates that may cause them."""
@@ -236,7 +240,7 @@ def _reduce_to_stored(
         definition = find_definition(derived)
         if definition is not None:
             scope = dict(zip([p.name for p in definition.parameters], change.arguments, strict=True))
-            pending += _atoms(definition.definition, scope, change.truth, find_object)
+            pending += _find_helpful_atoms(definition.definition, scope, change.truth, find_object)
         else:
             for name in derived.reads:
                 anything = (None,) * (vocabulary.arity(name) or 0)
@@ -244,7 +248,7 @@ def _reduce_to_stored(
     return changes
 
 
-def _atoms(
+def _find_helpful_atoms(
     formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
     """Yield each atom of a formula with the truth of the atom that helps to give the formula ``truth``."""
@@ -253,17 +257,17 @@ def _atoms(
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]
             yield FactChange(predicate, tuple(arguments), truth)
         case f.Not(operand):
-            yield from _atoms(operand, scope, not truth, find_object)
+            yield from _find_helpful_atoms(operand, scope, not truth, find_object)
         case f.Implies(premise, conclusion):
-            yield from _atoms(premise, scope, not truth, find_object)
-            yield from _atoms(conclusion, scope, truth, find_object)
+            yield from _find_helpful_atoms(premise, scope, not truth, find_object)
+            yield from _find_helpful_atoms(conclusion, scope, truth, find_object)
         case f.Exactly() | f.ForPairs():
             for part in get_subformulas(formula):
-                yield from _atoms(part, {}, True, find_object)
-                yield from _atoms(part, {}, False, find_object)
+                yield from _find_helpful_atoms(part, {}, True, find_object)
+                yield from _find_helpful_atoms(part, {}, False, find_object)
         case f.ForAll(variable, body) | f.Exists(variable, body):
             inner = {name: value for name, value in scope.items() if name != variable.name}
-            yield from _atoms(body, inner, truth, find_object)
+            yield from _find_helpful_atoms(body, inner, truth, find_object)
         case _:
             for part in get_subformulas(formula):
-                yield from _atoms(part, scope, truth, find_object)
+                yield from _find_helpful_atoms(part, scope, truth, find_object)

@@ -16,9 +16,9 @@ import eai.logic.formula as f
 from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.planning.effect_schema import (
     EffectSchema,
-    effect_schemas,
     find_changed_predicates,
     find_predicates_without_schema,
+    make_effect_schemas,
     match_atom,
 )
 from eai.planning.subgoal import GroundAtom, find_object
@@ -58,18 +58,18 @@ class ExclusionRules:
 
     def __init__(self, domain: Domain) -> None:
         self.vocabulary = domain.vocabulary
-        self.effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self.effects = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
         self.changed = {name for o in domain.operators for name in find_changed_predicates(o)}
         self.unread = {name for o in domain.operators for name in find_predicates_without_schema(o)}
-        self.denying = self._find_rivals(domain)
+        self.denying = self._find_rival_predicates(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
-    def make_exclusion(self, initial: State) -> _Exclusion:
+    def make_exclusion_prover(self, initial: State) -> _ExclusionProver:
         """Return the object that proves exclusions in the episode that begins in a state."""
-        return _Exclusion(self, initial)
+        return _ExclusionProver(self, initial)
 
-    def _find_rivals(self, domain: Domain) -> dict[str, set[str]]:
+    def _find_rival_predicates(self, domain: Domain) -> dict[str, set[str]]:
         """Return a mapping from each predicate to the predicates whose facts may exclude its facts.
 
         Predicate p is in the set of q, and q in the set of p, if an operator adds facts of p and deletes or
@@ -81,7 +81,7 @@ class ExclusionRules:
             added = {effect.atom.predicate for effect in effects if effect.adds}
             formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.conditions]
             denied = {effect.atom.predicate for effect in effects if not effect.adds}
-            denied |= _find_denied_predicates(formulas, domain.vocabulary)
+            denied |= _find_negated_predicates(formulas, domain.vocabulary)
             for added_predicate in added:
                 for denied_predicate in denied:
                     rivals.setdefault(added_predicate, set()).add(denied_predicate)
@@ -89,7 +89,7 @@ class ExclusionRules:
         return rivals
 
 
-class _Exclusion:
+class _ExclusionProver:
     """Proves that no state of one episode meets given literals.
 
     Args:
@@ -111,7 +111,7 @@ class _Exclusion:
             atom = f.Atom(literal.predicate, variables)
             scope = {v.name: i for v, i in zip(variables, literal.arguments, strict=True)}
             conditions.append((atom if literal.truth else f.Not(atom), scope))
-        return _Induction(self).proves(conditions)
+        return _InductionProof(self).proves(conditions)
 
     def _holds_at_start(self, fact: _FactPattern) -> bool:
         match fact:
@@ -125,7 +125,7 @@ class _Exclusion:
                 return len(self._initial.relation(predicate)) > 0
             case _FactPattern(predicate, arguments) if None in arguments:
                 members = self._initial.tuple_set(predicate).members
-                return any(_matches(_FactPattern(predicate, member), fact) for member in members)
+                return any(_matches_pattern(_FactPattern(predicate, member), fact) for member in members)
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
@@ -158,7 +158,7 @@ class _Exclusion:
         return find_object(constant, self.scene)
 
 
-class _Induction:
+class _InductionProof:
     """A proof by induction for one question. Pairs of facts are assumed exclusive until a proof fails.
 
     Every question has its own pairs. So no answer depends on earlier questions, and threads may ask at once.
@@ -167,7 +167,7 @@ class _Induction:
         exclusion: the exclusion of the episode, which holds the rules and the initial facts.
     """
 
-    def __init__(self, exclusion: _Exclusion) -> None:
+    def __init__(self, exclusion: _ExclusionProver) -> None:
         self.exclusion = exclusion
         self._assumed: dict[_FactPair, bool] = {}
         self._pending: dict[_FactPair, None] = {}
@@ -180,16 +180,16 @@ class _Induction:
         A pair of facts is assumed to be exclusive when it is first needed. If an action breaks the
         assumption, it is given up, and all pairs whose proof used it are examined again.
         """
-        if _Supposition(self).may_meet(conditions):
+        if _SupposedState(self).may_hold_together(conditions):
             return False
         while self._pending:
             pair = next(iter(self._pending))
             del self._pending[pair]
             self._judged = pair
-            if not self._is_invariant(*pair):
+            if not self._is_invariant_exclusion(*pair):
                 self._assumed[pair] = False
                 self._judged = None
-                if _Supposition(self).may_meet(conditions):
+                if _SupposedState(self).may_hold_together(conditions):
                     return False
                 dependents = self._dependents.pop(pair, {})
                 self._pending |= {dependent: None for dependent in dependents if self._assumed[dependent]}
@@ -204,10 +204,12 @@ class _Induction:
                 return True
         elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
             return False
-        same = _matches(one, other) or _matches(other, one)
+        same = _matches_pattern(one, other) or _matches_pattern(other, one)
         if same or other.predicate not in rules.denying.get(one.predicate, ()):
             return False
-        return self._is_assumed((one, other) if _sort_key(one) < _sort_key(other) else (other, one))
+        return self._is_assumed(
+            (one, other) if _make_fact_sort_key(one) < _make_fact_sort_key(other) else (other, one)
+        )
 
     def _is_assumed(self, pair: _FactPair) -> bool:
         if pair not in self._assumed:
@@ -218,21 +220,21 @@ class _Induction:
             self._dependents.setdefault(pair, {})[self._judged] = None
         return self._assumed[pair]
 
-    def _is_invariant(self, one: _FactPattern, other: _FactPattern) -> bool:
+    def _is_invariant_exclusion(self, one: _FactPattern, other: _FactPattern) -> bool:
         """Whether two facts do not both hold in the initial state, and no action makes both true."""
         if self.exclusion.rules.unread & {one.predicate, other.predicate} or (
             self.exclusion.holds_at_start(one) and self.exclusion.holds_at_start(other)
         ):
             return False
         return all(
-            self._preserves(schema, added, other_fact)
+            self._preserves_exclusion(schema, added, other_fact)
             for added, other_fact in ((one, other), (other, one))
             for schemas in self.exclusion.rules.effects.values()
             for schema in schemas
             if schema.adds and schema.atom.predicate == added.predicate
         )
 
-    def _preserves(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
+    def _preserves_exclusion(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
         """Whether an effect that adds one fact guarantees that the other fact is false afterwards."""
         scope = self.exclusion.match(schema.atom, added, {})
         if scope is None:
@@ -243,7 +245,7 @@ class _Induction:
         effects = self.exclusion.rules.effects[schema.operator.name]
         if not any(self.exclusion.deletes(condition, schema, other_instance, full) for condition in effects):
             check_conditions = [check.condition for check in schema.operator.checks]
-            if _Supposition(self, other_instance).may_meet(
+            if _SupposedState(self, other_instance).may_hold_together(
                 [(condition, full) for condition in (*schema.conditions, *check_conditions)]
             ):
                 return False
@@ -271,10 +273,10 @@ class _Induction:
             *[(condition, scope) for condition in schema.conditions],
             *[(condition, second_scope) for condition in second.conditions],
         ]
-        return _Supposition(self).may_meet([*check_conditions, *effect_conditions])
+        return _SupposedState(self).may_hold_together([*check_conditions, *effect_conditions])
 
 
-class _Supposition:
+class _SupposedState:
     """A partly known state: facts that are supposed to hold, and their immediate consequences.
 
     Args:
@@ -282,21 +284,21 @@ class _Supposition:
         facts: the facts that are supposed to hold.
     """
 
-    def __init__(self, induction: _Induction, *facts: _FactPattern) -> None:
+    def __init__(self, induction: _InductionProof, *facts: _FactPattern) -> None:
         self._induction = induction
         self._exclusion = induction.exclusion
-        self._true = {fact: _generalize(fact) for fact in facts}
+        self._true = {fact: _replace_unknown_objects(fact) for fact in facts}
         self._false: list[_FactPattern] = []
         self._unknown = 0
 
-    def may_meet(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
+    def may_hold_together(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
         """Suppose that conditions hold. Return False if it is proved that no state meets them all."""
         for _ in range(_PASSES):  # consequences of a later condition may decide an earlier condition
-            if not all(self._suppose(formula, scope, truth=True) for formula, scope in conditions):
+            if not all(self._suppose_formula(formula, scope, truth=True) for formula, scope in conditions):
                 return False
         return True
 
-    def _evaluate(
+    def _evaluate_formula(
         self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset()
     ) -> bool | None:
         """Return the truth of a formula, or None if it is unknown."""
@@ -305,45 +307,45 @@ class _Supposition:
                 arguments = tuple([self._exclusion.term(term, scope) for term in terms])
                 if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
                     return self._evaluate_fact(_FactPattern(predicate, arguments))
-                inner = None if predicate in within else self._unfold(predicate, arguments)
-                return None if inner is None else self._evaluate(*inner, within | {predicate})
+                inner = None if predicate in within else self._unfold_definition(predicate, arguments)
+                return None if inner is None else self._evaluate_formula(*inner, within | {predicate})
             case f.Equals(left, right):
                 one, other = self._exclusion.term(left, scope), self._exclusion.term(right, scope)
                 are_known = isinstance(one, int) and isinstance(other, int)
                 return one == other if are_known or (one == other and one is not None) else None
             case f.Not(operand):
-                value = self._evaluate(operand, scope, within)
+                value = self._evaluate_formula(operand, scope, within)
                 return None if value is None else not value
             case f.And(operands) | f.Or(operands):
                 deciding = isinstance(formula, f.Or)
                 values = set()
                 for operand in operands:
-                    values.add(self._evaluate(operand, scope, within))
+                    values.add(self._evaluate_formula(operand, scope, within))
                     if deciding in values:
                         return deciding
                 return None if None in values else not deciding
             case f.Implies(premise, conclusion):
-                return self._evaluate(f.Or((f.Not(premise), conclusion)), scope, within)
+                return self._evaluate_formula(f.Or((f.Not(premise), conclusion)), scope, within)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 deciding = isinstance(formula, f.Exists)
-                if self._evaluate(body, {**scope, variable.name: None}, within) is (not deciding):
+                if self._evaluate_formula(body, {**scope, variable.name: None}, within) is (not deciding):
                     return not deciding
                 is_decided = any(
-                    self._evaluate(body, {**scope, variable.name: term}, within) is deciding
+                    self._evaluate_formula(body, {**scope, variable.name: term}, within) is deciding
                     for term in self._possible_terms(variable)
                 )
                 return deciding if is_decided else None
             case _:
                 return None
 
-    def _suppose(
+    def _suppose_formula(
         self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset(), *, truth: bool
     ) -> bool:
         """Suppose that a formula is true (or false), and record the consequences.
 
         Return False if they contradict earlier suppositions.
         """
-        value = self._evaluate(formula, scope, within)
+        value = self._evaluate_formula(formula, scope, within)
         if value is not None:
             return value is truth
         match formula:
@@ -351,38 +353,42 @@ class _Supposition:
                 arguments = tuple([self._exclusion.term(term, scope) for term in terms])
                 if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
                     return self._add_fact(_FactPattern(predicate, arguments), truth=truth)
-                inner = None if predicate in within else self._unfold(predicate, arguments)
-                return inner is None or self._suppose(*inner, within | {predicate}, truth=truth)
+                inner = None if predicate in within else self._unfold_definition(predicate, arguments)
+                return inner is None or self._suppose_formula(*inner, within | {predicate}, truth=truth)
             case f.Not(operand):
-                return self._suppose(operand, scope, within, truth=not truth)
+                return self._suppose_formula(operand, scope, within, truth=not truth)
             case f.Implies(premise, conclusion):
-                return self._suppose(f.Or((f.Not(premise), conclusion)), scope, within, truth=truth)
+                return self._suppose_formula(f.Or((f.Not(premise), conclusion)), scope, within, truth=truth)
             case f.And(operands) | f.Or(operands):
                 if isinstance(formula, f.And) is truth:
-                    return all(self._suppose(operand, scope, within, truth=truth) for operand in operands)
+                    return all(
+                        self._suppose_formula(operand, scope, within, truth=truth) for operand in operands
+                    )
                 undecided = [
-                    operand for operand in operands if self._evaluate(operand, scope, within) is None
+                    operand for operand in operands if self._evaluate_formula(operand, scope, within) is None
                 ]
-                return len(undecided) > 1 or self._suppose(undecided[0], scope, within, truth=truth)
+                return len(undecided) > 1 or self._suppose_formula(undecided[0], scope, within, truth=truth)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) is not truth:
                     is_general = variable.category is None
-                    return not is_general or self._suppose(
+                    return not is_general or self._suppose_formula(
                         body, {**scope, variable.name: None}, within, truth=truth
                     )
                 if None in scope.values():  # the object may differ between the values that None stands for
                     return True
                 self._unknown += 1
-                return self._suppose(body, {**scope, variable.name: f"{self._unknown}"}, within, truth=truth)
+                return self._suppose_formula(
+                    body, {**scope, variable.name: f"{self._unknown}"}, within, truth=truth
+                )
             case _:
                 return True
 
     def _add_fact(self, fact: _FactPattern, *, truth: bool) -> bool:
         if not truth:
             self._false.append(fact)
-            return not any(_matches(known_fact, fact) for known_fact in self._true)
+            return not any(_matches_pattern(known_fact, fact) for known_fact in self._true)
         if None not in fact.arguments:
-            self._true[fact] = _generalize(fact)
+            self._true[fact] = _replace_unknown_objects(fact)
         return True
 
     def _evaluate_fact(self, fact: _FactPattern) -> bool | None:
@@ -391,18 +397,18 @@ class _Supposition:
             return True
         if fact.predicate not in self._exclusion.rules.changed:
             are_known = all(isinstance(other, int) for other in fact.arguments)
-            holds = self._exclusion.holds_at_start(_generalize(fact))
+            holds = self._exclusion.holds_at_start(_replace_unknown_objects(fact))
             return holds if are_known or not holds else None
-        if any(_matches(fact, other) for other in self._false):
+        if any(_matches_pattern(fact, other) for other in self._false):
             return False
         rivals = self._exclusion.rules.rivals[fact.predicate]
-        general = _generalize(fact)
+        general = _replace_unknown_objects(fact)
         for other in self._true.values():
             if other.predicate in rivals and self._induction.are_exclusive(general, other):
                 return False
         return None
 
-    def _unfold(
+    def _unfold_definition(
         self, predicate: str, arguments: tuple[_FactArgument, ...]
     ) -> tuple[f.Formula, _ArgumentScope] | None:
         defined = find_definition(self._exclusion.rules.vocabulary.derived_by_name[predicate])
@@ -418,7 +424,7 @@ class _Supposition:
         return [term for term in objects if isinstance(term, int) and category >> term & 1]
 
 
-def _find_denied_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
+def _find_negated_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
     """Return the stored predicates that occur negated in formulas or in the definitions of predicates."""
     pending, seen, denied = [*formulas], set[str](), set[str]()
     while pending:
@@ -433,16 +439,16 @@ def _find_denied_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabular
     return {*find_stored_predicates(denied, vocabulary)}
 
 
-def _sort_key(fact: _FactPattern) -> tuple[str, list[int]]:
+def _make_fact_sort_key(fact: _FactPattern) -> tuple[str, list[int]]:
     return fact.predicate, [argument if isinstance(argument, int) else -1 for argument in fact.arguments]
 
 
-def _generalize(fact: _FactPattern) -> _FactPattern:
+def _replace_unknown_objects(fact: _FactPattern) -> _FactPattern:
     """Return a fact in which None replaces each unknown object."""
     return _FactPattern(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
 
 
-def _matches(fact: _FactPattern, pattern: _FactPattern) -> bool:
+def _matches_pattern(fact: _FactPattern, pattern: _FactPattern) -> bool:
     return fact.predicate == pattern.predicate and all(
         expected in (None, argument)
         for expected, argument in zip(pattern.arguments, fact.arguments, strict=True)

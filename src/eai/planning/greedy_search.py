@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 from eai.logic.formula import Atom
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
-from eai.planning.search import Effort, Limits, OpenList, SearchEnd, best_first
+from eai.planning.search import Effort, Limits, OpenList, SearchEnd, run_best_first_search
 from eai.planning.subgoal import GroundAtom, Subgoal
-from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator, generate_applicable_of_operator
 from eai.world.action import Action
-from eai.world.derived import Defined
+from eai.world.derived import DefinedPredicate
 
 _STEP_COST = 0.2
 """Cost of an action on the path so far, compared with 1 for each estimated action ahead.
@@ -76,7 +76,7 @@ class GreedySearch:
         if self.is_over:
             return SearchEnd.STATES
         effort = Effort(min(limits.states, self.effort.limit - self.effort.used))
-        end = _GreedyRun(self, start, (subgoals, taken), effort, thorough=limits.thorough).search()
+        end = _SingleGreedySearch(self, start, (subgoals, taken), effort, thorough=limits.thorough).search()
         self.effort.used += effort.used
         return end
 
@@ -85,7 +85,7 @@ class GreedySearch:
     ) -> tuple[float, tuple[Action, ...]]:
         """Return the estimated cost from a state to the target of `search`, and the preferred actions."""
         estimates = self.make_estimates(node, subgoals)
-        preferred = _PreferredOperators(self.heuristic, estimates)
+        preferred = _PreferredActions(self.heuristic, estimates)
         total = 0.0
         for condition in subgoals:
             cost = estimates.estimate(condition)
@@ -93,13 +93,13 @@ class GreedySearch:
             if 0.0 < cost < INFINITE:
                 preferred.collect_towards(condition)
         for names in self.successors.goals[node.met : taken]:
-            supporter = estimates.estimate_action(names)
+            supporter = estimates.find_cheapest_action(names)
             total += supporter.cost
             preferred.collect_action(supporter.action, supporter.prerequisites)
         return total, tuple(preferred.actions)
 
 
-class _Expansion(NamedTuple):
+class _QueuedExpansion(NamedTuple):
     """A state to expand, its rank, and the actions to expand it by; None for all applicable actions."""
 
     node: PlanNode
@@ -107,7 +107,7 @@ class _Expansion(NamedTuple):
     actions: tuple[Action, ...] | None
 
 
-class _GreedyRun:
+class _SingleGreedySearch:
     """One greedy search."""
 
     def __init__(
@@ -126,13 +126,13 @@ class _GreedyRun:
         self._effort = effort
         self._thorough = thorough
         self._seen = {(start.state, start.met)}
-        self._open: OpenList[_Expansion] = OpenList()
+        self._open: OpenList[_QueuedExpansion] = OpenList()
 
     def search(self) -> PlanNode | SearchEnd:
         """Search for a path from the start to the target."""
-        return self._add_state(self._start) or best_first(self._open.pop, self._expand)
+        return self._add_state(self._start) or run_best_first_search(self._open.pop, self._expand_state)
 
-    def _expand(self, expansion: _Expansion) -> PlanNode | SearchEnd | None:
+    def _expand_state(self, expansion: _QueuedExpansion) -> PlanNode | SearchEnd | None:
         """Expand a state by its preferred actions.
 
         A thorough search later expands it by all other actions.
@@ -165,11 +165,11 @@ class _GreedyRun:
             return node
         cost = ahead + _STEP_COST * (node.depth - self._start.depth)
         rank = (cost, -self._effort.used)
-        self._open.push(_Expansion(node, rank, preferred), _UNEXPANDED, *rank)
+        self._open.push(_QueuedExpansion(node, rank, preferred), _UNEXPANDED, *rank)
         return None
 
 
-class _PreferredOperators:
+class _PreferredActions:
     """Collects the preferred actions of one state: applicable actions on cheapest estimated paths.
 
     Args:
@@ -192,16 +192,16 @@ class _PreferredOperators:
         for condition in alternatives:
             self.collect_towards(condition)
         if not alternatives:
-            self._collect(goal)
+            self._collect_for_subgoal(goal)
 
     def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
         """Collect an action if it is applicable, otherwise the actions that lead to its prerequisites."""
         if action is not None and not prerequisites:
             self.actions[action] = None
         for condition in prerequisites:
-            self._collect(condition)
+            self._collect_for_subgoal(condition)
 
-    def _collect(self, subgoal: Subgoal) -> None:
+    def _collect_for_subgoal(self, subgoal: Subgoal) -> None:
         if self._estimates.holds(subgoal):
             return
         if isinstance(subgoal.formula, Atom):
@@ -214,14 +214,14 @@ class _PreferredOperators:
                 supporter = self._estimates.find_supporter(atom)
                 self.collect_action(supporter.action, supporter.prerequisites)
                 return
-            if not isinstance(derived, Defined):
-                self.actions.update((action, None) for action in self._actions_changing(derived.reads))
+            if not isinstance(derived, DefinedPredicate):
+                self.actions.update((action, None) for action in self._find_actions_changing(derived.reads))
         for part in self._estimates.choose_parts(subgoal) or ():
-            self._collect(part)
+            self._collect_for_subgoal(part)
 
-    def _actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
+    def _find_actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
         for operator in self._heuristic.achievers.find_writers(predicates):
-            yield from applicable_actions(
+            yield from generate_applicable_of_operator(
                 self._heuristic.domain,
                 operator,
                 self._estimates.state,

@@ -17,10 +17,10 @@ from operator import or_
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.planning.conflict_changes import ConflictChanges, change_order
+from eai.planning.conflict_changes import ConflictChanges, make_change_sort_key
 from eai.planning.effect_schema import FactChange
 from eai.planning.search import Effort
-from eai.planning.subgoal import Subgoal, arguments_of
+from eai.planning.subgoal import Subgoal, find_argument_indices
 from eai.world.action import Action
 from eai.world.condition import Scope
 from eai.world.derived import find_definition
@@ -92,7 +92,9 @@ class _RelaxationGraph:
         self._grouped: dict[int, list[tuple[Sequence[Action], list[int]]]] = {}
         self._made: dict[int, list[tuple[Action, int]]] = {}
         self._open: set[object] = set()
-        self._goal = self._conjoin([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
+        self._goal = self._add_conjunction_node(
+            [self._get_condition_node(goal.formula, goal.scope, goal.truth) for goal in goals]
+        )
 
     @property
     def size(self) -> int:
@@ -103,15 +105,15 @@ class _RelaxationGraph:
         """Return a cut between some actions and the goals; None if the actions may reach the goals."""
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
-            reached = self._find_reached(actions)
+            reached = self._find_reached_conditions(actions)
             if reached[self._goal]:
                 return None
             between = self._find_conditions_between(actions, reached)
-            if not self._add_makers(between):
+            if not self._add_actions_making(between):
                 break
         cut_actions: dict[Action, None] = {}
         for number in between:
-            for makers, conditions in self._group_makers(number):
+            for makers, conditions in self._group_actions_making(number):
                 if between.keys().isdisjoint(conditions):
                     cut_actions.update(dict.fromkeys(makers))
             cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
@@ -143,7 +145,7 @@ class _RelaxationGraph:
             pending += fresh
         return seen
 
-    def _group_makers(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
+    def _group_actions_making(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
         """Return the actions that make a change, each group with its conditions; [] for a condition."""
         change = self._changes.get(number)
         if change is None:
@@ -151,15 +153,15 @@ class _RelaxationGraph:
         groups = self._grouped.get(number)
         if groups is None:
             makers = [
-                (a, [self._condition(*condition, True) for condition in conditions])
-                for a, conditions in self._conflict_changes.group_makers(change)
+                (a, [self._get_condition_node(*condition, True) for condition in conditions])
+                for a, conditions in self._conflict_changes.group_actions_making(change)
             ]
             groups = self._grouped[number] = [
                 (a, conditions) for a, conditions in makers if _FALSE not in conditions
             ]
         return groups
 
-    def _find_reached(self, actions: Collection[Action]) -> bytearray:
+    def _find_reached_conditions(self, actions: Collection[Action]) -> bytearray:
         missing, reached = self._missing.copy(), bytearray(len(self._missing))
         pending = [_TRUE]
         while pending:
@@ -174,7 +176,7 @@ class _RelaxationGraph:
             pending += [change for action, change in self._made.get(number, ()) if action in actions]
         return reached
 
-    def _add_makers(self, numbers: Iterable[int]) -> bool:
+    def _add_actions_making(self, numbers: Iterable[int]) -> bool:
         """Add the actions that make some changes to the graph. Return whether any action was added."""
         fresh = [
             (number, action)
@@ -183,17 +185,17 @@ class _RelaxationGraph:
             for action in self._actions[self._tried[number] :]
         ]
         self._tried.update(dict.fromkeys([number for number, _ in fresh], len(self._actions)))
-        return sum([self._add_maker(number, action) for number, action in fresh]) > 0
+        return sum([self._add_action_making(number, action) for number, action in fresh]) > 0
 
-    def _add_maker(self, number: int, action: Action) -> bool:
+    def _add_action_making(self, number: int, action: Action) -> bool:
         """Add the conditions of each effect by which an action makes a change.
 
         Return whether any conditions were added.
         """
         alternatives: list[int] = []
         for conditions in self._conflict_changes.effect_conditions(action, self._changes[number]):
-            condition_numbers = [self._condition(*part, True) for part in conditions]
-            condition = self._conjoin([*self._find_preconditions(action), *condition_numbers])
+            condition_numbers = [self._get_condition_node(*part, True) for part in conditions]
+            condition = self._add_conjunction_node([*self._find_preconditions(action), *condition_numbers])
             if condition != _FALSE:
                 alternatives.append(condition)
                 self._made.setdefault(condition, []).append((action, number))
@@ -205,18 +207,20 @@ class _RelaxationGraph:
         numbers = self._needs.get(action)
         if numbers is None:
             needs = self._conflict_changes.preconditions(action)
-            numbers = self._needs[action] = [self._condition(*condition, True) for condition in needs]
+            numbers = self._needs[action] = [
+                self._get_condition_node(*condition, True) for condition in needs
+            ]
         return numbers
 
-    def _condition(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
+    def _get_condition_node(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
         key = id(formula), tuple([scope[name] for name in self._conflict_changes.names(formula)]), truth
         number = self._numbers.get(key)
         if number is None:
             self._formulas.append(formula)  # the entry keeps the formula alive, so that its id stays unique
-            number = self._numbers[key] = self._add_condition(formula, scope, truth)
+            number = self._numbers[key] = self._add_condition_node(formula, scope, truth)
         return number
 
-    def _add_condition(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
+    def _add_condition_node(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
         if (
             self._conflict_changes.holds(formula, scope, self._initial) == truth
             or len(self._parts) > _MAX_CONDITIONS
@@ -224,49 +228,53 @@ class _RelaxationGraph:
             return _TRUE
         match formula:
             case f.Not(operand):
-                return self._condition(operand, scope, not truth)
+                return self._get_condition_node(operand, scope, not truth)
             case f.And(operands) | f.Or(operands):
                 parts = [(operand, scope) for operand in operands]
-                return self._join(parts, truth, all_needed=isinstance(formula, f.And) == truth)
+                return self._add_compound_node(parts, truth, all_needed=isinstance(formula, f.And) == truth)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 values = [*bits(self._initial.scene.category(variable.category))]
                 if len(values) <= _MAX_VALUES:
                     parts = [(body, {**scope, variable.name: value}) for value in values]
-                    return self._join(parts, truth, all_needed=isinstance(formula, f.ForAll) == truth)
+                    return self._add_compound_node(
+                        parts, truth, all_needed=isinstance(formula, f.ForAll) == truth
+                    )
             case f.Atom():
-                return self._add_atom(formula, scope, truth)
-        return self._add_changes(
+                return self._add_atom_node(formula, scope, truth)
+        return self._add_changes_node(
             self._conflict_changes.find_changes(formula, scope, self._initial, truth=truth)
         )
 
-    def _join(self, parts: Sequence[tuple[f.Formula, Scope]], truth: bool, *, all_needed: bool) -> int:
+    def _add_compound_node(
+        self, parts: Sequence[tuple[f.Formula, Scope]], truth: bool, *, all_needed: bool
+    ) -> int:
         numbers: list[int] = []
         for formula, scope in sorted(
             parts, key=lambda part: self._conflict_changes.count_read_predicates(part[0])
         ):
-            number = self._condition(formula, scope, truth)
+            number = self._get_condition_node(formula, scope, truth)
             if number == (_FALSE if all_needed else _TRUE):
                 return number
             numbers.append(number)
-        return self._conjoin(numbers) if all_needed else self._disjoin(numbers)
+        return self._add_conjunction_node(numbers) if all_needed else self._add_disjunction_node(numbers)
 
-    def _add_atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
-        arguments = arguments_of(atom, scope, self._initial.scene)
+    def _add_atom_node(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
+        arguments = find_argument_indices(atom, scope, self._initial.scene)
         derived = self._conflict_changes.derived(atom.predicate)
         defined = None if derived is None else find_definition(derived)
         if defined is None:
-            return self._add_changes(
+            return self._add_changes_node(
                 self._conflict_changes.find_changes(atom, scope, self._initial, truth=truth)
             )
         key = atom.predicate, arguments, truth
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
-            return self._add_changes(self._conflict_changes.all_changes(atom))
+            return self._add_changes_node(self._conflict_changes.find_all_changes(atom))
         if result is None:  # a recursive definition uses this number for the atom itself
             number = self._numbers[key] = self._add_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
-            part = self._condition(defined.definition, inner, truth)
+            part = self._get_condition_node(defined.definition, inner, truth)
             self._open.discard(key)
             self._parts[number] = (part,)
             self._widths[number] = self._widths[part]
@@ -274,14 +282,16 @@ class _RelaxationGraph:
             self._numbers[key] = result = part if part in (_TRUE, _FALSE) else number
         return result
 
-    def _add_changes(self, changes: Iterable[FactChange]) -> int:
-        return self._disjoin([self._add_change(change) for change in sorted(changes, key=change_order)])
+    def _add_changes_node(self, changes: Iterable[FactChange]) -> int:
+        return self._add_disjunction_node(
+            [self._add_change_node(change) for change in sorted(changes, key=make_change_sort_key)]
+        )
 
-    def _add_change(self, change: FactChange) -> int:
+    def _add_change_node(self, change: FactChange) -> int:
         number = self._numbers.get(change)
         if number is None:
-            makers = self._conflict_changes.actions_making(change) or [
-                a for a in self._others if self._conflict_changes.may_make(a, change)
+            makers = self._conflict_changes.find_actions_making(change) or [
+                a for a in self._others if self._conflict_changes.may_make_change(a, change)
             ]
             number = self._numbers[change] = self._add_node((), 1, len(makers)) if makers else _FALSE
             if makers:
@@ -290,15 +300,15 @@ class _RelaxationGraph:
                 self._tried[number] = 0
         return number
 
-    def _conjoin(self, parts: Iterable[int]) -> int:
+    def _add_conjunction_node(self, parts: Iterable[int]) -> int:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _TRUE]))
-        return _FALSE if _FALSE in numbers else self._combine(numbers, len(numbers), _TRUE)
+        return _FALSE if _FALSE in numbers else self._get_combined_node(numbers, len(numbers), _TRUE)
 
-    def _disjoin(self, parts: Iterable[int]) -> int:
+    def _add_disjunction_node(self, parts: Iterable[int]) -> int:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
-        return _TRUE if _TRUE in numbers else self._combine(numbers, 1, _FALSE)
+        return _TRUE if _TRUE in numbers else self._get_combined_node(numbers, 1, _FALSE)
 
-    def _combine(self, parts: tuple[int, ...], needed: int, default: int) -> int:
+    def _get_combined_node(self, parts: tuple[int, ...], needed: int, default: int) -> int:
         """Return the number of the condition that needs all of its parts, or one of them."""
         if len(parts) < 2:
             return parts[0] if parts else default
@@ -352,7 +362,7 @@ class Landmarks:
             self._add_cut(cut)
 
     @cached_property
-    def _relaxation(self) -> _RelaxationGraph:
+    def _relaxation_graph(self) -> _RelaxationGraph:
         return _RelaxationGraph(*self._given)
 
     def _add_cut(self, cut: Iterable[Action]) -> None:
@@ -361,7 +371,7 @@ class Landmarks:
         for action in cut:
             self._hits[action] = self._hits.get(action, 0) | bit
 
-    def hit_cuts(self, action: Action | None) -> int:
+    def find_hit_cuts(self, action: Action | None) -> int:
         """Return the cuts that an action hits, as a bit mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
@@ -372,9 +382,9 @@ class Landmarks:
             missed &= ~self._hits.get(action, 0)
         return missed
 
-    def min_actions(self, mask: int) -> int:
+    def count_min_actions(self, mask: int) -> int:
         """Return the minimum number of actions that hit all cuts in a bit mask."""
-        return self._min_hitting_set(mask)[0]
+        return self._get_min_hitting_set(mask)[0]
 
     def find_more_cuts(self, steps: frozenset[Action], effort: Effort) -> None:
         """Find cuts until the lower bound for a plan rises, or no further cut exists.
@@ -385,19 +395,19 @@ class Landmarks:
         """
         if steps in self._done or effort.is_used_up:
             return
-        lacked = self.min_actions(self.find_missed_cuts(steps))
+        lacked = self.count_min_actions(self.find_missed_cuts(steps))
         while (
             steps not in self._done
             and not effort.is_used_up
-            and self.min_actions(self.find_missed_cuts(steps)) == lacked
+            and self.count_min_actions(self.find_missed_cuts(steps)) == lacked
         ):
             actions, number = (
-                {*steps, *self._min_hitting_set(self.find_missed_cuts(steps))[1]},
+                {*steps, *self._get_min_hitting_set(self.find_missed_cuts(steps))[1]},
                 len(self.cuts),
             )
             while not effort.is_used_up:
-                cut = self._relaxation.cut(actions)
-                effort.used += 1 + self._relaxation.size // _CONDITIONS_PER_EFFORT
+                cut = self._relaxation_graph.cut(actions)
+                effort.used += 1 + self._relaxation_graph.size // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break
                 self._add_cut(cut)
@@ -405,23 +415,23 @@ class Landmarks:
             if len(self.cuts) == number:
                 self._done.add(steps)
 
-    def _min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+    def _get_min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
         result = self._fewest.get(mask)
         if result is None:
-            result = self._fewest[mask] = self._compute_hitting_set(mask)
+            result = self._fewest[mask] = self._compute_min_hitting_set(mask)
         return result
 
-    def _compute_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+    def _compute_min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
         by_hits: dict[int, Action] = {}
         for action, hits in self._hits.items():
             if hits & mask:
                 by_hits.setdefault(hits & mask, action)
         patterns = [p for p in by_hits if not any(p & q == p != q for q in by_hits)]
-        search = _HittingSets(patterns, mask)
+        search = _HittingSetSearch(patterns, mask)
         return search.least, tuple([by_hits[pattern] for pattern in search.best])
 
 
-class _HittingSets:
+class _HittingSetSearch:
     """A search for a smallest set of bit masks (patterns) that together cover a mask.
 
     Args:
@@ -445,7 +455,7 @@ class _HittingSets:
         self.best: tuple[int, ...] = self._cover_greedily(mask)
         self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
-            self._cover(mask, ())
+            self._search_cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
@@ -466,7 +476,7 @@ class _HittingSets:
                 mask &= ~covered
         return number
 
-    def _cover(self, mask: int, chosen: tuple[int, ...]) -> None:
+    def _search_cover(self, mask: int, chosen: tuple[int, ...]) -> None:
         self._branches += 1
         if not mask:
             self.best = chosen
@@ -475,4 +485,4 @@ class _HittingSets:
             return
         patterns = next(patterns_of_bit for bit, patterns_of_bit in self._with_bit.items() if mask & bit)
         for pattern in sorted(patterns, key=lambda pattern: -(pattern & mask).bit_count()):
-            self._cover(mask & ~pattern, (*chosen, pattern))
+            self._search_cover(mask & ~pattern, (*chosen, pattern))

@@ -18,7 +18,7 @@ from eai.logic.formula import Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.search import Limits, Node, SearchEnd, SearchResult
-from eai.planning.subgoal import Subgoal, subgoals_of
+from eai.planning.subgoal import Subgoal, make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -174,7 +174,7 @@ def _search_plan(
     def is_reached(node: PlanNode) -> bool:
         return node.met == len(goal.actions) and all(holds(c, {}, node.state) for c in goal.conditions)
 
-    goals = subgoals_of(goal.conditions, start.state.scene)
+    goals = make_subgoals(goal.conditions, start.state.scene)
     agenda = _Agenda(search, goals)
     node, allowed, effort = start, _FIRST_LIMITS, search.effort
     while not is_reached(node):
@@ -221,7 +221,7 @@ class _Agenda:
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
         if node.met < len(self._search.successors.goals):
             pending.append(_NEXT_ACTION)
-        for i in self._nearest_first(node, pending):
+        for i in self._sort_goals_by_cost(node, pending):
             if i == _NEXT_ACTION:
                 further = self._reach(node, reached, node.met + 1, limits)
             else:
@@ -240,7 +240,7 @@ class _Agenda:
         self._hard |= new
         return bool(new)
 
-    def _nearest_first(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
+    def _sort_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
         """Yield the numbers of goals by their estimated cost, hard goals first.
 
         Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. A
@@ -264,7 +264,7 @@ class _Agenda:
 
     def _estimate_cost(self, i: int, node: PlanNode, estimates: Estimates) -> None:
         if i == _NEXT_ACTION:
-            self._costs[i] = estimates.estimate_action(self._search.successors.goals[node.met]).cost
+            self._costs[i] = estimates.find_cheapest_action(self._search.successors.goals[node.met]).cost
         else:
             self._costs[i] = estimates.estimate(self._goals[i])
 
@@ -273,7 +273,7 @@ class _Agenda:
     ) -> PlanNode | None:
         """Reach the parts of a goal one after the other. If this fails, search for the whole goal."""
         while True:
-            further = self._reach_part(node, goal, protected, limits)
+            further = self._reach_one_more_part(node, goal, protected, limits)
             if further is None:
                 whole_limits = replace(limits, states=_WHOLE_GOAL_FACTOR * limits.states)
                 return self._reach(node, (*protected, goal), node.met, whole_limits)
@@ -281,7 +281,7 @@ class _Agenda:
             if self._search.make_estimates(node).estimate(goal) == 0.0:
                 return node
 
-    def _reach_part(
+    def _reach_one_more_part(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
         """Return a node in which one more part of a goal is reached, or None if no part is reached.

@@ -18,7 +18,7 @@ from eai.logic.traversal import find_free_variables, find_predicates
 from eai.planning.search import Effort
 from eai.planning.subgoal import find_object
 from eai.world.condition import Scope
-from eai.world.derived import Defined, find_stored_predicates
+from eai.world.derived import DefinedPredicate, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.executable import applicability
@@ -90,10 +90,12 @@ class PossibleFacts:
         match formula:
             case f.Atom(predicate, terms):
                 return self._is_possible(
-                    predicate, tuple([self._index(term, scope) for term in terms]), truth
+                    predicate, tuple([self._find_object_index(term, scope) for term in terms]), truth
                 )
             case f.Equals(left, right):
-                return (self._index(left, scope) == self._index(right, scope)) == truth
+                return (
+                    self._find_object_index(left, scope) == self._find_object_index(right, scope)
+                ) == truth
             case f.Not(part):
                 return self.holds(part, scope, not truth)
             case f.And(parts) | f.Or(parts):
@@ -102,27 +104,33 @@ class PossibleFacts:
             case f.Implies(premise, conclusion):
                 return self.holds(f.Or((f.Not(premise), conclusion)), scope, truth)
             case f.ForAll(variable, body) | f.Exists(variable, body):
-                results = (self.holds(body, inner, truth) for inner in self._instances(variable, scope))
+                results = (
+                    self.holds(body, inner, truth)
+                    for inner in self._generate_instance_scopes(variable, scope)
+                )
                 return all(results) if isinstance(formula, f.ForAll) == truth else any(results)
             case f.Exactly(count, variable, body):
-                instances = list(self._instances(variable, scope))
+                instances = list(self._generate_instance_scopes(variable, scope))
                 may = sum(self.holds(body, inner) for inner in instances)
                 must = sum(not self.holds(body, inner, truth=False) for inner in instances)
                 return must <= count <= may if truth else (may, must) != (count, count)
             case f.ForPairs(first, second, body):
-                rows = [list(self._instances(second, row)) for row in self._instances(first, scope)]
+                rows = [
+                    list(self._generate_instance_scopes(second, row))
+                    for row in self._generate_instance_scopes(first, scope)
+                ]
                 met = sum(any(self.holds(body, inner) for inner in row) for row in rows)
                 smaller = min(len(rows), len(rows[0]) if rows else 0)
                 return not truth or met >= (smaller if formula.count is None else formula.count)
         raise TypeError(f"expected a formula about one state, found {type(formula).__name__}")
 
-    def _instances(self, variable: f.Variable, scope: Scope) -> Iterator[Scope]:
+    def _generate_instance_scopes(self, variable: f.Variable, scope: Scope) -> Iterator[Scope]:
         mask = self._scene.category(variable.category)
         for index in range(len(self._scene.objects)):
             if mask >> index & 1:
                 yield {**scope, variable.name: index}
 
-    def _index(self, term: f.Term, scope: Scope) -> int:
+    def _find_object_index(self, term: f.Term, scope: Scope) -> int:
         return scope[term.name] if isinstance(term, f.Variable) else find_object(term, self._scene)
 
     def _is_possible(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
@@ -147,9 +155,15 @@ class PossibleFacts:
                 if truth
                 else fact not in self.at_start or fact in self.possibly_false
             )
-        return self._evaluate_definition(derived, arguments, truth) if isinstance(derived, Defined) else True
+        return (
+            self._evaluate_definition(derived, arguments, truth)
+            if isinstance(derived, DefinedPredicate)
+            else True
+        )
 
-    def _evaluate_definition(self, derived: Defined, arguments: tuple[int, ...], truth: bool) -> bool:
+    def _evaluate_definition(
+        self, derived: DefinedPredicate, arguments: tuple[int, ...], truth: bool
+    ) -> bool:
         """Whether a predicate that a formula defines may ever be true, or (not ``truth``) false.
 
         A recursive definition is evaluated as a least fixpoint. If the definition needs the same literal
@@ -196,13 +210,17 @@ class PossibleFacts:
 
     def _apply_effects(self, effects: Iterable[Effect], scope: Scope) -> None:
         for effect in effects:
-            key = id(effect), tuple([scope.get(name) for name in _variables_of(effect)])
+            key = id(effect), tuple([scope.get(name) for name in _find_effect_variables(effect)])
             if key in self._done:
                 continue
             self._done.add(key)
             match effect:
                 case Add(atom):
-                    self.add(Fact(atom.predicate, tuple([self._index(t, scope) for t in atom.arguments])))
+                    self.add(
+                        Fact(
+                            atom.predicate, tuple([self._find_object_index(t, scope) for t in atom.arguments])
+                        )
+                    )
                 case Delete(atom):
                     self._delete(atom, scope)
                 case When(condition, inner, otherwise):
@@ -211,7 +229,7 @@ class PossibleFacts:
                     if otherwise and self.holds(condition, scope, truth=False):
                         self._apply_effects(otherwise, scope)
                 case ForEach(variable, condition, inner) | Let(variable, condition, inner):
-                    for instance in list(self._instances(variable, scope)):
+                    for instance in list(self._generate_instance_scopes(variable, scope)):
                         if self.holds(condition, instance):
                             self._apply_effects(inner, instance)
 
@@ -220,7 +238,9 @@ class PossibleFacts:
         self.possibly_true.add(fact)
 
     def _delete(self, atom: f.Atom, scope: Scope) -> None:
-        pattern = [None if term == ANYTHING else self._index(term, scope) for term in atom.arguments]
+        pattern = [
+            None if term == ANYTHING else self._find_object_index(term, scope) for term in atom.arguments
+        ]
         for predicate, arguments in self.at_start:
             if predicate == atom.predicate and all(
                 expected in (None, argument) for expected, argument in zip(pattern, arguments, strict=True)
@@ -229,7 +249,7 @@ class PossibleFacts:
 
 
 @cache
-def _variables_of(effect: Effect) -> tuple[str, ...]:
+def _find_effect_variables(effect: Effect) -> tuple[str, ...]:
     match effect:
         case Add(atom) | Delete(atom):
             return tuple([term.name for term in atom.arguments if isinstance(term, f.Variable)])
@@ -238,7 +258,7 @@ def _variables_of(effect: Effect) -> tuple[str, ...]:
         case ForEach(_, condition, inner) | Let(_, condition, inner):
             parts = inner
     names = dict.fromkeys(find_free_variables(condition)) | dict.fromkeys(
-        n for e in parts for n in _variables_of(e)
+        n for e in parts for n in _find_effect_variables(e)
     )
     return tuple(sorted(names))
 

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from eai.logic.formula import Term
-from eai.planning.effect_schema import EffectSchema, effect_schemas
+from eai.planning.effect_schema import EffectSchema, make_effect_schemas
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, Role
 
 
-def role_of(operator: Operator) -> Role:
+def infer_operator_role(operator: Operator) -> Role:
     """Return the declared role of an operator, or infer the role from its effects.
 
     A movement changes only facts about the agent, and relations between the agent and the objects that it
@@ -25,15 +25,15 @@ def role_of(operator: Operator) -> Role:
     """
     if operator.role is not None:
         return operator.role
-    changes = list(effect_schemas(operator))
+    changes = list(make_effect_schemas(operator))
     if _is_movement(changes):
         return Role.MOVEMENT
-    return Role.TAKES if _is_taking(changes) else Role.CHANGE
+    return Role.TAKES if _only_adds_agent_relations(changes) else Role.CHANGE
 
 
 def _is_movement(changes: list[EffectSchema]) -> bool:
     own_predicates = {change.atom.predicate for change in changes if change.atom.arguments == (AGENT,)}
-    left_predicates = {change.atom.predicate for change in changes if _is_left(change)}
+    left_predicates = {change.atom.predicate for change in changes if _ends_all_relations(change)}
     binary_changes = [change for change in changes if len(change.atom.arguments) == 2]
     added_predicates = {
         change.atom.predicate for change in binary_changes if change.adds and AGENT in change.atom.arguments
@@ -43,7 +43,7 @@ def _is_movement(changes: list[EffectSchema]) -> bool:
     )
 
 
-def _is_left(change: EffectSchema) -> bool:
+def _ends_all_relations(change: EffectSchema) -> bool:
     """Whether a change ends the relation of the agent to all objects, not only to an argument."""
     if change.adds or AGENT not in change.atom.arguments or len(change.atom.arguments) != 2:
         return False
@@ -51,7 +51,7 @@ def _is_left(change: EffectSchema) -> bool:
     return other == ANYTHING or other not in change.operator.parameters
 
 
-def _is_taking(changes: list[EffectSchema]) -> bool:
+def _only_adds_agent_relations(changes: list[EffectSchema]) -> bool:
     """Whether an operator adds only facts that relate the agent to the arguments."""
     added = [change for change in changes if change.adds]
     return bool(added) and all(
@@ -60,7 +60,7 @@ def _is_taking(changes: list[EffectSchema]) -> bool:
     )
 
 
-def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def find_spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the stored predicates that describe places, in the order of a domain's operators.
 
     The first tuple has the predicates for objects in a hand, with or without the agent as first argument. The
@@ -71,13 +71,13 @@ def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]
     about this object and another one. A predicate that an operator adds in both directions ("beside each
     other") is left out.
     """
-    changes = {operator.name: list(effect_schemas(operator)) for operator in domain.operators}
-    takers = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
+    changes = {operator.name: list(make_effect_schemas(operator)) for operator in domain.operators}
+    takers = [operator for operator in domain.operators if infer_operator_role(operator) is Role.TAKES]
     added = [
         change
         for operator in takers
         for change in changes[operator.name]
-        if change.adds and _is_of_parameter(change, operator)
+        if change.adds and _changes_parameter(change, operator)
     ]
     deleted = {
         change.atom.predicate
@@ -109,7 +109,7 @@ def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]
     )
 
 
-def _is_of_parameter(change: EffectSchema, operator: Operator) -> bool:
+def _changes_parameter(change: EffectSchema, operator: Operator) -> bool:
     *before, last = change.atom.arguments or (AGENT,)
     return last in operator.parameters and before in ([], [AGENT])
 

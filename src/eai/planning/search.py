@@ -161,7 +161,7 @@ class OpenList(Generic[T]):
         return heapq.heappop(self._entries)[1] if self._entries else None
 
 
-def best_first(
+def run_best_first_search(
     following: Callable[[], T | None], visit: Callable[[T], Node[S, A] | SearchEnd | None]
 ) -> Node[S, A] | SearchEnd:
     """Visit items until the search ends. Return the goal's node, or the reason why no goal was found.

@@ -59,7 +59,7 @@ class Unfolding:
 
     def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
         """Return a subgoal's atom with the objects of its terms."""
-        arguments = arguments_of(atom, subgoal.scope, self._state.scene)
+        arguments = find_argument_indices(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
     def split(self, subgoal: Subgoal) -> SubgoalParts | None:
@@ -77,16 +77,16 @@ class Unfolding:
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
                     values = (
-                        self._promising_values(variable, body, scope)
+                        self._find_promising_values(variable, body, scope)
                         if truth
-                        else self._usable_values(variable)
+                        else self._find_usable_values(variable)
                     )
                     return AnyOf(self._instances(variable, body, scope, truth, values))
-                violating = self._violating_values(variable, body, scope, truth)
+                violating = self._find_violating_values(variable, body, scope, truth)
                 return AllOf(self._instances(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
                 return ExactlyOf(
-                    count, self._instances(variable, body, scope, truth, self._all_values(variable))
+                    count, self._instances(variable, body, scope, truth, self._find_all_values(variable))
                 )
             case f.ForPairs() if truth:
                 return self._pairs(formula, scope)
@@ -98,37 +98,37 @@ class Unfolding:
     ) -> tuple[Subgoal, ...]:
         return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
 
-    def _all_values(self, variable: f.Variable) -> list[int]:
+    def _find_all_values(self, variable: f.Variable) -> list[int]:
         return list(bits(self._state.scene.category(variable.category)))
 
-    def _usable_values(self, variable: f.Variable) -> list[int]:
+    def _find_usable_values(self, variable: f.Variable) -> list[int]:
         allowed = self._state.scene.category(variable.category)
         return [i for i in self._objects if allowed >> i & 1]
 
-    def _promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
+    def _find_promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
         """Return the usable values for which at least one conjunct of the body holds.
 
         If no conjunct holds for any of them, all usable values are returned.
         """
-        usable = self._usable_values(variable)
+        usable = self._find_usable_values(variable)
         parts = body.operands if isinstance(body, f.And) else ()
         promising = {
-            i for part in parts for i in self._evaluator.witnesses(variable, part, scope, self._state)
+            i for part in parts for i in self._evaluator.find_witnesses(variable, part, scope, self._state)
         }
         return [i for i in usable if i in promising] or usable
 
-    def _violating_values(
+    def _find_violating_values(
         self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool
     ) -> list[int]:
-        holding = self._evaluator.witnesses(variable, body, scope, self._state)
+        holding = self._evaluator.find_witnesses(variable, body, scope, self._state)
         if not truth:
             return list(holding)
         held = set(holding)
-        return [i for i in self._all_values(variable) if i not in held]
+        return [i for i in self._find_all_values(variable) if i not in held]
 
     def _pairs(self, formula: f.ForPairs, scope: Scope) -> PairingChoice[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
-        rows, columns = self._all_values(first), self._all_values(second)
+        rows, columns = self._find_all_values(first), self._find_all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
         return PairingChoice(
             count,
@@ -142,7 +142,7 @@ class Unfolding:
         )
 
 
-def arguments_of(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
+def find_argument_indices(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
     """Return the indices of the objects that the terms of an atom denote."""
     return tuple(
         [scope[t.name] if isinstance(t, f.Variable) else find_object(t, scene) for t in atom.arguments]
@@ -156,7 +156,7 @@ def find_object(constant: f.Constant, scene: Scene) -> int:
     return scene.index[constant.name]
 
 
-def subgoals_of(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal, ...]:
+def make_subgoals(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal, ...]:
     """Return the conjuncts of closed conditions as subgoals, in order."""
     return tuple(
         [part for condition in conditions for part in conjuncts(Subgoal(condition, {}, True), scene)]

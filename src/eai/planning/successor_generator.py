@@ -55,7 +55,9 @@ class SuccessorGenerator:
     def applicable(self, node: PlanNode, bindings: Effort | None = None) -> Iterator[Action]:
         """Yield all actions that are possible in a node, until the limit of bindings is exceeded."""
         for operator in self._domain.operators:
-            yield from applicable_actions(self._domain, operator, node.state, self.objects, bindings)
+            yield from generate_applicable_of_operator(
+                self._domain, operator, node.state, self.objects, bindings
+            )
 
     def remove_needless_actions(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
@@ -80,7 +82,7 @@ class SuccessorGenerator:
         return end
 
 
-def applicable_actions(
+def generate_applicable_of_operator(
     domain: Domain,
     operator: Operator,
     state: State,

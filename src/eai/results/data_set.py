@@ -18,7 +18,7 @@ from eai.base.files import parse_toml
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import Features, compute_features
 from eai.logic.traversal import find_predicates
-from eai.pddl.model import effect_atoms, effect_conditions
+from eai.pddl.model import effect_conditions, find_effect_atoms
 from eai.pddl.reader import read_action
 from eai.results.table import Column, NamedCells, Plain, Table
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
@@ -213,7 +213,7 @@ def _count_operators(library: OperatorLibrary) -> Iterator[_Figure]:
     condition_predicates = [{*find_predicates(action.precondition)} for action in gold]
     effect_predicates = [
         {*find_predicates(*effect_conditions(action.effect))}
-        | {atom.predicate for atom in effect_atoms(action.effect)}
+        | {atom.predicate for atom in find_effect_atoms(action.effect)}
         for action in gold
     ]
     yield _Figure("transition models", len(gold), "annotated operators")

@@ -91,7 +91,9 @@ class TaskBook:
             return held
         for objects in product(*(self._objects_named(task_id, name) for name in arguments)):
             frame = Frame()
-            truth = ConditionCompiler(vocabulary, frame).truth(Atom(predicate, objects), wanted=call.positive)
+            truth = ConditionCompiler(vocabulary, frame).compile_test(
+                Atom(predicate, objects), wanted=call.positive
+            )
             binding = frame.bind(scene, ())
             held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]
         return held

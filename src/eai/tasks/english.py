@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 from pydantic import ConfigDict, TypeAdapter
 
 from eai.base.files import parse_toml
-from eai.world.vocabulary import parameter_names
+from eai.world.vocabulary import make_parameter_names
 
 FILE = "english.toml"
 
@@ -170,9 +170,8 @@ def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
     if not arity:
         return (f"it is so that {name}",)
     if arity > 2:
-        return (
-            f"it is so that {name} holds of {', '.join([f'{{{word}}}' for word in parameter_names(arity)])}",
-        )
+        words = ", ".join([f"{{{word}}}" for word in make_parameter_names(arity)])
+        return (f"it is so that {name} holds of {words}",)
     verb = name if name in _PLURAL else f"is {name}"
     return (f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}",)
 

@@ -18,7 +18,7 @@ from eai.world.action import Action
 from eai.world.condition import ConditionCompiler
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute, to_trace
-from eai.world.frame import UNBOUND, Frame, Truth
+from eai.world.frame import UNBOUND, ConditionTest, Frame
 from eai.world.state import Scene, State
 
 ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
@@ -46,7 +46,7 @@ class StateTest:
 
     def __init__(self, formula: Formula, scene: Scene) -> None:
         frame = Frame(ACTION_ARGUMENTS)
-        self.truth: Truth = ConditionCompiler(scene.vocabulary, frame).truth(formula)
+        self.truth: ConditionTest = ConditionCompiler(scene.vocabulary, frame).compile_test(formula)
         self.binding = frame.bind(scene, (UNBOUND, UNBOUND))
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
@@ -192,7 +192,7 @@ class _OptionConditions:
         self._best = best_option(choices, len(self._whole) + self._has_actions)
         frame = Frame(())
         conditions = ConditionCompiler(task.scene.vocabulary, frame)
-        self._truths = [conditions.truth(atom) for atom in self._best.atoms]
+        self._truths = [conditions.compile_test(atom) for atom in self._best.atoms]
         self._binding = frame.bind(task.scene, ())
         self._known: dict[tuple[int, int], Share] = {}
         self.none_met = Share(0, max(1, self._best(0).total))

@@ -18,9 +18,9 @@ from eai.logic.formula import Atom
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.execute import PlanStep
 from eai.pddl.export import ExportedProblem, ProblemSource, export_problems
-from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, effect_atoms
+from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, find_effect_atoms
 from eai.pddl.reader import read_action, read_problem
-from eai.pddl.writer import operator_text, write_problem
+from eai.pddl.writer import write_operator_text, write_problem
 from eai.planning.planner import Planner
 from eai.tasks.planning import find_plan
 from eai.tasks.task import Category, Goal, GoalKind, Task
@@ -117,7 +117,7 @@ def make_transition_tasks(
     all_categories = {**default_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
         header=replace(exported[0].domain, actions=()),
-        operators={action.name: operator_text(action) for action in exported[0].domain.actions},
+        operators={action.name: write_operator_text(action) for action in exported[0].domain.actions},
         categories=all_categories,
     )
     planner = Planner(domain)
@@ -149,7 +149,7 @@ def _find_exported_actions(
 
 def default_categories(domain: PddlDomain) -> dict[str, Category]:
     """Return the category of every predicate, by its arity and by whether an operator changes it."""
-    changing = {atom.predicate for action in domain.actions for atom in effect_atoms(action.effect)}
+    changing = {atom.predicate for action in domain.actions for atom in find_effect_atoms(action.effect)}
     changing |= {axiom.name for axiom in domain.axioms}
     categories = {}
     for predicate in domain.predicates:

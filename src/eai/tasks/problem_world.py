@@ -19,7 +19,7 @@ from eai.pddl.export import export
 from eai.pddl.files import (
     ProblemFile,
     begins_with_domain,
-    find_line,
+    find_line_of_word,
     is_domain_file,
     read_domain_text,
     read_problem_file,
@@ -74,7 +74,7 @@ def _open(domain_file: Path, problems: Callable[[], Sequence[Path]]) -> tuple[Do
         declaration = DeclaredDomain(domain)
     except DomainError as error:
         named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
-        raise InputError(f"{domain_file}: line {find_line(text, f'({named}')}: {error}") from error
+        raise InputError(f"{domain_file}: line {find_line_of_word(text, f'({named}')}: {error}") from error
     declared = (domain_file, text)
     files = read_items_or_raise_all(problems(), lambda path: read_problem_file(path, domain, declared))
     names = Counter(file.problem.name for file in files)
@@ -238,8 +238,10 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     declared = _read_declaration(domain, tasks, lambda name: PddlNames()[name], spelt)
     named = [export(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]]
     constants = dict.fromkeys([*declared.header.constants, *(item for items in named for item in items)])
-    kinds = {glossary.kind_predicate(name): name for name in declared.categories.values()}
-    performed = {glossary.history_predicate(operator.name): operator.name for operator in domain.operators}
+    kinds = {glossary.use_category_predicate(name): name for name in declared.categories.values()}
+    performed = {
+        glossary.use_history_predicate(operator.name): operator.name for operator in domain.operators
+    }
     order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
     predicates = (*declared.header.predicates, *make_header("", (), {}, arities).predicates)

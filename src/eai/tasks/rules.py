@@ -12,7 +12,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import find_predicates, map_subformulas
 from eai.planning.effect_schema import find_written_predicates
 from eai.world.condition import FormulaEvaluator
-from eai.world.derived import Defined, Lookup, find_definition, find_stored_predicates
+from eai.world.derived import DefinedPredicate, LookupPredicate, find_definition, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
@@ -234,8 +234,8 @@ def operator_title(operator: Operator) -> str:
     return f"{head}: {operator.description}" if operator.description else head
 
 
-def _definition(derived: DerivedPredicate, defined: Defined) -> str:
-    remark = derived.open_in_meaning if isinstance(derived, Lookup) else ""
+def _definition(derived: DerivedPredicate, defined: DefinedPredicate) -> str:
+    remark = derived.open_in_meaning if isinstance(derived, LookupPredicate) else ""
     head = f"{derived.name}({', '.join([p.name for p in defined.parameters])}) means: "
     return f"{head}{_text_of(defined.definition)}{f' ({remark})' if remark else ''}"
 

@@ -13,10 +13,10 @@ from eai.tasks.rules import DomainRules, explain_notation, operator_title
 from eai.tasks.task import Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.listing import FactListing, make_listing
+from eai.world.listing import FactLister, make_fact_lister
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact
-from eai.world.vocabulary import Predicate, parameter_names
+from eai.world.vocabulary import Predicate, make_parameter_names
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
 """Function that returns the name of an object of a task, as prompts use it."""
@@ -73,7 +73,7 @@ class Wording:
     def describe_vocabulary(self) -> str:
         """Return the predicates of objects with their parameters, one a line."""
         return _lines(
-            f"{self._name(name)}({', '.join(parameter_names(self._arity(name)))})"
+            f"{self._name(name)}({', '.join(make_parameter_names(self._arity(name)))})"
             for name in (*self.predicates, *self.static)
         )
 
@@ -133,22 +133,22 @@ class Wording:
         return _lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
 
     @cached_property
-    def goal_listings(self) -> tuple[FactListing, ...]:
+    def goal_listings(self) -> tuple[FactLister, ...]:
         """The listings of facts for predicates of goals: how a prompt writes the facts of each predicate."""
         return self._listings(self.predicates)
 
     @cached_property
-    def state_listings(self) -> tuple[FactListing, ...]:
+    def state_listings(self) -> tuple[FactLister, ...]:
         """The listing of facts for each predicate in descriptions of states."""
         return (*self.goal_listings, *self._listings(self.static))
 
-    def _listings(self, names: Iterable[str]) -> tuple[FactListing, ...]:
+    def _listings(self, names: Iterable[str]) -> tuple[FactLister, ...]:
         """Return the listings of facts for predicates.
 
         With exact rules, both objects of a fact may be equal.
         """
         repeated = self.rules is not None
-        return tuple([make_listing(self.domain.vocabulary, name, repeated=repeated) for name in names])
+        return tuple([make_fact_lister(self.domain.vocabulary, name, repeated=repeated) for name in names])
 
     def write_fact(self, task: Task, fact: Fact) -> str:
         """Return a fact about objects of a task as text."""

@@ -28,16 +28,25 @@ if TYPE_CHECKING:
         Variable,
     )
     from eai.world.action import Action, Fault
-    from eai.world.conformance import check
-    from eai.world.derived import Computed, Defined, Lookup, is_a
+    from eai.world.conformance import check_domain
+    from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, is_a
     from eai.world.domain import Domain, Simulator
     from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
     from eai.world.episode import Episode, Slip, SlipSampler
     from eai.world.execution import Step, Trajectory, attempt, describe, execute
     from eai.world.fault import FaultKind
     from eai.world.frame import AGENT
-    from eai.world.history import History, conditions_held_before, was_possible_before
-    from eai.world.operator import Check, Operator, Role, Try, additional, affordance, missing, sort_checks
+    from eai.world.history import History, find_when_conditions_held, find_when_possible
+    from eai.world.operator import (
+        Check,
+        Operator,
+        Role,
+        Try,
+        additional,
+        affordance,
+        missing,
+        sort_operator_checks,
+    )
     from eai.world.state import Fact, Scene, State, StateChange, WorldObject, compare_states
     from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -69,9 +78,9 @@ __all__ = [
     "And",
     "Atom",
     "Check",
-    "Computed",
+    "ComputedPredicate",
     "Constant",
-    "Defined",
+    "DefinedPredicate",
     "Delete",
     "Domain",
     "Effect",
@@ -89,7 +98,7 @@ __all__ = [
     "History",
     "Implies",
     "Let",
-    "Lookup",
+    "LookupPredicate",
     "Not",
     "Operator",
     "Or",
@@ -112,15 +121,15 @@ __all__ = [
     "affordance",
     "attempt",
     "both_ways",
-    "check",
+    "check_domain",
     "compare_states",
-    "conditions_held_before",
     "describe",
     "execute",
+    "find_when_conditions_held",
+    "find_when_possible",
     "is_a",
     "missing",
-    "sort_checks",
-    "was_possible_before",
+    "sort_operator_checks",
 ]
 
 

@@ -18,8 +18,8 @@ import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.matching import find_maximum_matching
 from eai.logic.traversal import find_free_variables
-from eai.world.derived import Computed, Defined, Lookup, to_evaluated_form
-from eai.world.frame import UNBOUND, Extension, Frame, FrameBinding, Truth
+from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, to_evaluated_form
+from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, Frame, FrameBinding
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -28,69 +28,69 @@ Scope: TypeAlias = Mapping[str, int]
 """Mapping from the names of variables to the indices of their objects."""
 
 
-def conjunction(parts: Sequence[Truth]) -> Truth:
+def conjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether all parts of a formula hold, the first part first."""
 
-    def truth(state: State, binding: FrameBinding) -> bool:
+    def holds(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
             if not part(state, binding):
                 return False
         return True
 
-    return truth
+    return holds
 
 
-def disjunction(parts: Sequence[Truth]) -> Truth:
+def disjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether any part of a formula holds, the first part first."""
 
-    def truth(state: State, binding: FrameBinding) -> bool:
+    def holds(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
             if part(state, binding):
                 return True
         return False
 
-    return truth
+    return holds
 
 
-def negation(part: Truth) -> Truth:
+def negate_test(part: ConditionTest) -> ConditionTest:
     """Return a function that tests whether a part of a formula does not hold."""
     return lambda state, binding: not part(state, binding)
 
 
-def complement(part: Extension) -> Extension:
+def complement_extension(part: ExtensionFinder) -> ExtensionFinder:
     """Return a function that selects the objects that do not make a part of a formula true."""
     return lambda state, binding, among: among & ~part(state, binding, among)
 
 
-def intersection(parts: Sequence[Extension]) -> Extension:
+def intersect_extensions(parts: Sequence[ExtensionFinder]) -> ExtensionFinder:
     """Return a function that selects the objects that make all parts of a formula true.
 
     Each part tests only the objects that all earlier parts selected.
     """
 
-    def extension(state: State, binding: FrameBinding, among: int) -> int:
+    def find_extension(state: State, binding: FrameBinding, among: int) -> int:
         for part in parts:
             among = part(state, binding, among)
             if not among:
                 return 0
         return among
 
-    return extension
+    return find_extension
 
 
-def union(parts: Sequence[Extension]) -> Extension:
+def unite_extensions(parts: Sequence[ExtensionFinder]) -> ExtensionFinder:
     """Return a function that selects the objects that make any part of a formula true.
 
     Each part tests only the objects that no earlier part selected.
     """
 
-    def extension(state: State, binding: FrameBinding, among: int) -> int:
+    def find_extension(state: State, binding: FrameBinding, among: int) -> int:
         mask = 0
         for part in parts:
             mask |= part(state, binding, among & ~mask)
         return mask
 
-    return extension
+    return find_extension
 
 
 _ValueMask: TypeAlias = Callable[[State, FrameBinding], int]
@@ -112,39 +112,39 @@ class ConditionCompiler:
         self._frame = frame
         self._unfolded: list[str] = []
 
-    def truth(
+    def compile_test(
         self, formula: f.Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
-    ) -> Truth:
+    ) -> ConditionTest:
         """Compile a formula to a test whether it holds, or (not ``wanted``) whether it does not."""
         scope = self._frame.scope if scope is None else scope
         match formula:
             case f.Atom():
                 return self._compile_atom_truth(formula, scope, wanted)
             case f.Equals(left, right):
-                a, b = self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)
+                a, b = self._frame.find_slot(left, scope), self._frame.find_slot(right, scope)
                 return lambda state, binding: (binding[a] == binding[b]) is wanted
             case f.Not(operand):
-                return self.truth(operand, scope, wanted=not wanted)
+                return self.compile_test(operand, scope, wanted=not wanted)
             case f.And(operands) | f.Or(operands):
-                parts = [self.truth(operand, scope, wanted=wanted) for operand in operands]
-                return conjunction(parts) if isinstance(formula, f.And) is wanted else disjunction(parts)
+                parts = [self.compile_test(operand, scope, wanted=wanted) for operand in operands]
+                return conjoin_tests(parts) if isinstance(formula, f.And) is wanted else disjoin_tests(parts)
             case f.Implies(premise, conclusion):
-                return self.truth(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
+                return self.compile_test(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
             case f.Exists(variable, body):
-                matching = self._compile_values(variable, body, scope)
+                matching = self._compile_value_mask(variable, body, scope)
                 return lambda state, binding: bool(matching(state, binding)) is wanted
             case f.ForAll(variable, body):
-                return self.truth(f.Exists(variable, f.Not(body)), scope, wanted=not wanted)
+                return self.compile_test(f.Exists(variable, f.Not(body)), scope, wanted=not wanted)
             case f.Exactly(count, variable, body):
-                matching = self._compile_values(variable, body, scope)
+                matching = self._compile_value_mask(variable, body, scope)
                 return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
             case f.ForPairs():
                 is_paired = self._compile_pairs(formula, scope)
-                return is_paired if wanted else negation(is_paired)
+                return is_paired if wanted else negate_test(is_paired)
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
+    def compile_extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> ExtensionFinder:
         """Compile a formula to a function that selects the objects that make it true.
 
         The objects are values of the variable with number ``slot``.
@@ -153,26 +153,26 @@ class ConditionCompiler:
             case f.Atom():
                 return self._compile_atom_extension(formula, slot, scope)
             case f.Equals(left, right):
-                slots = {self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)}
+                slots = {self._frame.find_slot(left, scope), self._frame.find_slot(right, scope)}
                 if slot in slots and len(slots) == 2:
                     other = (slots - {slot}).pop()
                     return lambda state, binding, among: among & 1 << binding[other]
-                return self._compile_by_trial(formula, slot, scope)
+                return self._compile_by_testing_each(formula, slot, scope)
             case f.Not(operand):
-                return complement(self.extension(operand, slot, scope))
+                return complement_extension(self.compile_extension(operand, slot, scope))
             case f.And(operands) | f.Or(operands):
-                parts = [self.extension(operand, slot, scope) for operand in operands]
-                return intersection(parts) if isinstance(formula, f.And) else union(parts)
+                parts = [self.compile_extension(operand, slot, scope) for operand in operands]
+                return intersect_extensions(parts) if isinstance(formula, f.And) else unite_extensions(parts)
             case f.Implies(premise, conclusion):
-                return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope)
+                return self.compile_extension(f.Or((f.Not(premise), conclusion)), slot, scope)
             case f.Exists(variable, body):
                 return self._compile_exists(variable, body, slot, scope)
             case _:
-                return self._compile_by_trial(formula, slot, scope)
+                return self._compile_by_testing_each(formula, slot, scope)
 
     def _compile_exists(
         self, variable: f.Variable, body: f.Formula, slot: int, scope: Mapping[str, int]
-    ) -> Extension:
+    ) -> ExtensionFinder:
         """Compile an existential formula.
 
         The parts of the body that do not depend on the quantified variable are tested first.
@@ -181,15 +181,15 @@ class ConditionCompiler:
         parts = f.get_operands(body, f.And)
         independent = tuple([part for part in parts if names.isdisjoint(find_free_variables(part))])
         if not independent:
-            return self._compile_by_trial(f.Exists(variable, body), slot, scope)
-        inner = self._frame.new_slot()
+            return self._compile_by_testing_each(f.Exists(variable, body), slot, scope)
+        inner = self._frame.add_slot()
         within = {**scope, variable.name: inner}
-        candidates = self.extension(f.And(independent), inner, within)
-        matching = self.extension(
+        candidates = self.compile_extension(f.And(independent), inner, within)
+        matching = self.compile_extension(
             f.And(tuple([part for part in parts if part not in independent])), slot, within
         )
 
-        def extension(state: State, binding: FrameBinding, among: int) -> int:
+        def find_extension(state: State, binding: FrameBinding, among: int) -> int:
             mask = 0
             for i in bits(candidates(state, binding, state.scene.category(variable.category))):
                 binding[inner] = i
@@ -197,20 +197,24 @@ class ConditionCompiler:
             binding[inner] = UNBOUND
             return mask
 
-        return extension
+        return find_extension
 
-    def _compile_values(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> _ValueMask:
-        slot = self._frame.new_slot()
-        matching = self.extension(body, slot, {**scope, variable.name: slot})
+    def _compile_value_mask(
+        self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]
+    ) -> _ValueMask:
+        slot = self._frame.add_slot()
+        matching = self.compile_extension(body, slot, {**scope, variable.name: slot})
         category = variable.category
         if category is None:
             return lambda state, binding: matching(state, binding, state.scene.everything)
         return lambda state, binding: matching(state, binding, state.scene.category(category))
 
-    def _compile_by_trial(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
-        truth = self.truth(formula, scope)
+    def _compile_by_testing_each(
+        self, formula: f.Formula, slot: int, scope: Mapping[str, int]
+    ) -> ExtensionFinder:
+        truth = self.compile_test(formula, scope)
 
-        def extension(state: State, binding: FrameBinding, among: int) -> int:
+        def find_extension(state: State, binding: FrameBinding, among: int) -> int:
             mask = 0
             for i in bits(among):
                 binding[slot] = i
@@ -219,15 +223,15 @@ class ConditionCompiler:
             binding[slot] = UNBOUND
             return mask
 
-        return extension
+        return find_extension
 
-    def _compile_pairs(self, formula: f.ForPairs, scope: Mapping[str, int]) -> Truth:
+    def _compile_pairs(self, formula: f.ForPairs, scope: Mapping[str, int]) -> ConditionTest:
         """Compile a ``ForPairs`` formula: it holds if a maximum matching of objects has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
-        slot = self._frame.new_slot()
-        partners = self._compile_values(second, formula.body, {**scope, first.name: slot})
+        slot = self._frame.add_slot()
+        partners = self._compile_value_mask(second, formula.body, {**scope, first.name: slot})
 
-        def truth(state: State, binding: FrameBinding) -> bool:
+        def holds(state: State, binding: FrameBinding) -> bool:
             sources = list(bits(state.scene.category(first.category)))
             targets = {y: j for j, y in enumerate(bits(state.scene.category(second.category)))}
             adjacency = []
@@ -237,42 +241,47 @@ class ConditionCompiler:
             needed = min(len(sources), len(targets)) if count is None else count
             return sum(j is not None for j in find_maximum_matching(adjacency)) >= needed
 
-        return truth
+        return holds
 
-    def _compile_atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
-        slots = self._slots(atom, scope)
+    def _compile_atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> ConditionTest:
+        slots = self._find_argument_slots(atom, scope)
         derived = self._find_derived(atom.predicate)
         match derived:
             case None:
                 return _compile_stored_truth(self._vocabulary, atom.predicate, slots, wanted)
-            case Defined(definition=definition):
-                with self._guard_recursion(derived):
-                    return self.truth(definition, _inner_scope(derived, slots), wanted=wanted)
-            case Computed(test=test):
+            case DefinedPredicate(definition=definition):
+                with self._forbid_recursion(derived):
+                    return self.compile_test(
+                        definition, _make_definition_scope(derived, slots), wanted=wanted
+                    )
+            case ComputedPredicate(test=test):
                 return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
-            case Lookup():
+            case LookupPredicate():
                 values, last, bit = _compile_lookup(derived, slots[:-1]), slots[-1], int(wanted)
                 return lambda state, binding: values(state, binding) >> binding[last] & 1 == bit
             case _:
-                raise DomainError(f"derived predicate {atom.predicate}: expected Defined, Computed or Lookup")
+                expected = "DefinedPredicate, ComputedPredicate or LookupPredicate"
+                raise DomainError(f"derived predicate {atom.predicate}: expected an object of {expected}")
 
-    def _compile_atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
-        slots = self._slots(atom, scope)
+    def _compile_atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> ExtensionFinder:
+        slots = self._find_argument_slots(atom, scope)
         derived = self._find_derived(atom.predicate)
         if slots.count(slot) == 0:
             truth = self._compile_atom_truth(atom, scope, wanted=True)
             return lambda state, binding, among: among if truth(state, binding) else 0
-        if isinstance(derived, Defined):
-            with self._guard_recursion(derived):
-                return self.extension(derived.definition, slot, _inner_scope(derived, slots))
-        if isinstance(derived, Lookup) and slots.index(slot) == len(slots) - 1:
+        if isinstance(derived, DefinedPredicate):
+            with self._forbid_recursion(derived):
+                return self.compile_extension(
+                    derived.definition, slot, _make_definition_scope(derived, slots)
+                )
+        if isinstance(derived, LookupPredicate) and slots.index(slot) == len(slots) - 1:
             values = _compile_lookup(derived, slots[:-1])
             return lambda state, binding, among: values(state, binding) & among
-        if isinstance(derived, Lookup) and derived.inverse is not None and slots.count(slot) == 1:
+        if isinstance(derived, LookupPredicate) and derived.inverse is not None and slots.count(slot) == 1:
             of, other = derived.inverse, slots[1]
             return lambda state, binding, among: of(state, (binding[other],)) & among
         if derived is not None or slots.count(slot) > 1:
-            return self._compile_by_trial(atom, slot, scope)
+            return self._compile_by_testing_each(atom, slot, scope)
         return _compile_stored_extension(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived(self, predicate: str) -> DerivedPredicate | None:
@@ -281,7 +290,7 @@ class ConditionCompiler:
         return None if derived is None else to_evaluated_form(derived)
 
     @contextmanager
-    def _guard_recursion(self, derived: Defined) -> Iterator[None]:
+    def _forbid_recursion(self, derived: DefinedPredicate) -> Iterator[None]:
         """Reject a derived predicate whose definition uses the predicate itself."""
         if derived.name in self._unfolded:
             raise DomainError(f"derived predicate {derived.name} is defined by itself")
@@ -291,16 +300,16 @@ class ConditionCompiler:
         finally:
             self._unfolded.pop()
 
-    def _slots(self, atom: f.Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
+    def _find_argument_slots(self, atom: f.Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
         self._vocabulary.require_arity(atom.predicate, len(atom.arguments))
-        return tuple(self._frame.slot_of(term, scope) for term in atom.arguments)
+        return tuple(self._frame.find_slot(term, scope) for term in atom.arguments)
 
 
-def _inner_scope(derived: Defined, slots: tuple[int, ...]) -> Mapping[str, int]:
+def _make_definition_scope(derived: DefinedPredicate, slots: tuple[int, ...]) -> Mapping[str, int]:
     return {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
 
 
-def _compile_lookup(lookup: Lookup, slots: Sequence[int]) -> _ValueMask:
+def _compile_lookup(lookup: LookupPredicate, slots: Sequence[int]) -> _ValueMask:
     values = lookup.values
     if len(slots) == 1:  # this special case makes some suites a tenth faster
         (only,) = slots
@@ -310,7 +319,7 @@ def _compile_lookup(lookup: Lookup, slots: Sequence[int]) -> _ValueMask:
 
 def _compile_stored_truth(
     vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], wanted: bool
-) -> Truth:
+) -> ConditionTest:
     if len(slots) > 2:
         slot = vocabulary.tuple_slots[predicate]
         return lambda state, binding: (
@@ -329,7 +338,7 @@ def _compile_stored_truth(
 
 def _compile_stored_extension(
     vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], slot: int
-) -> Extension:
+) -> ExtensionFinder:
     if len(slots) == 1:
         mask = vocabulary.unary_slots[predicate]
         return lambda state, binding, among: state.unary[mask] & among
@@ -354,10 +363,12 @@ class FormulaEvaluator:
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
-        self._truths: dict[int, tuple[f.Formula, tuple[str, ...], Frame, Truth]] = {}
-        self._extensions: dict[tuple[int, str], tuple[f.Formula, tuple[str, ...], Frame, Extension]] = {}
+        self._truths: dict[int, tuple[f.Formula, tuple[str, ...], Frame, ConditionTest]] = {}
+        self._extensions: dict[
+            tuple[int, str], tuple[f.Formula, tuple[str, ...], Frame, ExtensionFinder]
+        ] = {}
 
-    def names(self, formula: f.Formula) -> tuple[str, ...]:
+    def list_free_variables(self, formula: f.Formula) -> tuple[str, ...]:
         """Return the names of the free variables of a formula, in alphabetical order."""
         return self._compile(formula)[1]
 
@@ -366,16 +377,18 @@ class FormulaEvaluator:
         _, names, frame, truth = self._truths.get(id(formula)) or self._compile(formula)
         return truth(state, frame.bind(state.scene, [scope[name] for name in names]))
 
-    def _compile(self, formula: f.Formula) -> tuple[f.Formula, tuple[str, ...], Frame, Truth]:
+    def _compile(self, formula: f.Formula) -> tuple[f.Formula, tuple[str, ...], Frame, ConditionTest]:
         compiled = self._truths.get(id(formula))
         if compiled is None:
             names = tuple(sorted(find_free_variables(formula)))
             frame = Frame([f.Variable(name) for name in names])
-            truth = ConditionCompiler(self._vocabulary, frame).truth(formula)
+            truth = ConditionCompiler(self._vocabulary, frame).compile_test(formula)
             compiled = self._truths[id(formula)] = (formula, names, frame, truth)
         return compiled
 
-    def witnesses(self, variable: f.Variable, body: f.Formula, scope: Scope, state: State) -> Iterator[int]:
+    def find_witnesses(
+        self, variable: f.Variable, body: f.Formula, scope: Scope, state: State
+    ) -> Iterator[int]:
         """Yield the objects that, as value of a quantified variable, make its body true in a state."""
         key = (id(body), variable.name)
         compiled = self._extensions.get(key)
@@ -383,7 +396,7 @@ class FormulaEvaluator:
             names = tuple(sorted(find_free_variables(body) - {variable.name}))
             frame = Frame([f.Variable(name) for name in (*names, variable.name)])
             conditions = ConditionCompiler(self._vocabulary, frame)
-            extension = conditions.extension(body, len(names) + 1, frame.scope)
+            extension = conditions.compile_extension(body, len(names) + 1, frame.scope)
             compiled = self._extensions[key] = (body, names, frame, extension)
         _, names, frame, extension = compiled
         binding = frame.bind(state.scene, [*[scope[name] for name in names], UNBOUND])

@@ -2,8 +2,8 @@
 
 Run them on a domain of your own with a few of its initial states::
 
-    from eai.world import check
-    for defect in check(domain, states):
+    from eai.world import check_domain
+    for defect in check_domain(domain, states):
         print(defect)
 
 The tests execute random actions from the states. One rule is the paper's: a step is additional only if its
@@ -24,7 +24,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
-from eai.world.execution import argument_indices, attempt, describe
+from eai.world.execution import attempt, describe, map_parameters_to_indices
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.operator import Operator
@@ -32,7 +32,7 @@ from eai.world.state import State, compare_states
 from eai.world.vocabulary import Vocabulary
 
 
-def check(
+def check_domain(
     domain: Domain,
     states: Iterable[State],
     *,
@@ -53,11 +53,11 @@ def check(
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     names = {predicate.name for predicate in domain.vocabulary.predicates}
     follow = frozenset() if measured is None else names.difference(measured)
-    walks = (defect for state in states for defect in _walk(domain, state, rng, steps, follow))
+    walks = (defect for state in states for defect in _check_random_walk(domain, state, rng, steps, follow))
     return tuple(dict.fromkeys(walks))
 
 
-def _walk(
+def _check_random_walk(
     domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
 ) -> Iterator[str]:
     """Execute random possible actions, and yield a text for each rule of execution that they break."""
@@ -69,12 +69,12 @@ def _walk(
         yield f"{domain.name}: the simulator begins without {min(missing).predicate} of the initial state"
     history = History(simulator.state)
     for _ in range(steps):
-        action = _random_action(domain.operators, initial, rng)
-        before = _fingerprint(history.state)
+        action = _draw_random_action(domain.operators, initial, rng)
+        before = _compute_facts_hash(history.state)
         outcome, second_outcome = attempt(domain, history, action), attempt(domain, history, action)
         if outcome != second_outcome:
             yield f"{action.operator}: the same action in the same state has two outcomes"
-        if _fingerprint(history.state) != before:
+        if _compute_facts_hash(history.state) != before:
             yield f"{action.operator}: trying the action changed the state in which it was tried"
         if isinstance(outcome, Fault):
             yield from _check_fault(domain, history, action, outcome)
@@ -82,7 +82,9 @@ def _walk(
         after = simulator.act(action, outcome)
         if second_simulator.act(action, outcome) != after:
             yield f"{action.operator}: two equal simulators give different outcomes of the action"
-        if _fingerprint(simulator.state) != (before if isinstance(after, Fault) else _fingerprint(after)):
+        if _compute_facts_hash(simulator.state) != (
+            before if isinstance(after, Fault) else _compute_facts_hash(after)
+        ):
             yield f"{action.operator}: the simulator's state differs from the outcome that it returned"
         if isinstance(after, State):
             yield from _check_simulator(domain, history.state, action, outcome, after, declared)
@@ -98,7 +100,7 @@ def _check_simulator(
     declared_predicates: AbstractSet[str],
 ) -> Iterator[str]:
     for effect in _find_new_effects(domain, before, action, declared):
-        if not domain.holds(effect, after, argument_indices(action, domain)):
+        if not domain.holds(effect, after, map_parameters_to_indices(action, domain)):
             yield f"{action.operator}: executed without its intended effect {print_ltl(effect)}"
     for name in sorted(compare_states(declared, after).predicates & declared_predicates):
         yield f"{action.operator}: the simulator changes {name}, which must follow the declaration"
@@ -106,7 +108,7 @@ def _check_simulator(
 
 def _find_new_effects(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
     """Yield the intended effects of an action that hold after it and did not hold before."""
-    arguments = argument_indices(action, domain)
+    arguments = map_parameters_to_indices(action, domain)
     for effect in _find_intended_effects(
         domain.compiled[action.operator].operator.effects, domain.vocabulary
     ):
@@ -114,7 +116,7 @@ def _find_new_effects(domain: Domain, before: State, action: Action, after: Stat
             yield effect
 
 
-def _fingerprint(state: State) -> int:
+def _compute_facts_hash(state: State) -> int:
     """Compute the hash of a state's facts again, which shows whether the state was changed in place."""
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
@@ -162,7 +164,7 @@ def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) ->
                 pass
 
 
-def _random_action(operators: Sequence[Operator], state: State, rng: random.Random) -> Action:
+def _draw_random_action(operators: Sequence[Operator], state: State, rng: random.Random) -> Action:
     operator = rng.choice(operators)
     count = len(state.scene.objects)
     return Action(operator.name, tuple(rng.randrange(count) for _ in operator.parameters))

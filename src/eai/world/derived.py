@@ -23,7 +23,7 @@ TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 
 
 @dataclass(frozen=True, slots=True)
-class Defined:
+class DefinedPredicate:
     """A derived predicate that a formula over its parameters defines.
 
     Attributes:
@@ -55,7 +55,7 @@ class Defined:
 
 
 @dataclass(frozen=True, slots=True)
-class Computed:
+class ComputedPredicate:
     """A derived predicate that a pure function of a state and object indices decides.
 
     Attributes:
@@ -70,7 +70,7 @@ class Computed:
     arity: int
     test: TestFunction
     reads: tuple[str, ...]
-    meaning: Defined | None = None
+    meaning: DefinedPredicate | None = None
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
         """Return the atom of this predicate with these terms."""
@@ -78,7 +78,7 @@ class Computed:
 
 
 @dataclass(frozen=True, slots=True)
-class Lookup:
+class LookupPredicate:
     """A derived predicate with a pure function that finds the last argument from the other arguments.
 
     Attributes:
@@ -98,7 +98,7 @@ class Lookup:
     arity: int
     values: LookupFunction
     reads: tuple[str, ...]
-    meaning: Defined | None = None
+    meaning: DefinedPredicate | None = None
     single: bool = False
     open_in_meaning: str = ""
     inverse: LookupFunction | None = None
@@ -117,17 +117,17 @@ def is_a(term: f.Term, *categories: str) -> f.Formula:
 
 def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
     """Return a predicate in the form that is evaluated: by its function, or else by its formula."""
-    if isinstance(derived, Defined) and derived.values is not None:
-        return Lookup(derived.name, derived.arity, derived.values, ())
+    if isinstance(derived, DefinedPredicate) and derived.values is not None:
+        return LookupPredicate(derived.name, derived.arity, derived.values, ())
     return derived
 
 
-def find_definition(derived: DerivedPredicate) -> Defined | None:
+def find_definition(derived: DerivedPredicate) -> DefinedPredicate | None:
     """Return a definition by a formula that is equivalent to a predicate, or None if none was declared."""
     match derived:
-        case Defined():
+        case DefinedPredicate():
             return derived
-        case Computed() | Lookup():
+        case ComputedPredicate() | LookupPredicate():
             return derived.meaning
         case _:
             return None
@@ -139,6 +139,10 @@ def find_stored_predicates(predicates: Iterable[str], vocabulary: Vocabulary) ->
     for name in reached:  # the list grows during the loop, which then visits the appended predicates, too
         derived = vocabulary.derived_by_name.get(name)
         if derived is not None:
-            read = find_predicates(derived.definition) if isinstance(derived, Defined) else derived.reads
+            read = (
+                find_predicates(derived.definition)
+                if isinstance(derived, DefinedPredicate)
+                else derived.reads
+            )
             reached += [other for other in dict.fromkeys(read) if other not in reached]
     return [name for name in reached if name not in vocabulary.derived_by_name]

@@ -14,7 +14,7 @@ from eai.world.condition import ConditionCompiler
 from eai.world.executable import CompiledOperator, FindArguments, applicability
 from eai.world.fault import FaultKind
 from eai.world.frame import UNBOUND, Frame
-from eai.world.history import HistoryRule, conditions_held_before
+from eai.world.history import HistoryRule, find_when_conditions_held
 from eai.world.operator import Operator
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary, require_tuple
@@ -76,7 +76,7 @@ class _DeclaredSimulator:
         return declared
 
 
-def begin_as_declared(initial: State) -> Simulator:
+def make_declared_simulator(initial: State) -> Simulator:
     """Return a simulator in which actions have exactly their declared effects."""
     return _DeclaredSimulator(initial)
 
@@ -107,12 +107,12 @@ class Domain:
     name: str
     vocabulary: Vocabulary
     operators: tuple[Operator, ...]
-    history_rule: HistoryRule = conditions_held_before
+    history_rule: HistoryRule = find_when_conditions_held
     precedence: tuple[FaultKind, ...] = FAULT_PRECEDENCE
     visible: Formula | None = None
     landmarks: Formula | None = None
     egocentric: tuple[Predicate, ...] = ()
-    begin: BeginEpisode = begin_as_declared
+    begin: BeginEpisode = make_declared_simulator
 
     def __post_init__(self) -> None:
         require_tuple("operators", self.operators, Operator)
@@ -123,7 +123,7 @@ class Domain:
         for derived in self.vocabulary.derived:
             parameters = tuple([Variable(f"p{i}") for i in range(derived.arity)])
             with prefix_errors(f"derived predicate {derived.name}", DomainError):
-                ConditionCompiler(self.vocabulary, Frame(parameters)).truth(derived(*parameters))
+                ConditionCompiler(self.vocabulary, Frame(parameters)).compile_test(derived(*parameters))
         with prefix_errors("visible", DomainError):
             _ = self.find_visible
         with prefix_errors("landmarks", DomainError):
@@ -184,7 +184,7 @@ class Domain:
     def _compile_extension(self, formula: Formula) -> Callable[[State, int], int]:
         """Compile a formula about ``x`` to a function that selects the objects that make it true."""
         frame = Frame((Variable("x"),))
-        extension = ConditionCompiler(self.vocabulary, frame).extension(
+        extension = ConditionCompiler(self.vocabulary, frame).compile_extension(
             formula, frame.scope["x"], frame.scope
         )
         return lambda state, among: extension(state, frame.bind(state.scene, (UNBOUND,)), among)
@@ -193,5 +193,5 @@ class Domain:
         """Whether a formula holds in a state; ``arguments`` maps its free variables to object indices."""
         arguments = arguments or {}
         frame = Frame(tuple(Variable(name) for name in arguments))
-        truth = ConditionCompiler(self.vocabulary, frame).truth(formula)
+        truth = ConditionCompiler(self.vocabulary, frame).compile_test(formula)
         return truth(state, frame.bind(state.scene, tuple(arguments.values())))

@@ -109,16 +109,16 @@ class EffectCompiler:
             case Add(atom) | Delete(atom):
                 return self._write(atom, scope, adding=isinstance(effect, Add))
             case When():
-                return self._when(effect, scope)
+                return self._compile_when(effect, scope)
             case ForEach():
                 return self._compile_for_each(effect, scope)
             case Let():
-                return self._let(effect, scope)
+                return self._compile_let(effect, scope)
             case _:
                 assert_never(effect)
 
-    def _when(self, effect: When, scope: Mapping[str, int]) -> Apply:
-        truth = self._conditions.truth(effect.condition, scope)
+    def _compile_when(self, effect: When, scope: Mapping[str, int]) -> Apply:
+        truth = self._conditions.compile_test(effect.condition, scope)
         then = self.sequence(effect.effects, scope)
         otherwise = self.sequence(effect.otherwise, scope) if effect.otherwise else None
 
@@ -130,10 +130,10 @@ class EffectCompiler:
 
         return apply
 
-    def _let(self, effect: Let, scope: Mapping[str, int]) -> Apply:
-        slot = self._frame.new_slot()
+    def _compile_let(self, effect: Let, scope: Mapping[str, int]) -> Apply:
+        slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
-        candidates = self._conditions.extension(effect.condition, slot, inner)
+        candidates = self._conditions.compile_extension(effect.condition, slot, inner)
         then = self.sequence(effect.effects, inner)
 
         def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
@@ -146,9 +146,9 @@ class EffectCompiler:
         return apply
 
     def _compile_for_each(self, effect: ForEach, scope: Mapping[str, int]) -> Apply:
-        slot = self._frame.new_slot()
+        slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
-        matching = self._conditions.extension(effect.condition, slot, inner)
+        matching = self._conditions.compile_extension(effect.condition, slot, inner)
         steps = tuple([self._effect(inner_effect, inner) for inner_effect in effect.effects])
 
         def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
@@ -163,33 +163,35 @@ class EffectCompiler:
         return apply
 
     def _write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
-        index = self._slot_of_predicate(atom)
+        index = self._find_predicate_slot(atom)
         if adding and ANYTHING in atom.arguments:
             raise DomainError(
                 f"an effect adds {atom.predicate} with ANYTHING, which is for deletions only: name an object"
             )
         if len(atom.arguments) == 2:
-            return self._write_pair(atom, index, scope, adding=adding)
+            return self._compile_pair_write(atom, index, scope, adding=adding)
         if len(atom.arguments) > 2:
-            return self._write_tuple(atom, index, scope, adding=adding)
+            return self._compile_tuple_write(atom, index, scope, adding=adding)
         if not atom.arguments or atom.arguments[0] == ANYTHING:
-            return lambda before, draft, binding: draft.set_marked(index, int(adding))
-        slot = self._frame.slot_of(atom.arguments[0], scope)
+            return lambda before, draft, binding: draft.set_marked_objects(index, int(adding))
+        slot = self._frame.find_slot(atom.arguments[0], scope)
         return lambda before, draft, binding: draft.mark(index, binding[slot], adding)
 
-    def _write_pair(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
+    def _compile_pair_write(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
         left, right = atom.arguments
         if left == ANYTHING:
-            target = self._frame.slot_of(right, scope)
+            target = self._frame.find_slot(right, scope)
             return lambda before, draft, binding: draft.clear_column(index, binding[target])
-        source = self._frame.slot_of(left, scope)
+        source = self._frame.find_slot(left, scope)
         if right == ANYTHING:
             return lambda before, draft, binding: draft.set_row(index, binding[source], 0)
-        target = self._frame.slot_of(right, scope)
+        target = self._frame.find_slot(right, scope)
         return lambda before, draft, binding: draft.relate(index, binding[source], binding[target], adding)
 
-    def _write_tuple(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
-        slots = [None if t == ANYTHING else self._frame.slot_of(t, scope) for t in atom.arguments]
+    def _compile_tuple_write(
+        self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool
+    ) -> Apply:
+        slots = [None if t == ANYTHING else self._frame.find_slot(t, scope) for t in atom.arguments]
         if adding:
             bound = [slot for slot in slots if slot is not None]
             return lambda before, draft, binding: draft.include(index, tuple([binding[s] for s in bound]))
@@ -197,7 +199,7 @@ class EffectCompiler:
             index, tuple([None if s is None else binding[s] for s in slots])
         )
 
-    def _slot_of_predicate(self, atom: Atom) -> int:
+    def _find_predicate_slot(self, atom: Atom) -> int:
         self._vocabulary.require_arity(atom.predicate, len(atom.arguments))
         predicate = self._vocabulary.find_stored(atom.predicate)
         if predicate is None:

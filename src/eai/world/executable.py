@@ -13,7 +13,7 @@ from eai.logic.formula import And, Formula
 from eai.logic.traversal import find_free_variables
 from eai.world.condition import ConditionCompiler
 from eai.world.effect import Apply, EffectCompiler
-from eai.world.frame import UNBOUND, Frame, FrameBinding, Truth
+from eai.world.frame import UNBOUND, ConditionTest, Frame, FrameBinding
 from eai.world.operator import Check, Operator
 from eai.world.relation import mask_of
 from eai.world.state import Draft, State
@@ -29,14 +29,14 @@ class _CompiledCheck:
     """
 
     check: Check
-    holds: Truth
-    history_conditions: tuple[Truth, ...]
+    holds: ConditionTest
+    history_conditions: tuple[ConditionTest, ...]
 
 
-class _CompiledTry(NamedTuple):
+class _CompiledAlternative(NamedTuple):
     """A compiled try (one of several alternatives) of an operator."""
 
-    is_made: Truth
+    is_made: ConditionTest
     checks: tuple[_CompiledCheck, ...]
     apply: Apply
 
@@ -49,7 +49,7 @@ class Failure(NamedTuple):
     arguments: tuple[int, ...]
 
 
-class _FailedTry(NamedTuple):
+class _FailedAlternative(NamedTuple):
     """A failed check of a try, and the condition of the try, which still holds after the action."""
 
     condition: Formula
@@ -75,15 +75,15 @@ class CompiledOperator:
         conditions = ConditionCompiler(vocabulary, self._frame)
         effects = EffectCompiler(vocabulary, self._frame)
         self.checks = _compile_checks(operator.checks, conditions)
-        passes = conditions.truth(And(tuple(check.condition for check in operator.checks)))
-        self.is_possible: Truth = passes
+        passes = conditions.compile_test(And(tuple(check.condition for check in operator.checks)))
+        self.is_possible: ConditionTest = passes
         if operator.tries:
             self.is_possible = lambda state, binding: (
-                passes(state, binding) and not self._find_failures_of_tries(state, binding)
+                passes(state, binding) and not self._find_failures_of_alternatives(state, binding)
             )
         self.tries = tuple(
-            _CompiledTry(
-                conditions.truth(attempt.condition),
+            _CompiledAlternative(
+                conditions.compile_test(attempt.condition),
                 _compile_checks(attempt.checks, conditions),
                 effects.sequence(attempt.effects),
             )
@@ -102,8 +102,8 @@ class CompiledOperator:
         """
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
-            return (Failure(failed, self.checks, self._arguments(binding)),)
-        return self._find_failures_of_tries(state, binding)
+            return (Failure(failed, self.checks, self._get_arguments(binding)),)
+        return self._find_failures_of_alternatives(state, binding)
 
     def apply(self, state: State, binding: FrameBinding) -> State:
         """Return the state after the action. The operator's own checks are assumed to hold."""
@@ -117,17 +117,19 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_tries(self, before: State, after: State, binding: FrameBinding) -> tuple[_FailedTry, ...]:
+    def find_failed_alternatives(
+        self, before: State, after: State, binding: FrameBinding
+    ) -> tuple[_FailedAlternative, ...]:
         """Return the failed tries whose conditions held both before and after the action."""
         failed_tries = []
         for attempt, compiled in zip(self.operator.tries, self.tries, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
                 failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
-                    failed_tries.append(_FailedTry(attempt.condition, failed.check))
+                    failed_tries.append(_FailedAlternative(attempt.condition, failed.check))
         return tuple(failed_tries)
 
-    def _find_failures_of_tries(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
+    def _find_failures_of_alternatives(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
         """Return the failed check of each try that is made; () if a try succeeds or no try is made."""
         failures = []
         for attempt in self.tries:
@@ -135,10 +137,10 @@ class CompiledOperator:
                 failed = find_failing_check(attempt.checks, state, binding)
                 if failed is None:
                     return ()
-                failures.append(Failure(failed, attempt.checks, self._arguments(binding)))
+                failures.append(Failure(failed, attempt.checks, self._get_arguments(binding)))
         return tuple(failures)
 
-    def _arguments(self, binding: FrameBinding) -> tuple[int, ...]:
+    def _get_arguments(self, binding: FrameBinding) -> tuple[int, ...]:
         return tuple(binding[1 : 1 + self.operator.arity])
 
 
@@ -158,7 +160,10 @@ def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> t
         history_conditions = (
             (check.condition,) if check.history_conditions is None else check.history_conditions
         )
-        functions = conditions.truth(check.condition), tuple(map(conditions.truth, history_conditions))
+        functions = (
+            conditions.compile_test(check.condition),
+            tuple(map(conditions.compile_test, history_conditions)),
+        )
         compiled_checks.append(_CompiledCheck(check, *functions))
     return tuple(compiled_checks)
 
@@ -191,9 +196,12 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
         group.append(check.condition)
     frame = Frame(operator.parameters)
     conditions = ConditionCompiler(vocabulary, frame)
-    first = conditions.truth(And(tuple(closed)))
+    first = conditions.compile_test(And(tuple(closed)))
     own_extensions, joint_extensions = [
-        [conditions.extension(And(tuple(group)), slot, frame.scope) for slot, group in enumerate(groups, 1)]
+        [
+            conditions.compile_extension(And(tuple(group)), slot, frame.scope)
+            for slot, group in enumerate(groups, 1)
+        ]
         for groups in (single, several)
     ]
 

@@ -99,10 +99,12 @@ def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
     binding = operator.bind(state, action.arguments)
     if operator.is_possible(state, binding):
         return operator.apply(state, binding)
-    return _diagnose(domain, history, operator, binding)
+    return _diagnose_fault(domain, history, operator, binding)
 
 
-def _diagnose(domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding) -> Fault:
+def _diagnose_fault(
+    domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding
+) -> Fault:
     """Choose one of a step's faults by the domain's precedence of kinds of fault.
 
     Wrong order is one of the kinds if the history rule finds an earlier state.
@@ -123,26 +125,28 @@ def _diagnose(domain: Domain, history: History, operator: CompiledOperator, bind
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
     """Return the text of a fault's reason, with the names of the action's objects."""
-    return fault.check.reason.format_map(argument_names(action, domain, scene))
+    return fault.check.reason.format_map(map_parameters_to_names(action, domain, scene))
 
 
-def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
+def find_check_witnesses(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
     """Return the names of objects that show why a check failed, besides the objects in its reason."""
     if check.witness is None:
         return ()
-    scope = argument_indices(action, domain)
-    indices = FormulaEvaluator(domain.vocabulary).witnesses(
+    scope = map_parameters_to_indices(action, domain)
+    indices = FormulaEvaluator(domain.vocabulary).find_witnesses(
         check.witness.variable, check.witness.body, scope, state
     )
     return tuple([state.scene.objects[i].name for i in indices])
 
 
-def argument_names(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
+def map_parameters_to_names(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
     """Return a mapping from the names of an action's parameters to the names of its objects."""
-    return {name: scene.objects[index].name for name, index in argument_indices(action, domain).items()}
+    return {
+        name: scene.objects[index].name for name, index in map_parameters_to_indices(action, domain).items()
+    }
 
 
-def argument_indices(action: Action, domain: Domain) -> dict[str, int]:
+def map_parameters_to_indices(action: Action, domain: Domain) -> dict[str, int]:
     """Return a mapping from the names of an action's parameters to the indices of its objects."""
     return domain.compiled[action.operator].operator.scope(action.arguments)
 

@@ -8,8 +8,8 @@ from functools import cached_property, lru_cache, partial
 import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.traversal import find_predicates, get_subformulas
-from eai.world.derived import Computed, Defined, Lookup
-from eai.world.listing import FactListing, make_listing
+from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate
+from eai.world.listing import FactLister, make_fact_lister
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
@@ -18,7 +18,7 @@ _MAX_CACHED_STATES = 1024
 
 
 def define_recursively(
-    circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]
+    circle: Sequence[DefinedPredicate], vocabulary: Callable[[], Vocabulary]
 ) -> Sequence[DerivedPredicate]:
     """Make derived predicates from mutually recursive definitions.
 
@@ -32,35 +32,39 @@ def define_recursively(
     """
     names = {definition.name for definition in circle}
     for definition in circle:
-        if not _is_positive(definition.definition, names):
+        if not _is_monotone_in(definition.definition, names):
             raise DomainError(
                 f"the derived predicate {definition.name} depends on its own negation: define it without"
             )
-    return _Recursion(circle, vocabulary).predicates
+    return _RecursivePredicates(circle, vocabulary).predicates
 
 
-class _Recursion:
+class _RecursivePredicates:
     """Mutually recursive predicates, with a cache of the relations computed for states."""
 
-    def __init__(self, circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]) -> None:
+    def __init__(self, circle: Sequence[DefinedPredicate], vocabulary: Callable[[], Vocabulary]) -> None:
         self._circle = circle
         self._names = {definition.name for definition in circle}
         self._whole = vocabulary
         self._scene = lru_cache(_MAX_CACHED_STATES)(self._extend_scene)
-        self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least)
-        self.predicates: list[DerivedPredicate] = [self._predicate(definition) for definition in circle]
+        self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least_fixpoint)
+        self.predicates: list[DerivedPredicate] = [self._make_predicate(definition) for definition in circle]
 
-    def _predicate(self, defined: Defined) -> DerivedPredicate:
+    def _make_predicate(self, defined: DefinedPredicate) -> DerivedPredicate:
         reads = find_predicates(defined.definition)
         if defined.arity in (1, 2):
-            return Lookup(defined.name, defined.arity, partial(self._mask, defined.name), reads, defined)
-        return Computed(defined.name, defined.arity, partial(self._has, defined.name), reads, defined)
+            return LookupPredicate(
+                defined.name, defined.arity, partial(self._compute_mask, defined.name), reads, defined
+            )
+        return ComputedPredicate(
+            defined.name, defined.arity, partial(self._is_true, defined.name), reads, defined
+        )
 
-    def _mask(self, name: str, state: State, arguments: tuple[int, ...]) -> int:
+    def _compute_mask(self, name: str, state: State, arguments: tuple[int, ...]) -> int:
         least = self._least(state)
         return least.relation(name).row(arguments[0]) if arguments else least.mask(name)
 
-    def _has(self, name: str, state: State, arguments: tuple[int, ...]) -> bool:
+    def _is_true(self, name: str, state: State, arguments: tuple[int, ...]) -> bool:
         return self._least(state).has(name, *arguments)
 
     @cached_property
@@ -70,29 +74,33 @@ class _Recursion:
         )
 
     @cached_property
-    def _vocabulary(self) -> Vocabulary:
+    def _iteration_vocabulary(self) -> Vocabulary:
         """Vocabulary for one iteration of the fixpoint.
 
         The current relations of the recursive predicates are stored; their next relations are derived.
         """
         whole = self._whole()
         others = [item for item in whole.derived if item.name not in self._names]
-        next_ones = [Defined(f"{item.name} ", item.parameters, item.definition) for item in self._circle]
+        next_ones = [
+            DefinedPredicate(f"{item.name} ", item.parameters, item.definition) for item in self._circle
+        ]
         return Vocabulary((*whole.predicates, *self._circle_vocabulary.predicates), (*others, *next_ones))
 
     @cached_property
-    def _listings(self) -> Sequence[tuple[str, FactListing]]:
+    def _listings(self) -> Sequence[tuple[str, FactLister]]:
         names = [definition.name for definition in self._circle]
-        return [(name, make_listing(self._vocabulary, f"{name} ", repeated=True)) for name in names]
+        return [
+            (name, make_fact_lister(self._iteration_vocabulary, f"{name} ", repeated=True)) for name in names
+        ]
 
     def _extend_scene(self, scene: Scene) -> tuple[Scene, Scene]:
         whole, circle = [
             Scene(vocabulary, scene.objects, scene.agent)
-            for vocabulary in (self._vocabulary, self._circle_vocabulary)
+            for vocabulary in (self._iteration_vocabulary, self._circle_vocabulary)
         ]
         return whole, circle
 
-    def _find_least(self, state: State) -> State:
+    def _find_least_fixpoint(self, state: State) -> State:
         """Return the state extended by the least relations.
 
         Facts that follow from the definitions are added until no new fact follows.
@@ -115,16 +123,16 @@ class _Recursion:
             facts = next_facts
 
 
-def _is_positive(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
+def _is_monotone_in(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
     """Whether a formula cannot become false because a named predicate becomes true of more objects."""
     match formula:
         case f.Atom(predicate):
             return truth or predicate not in names
         case f.Not(operand):
-            return _is_positive(operand, names, not truth)
+            return _is_monotone_in(operand, names, not truth)
         case f.Implies(premise, conclusion):
-            return _is_positive(premise, names, not truth) and _is_positive(conclusion, names, truth)
+            return _is_monotone_in(premise, names, not truth) and _is_monotone_in(conclusion, names, truth)
         case f.And() | f.Or() | f.ForAll() | f.Exists():
-            return all(_is_positive(part, names, truth) for part in get_subformulas(formula))
+            return all(_is_monotone_in(part, names, truth) for part in get_subformulas(formula))
         case _:
             return names.isdisjoint(find_predicates(formula))

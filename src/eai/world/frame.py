@@ -12,9 +12,9 @@ from eai.world.state import Scene, State
 FrameBinding: TypeAlias = list[int]
 """List of object indices, one for each slot; slot 0 holds the agent."""
 
-Truth: TypeAlias = Callable[[State, FrameBinding], bool]
+ConditionTest: TypeAlias = Callable[[State, FrameBinding], bool]
 
-Extension: TypeAlias = Callable[[State, FrameBinding, int], int]
+ExtensionFinder: TypeAlias = Callable[[State, FrameBinding, int], int]
 """Function that takes a state, a binding and objects, and selects the objects that make a formula true."""
 
 AGENT = Constant("agent")
@@ -36,12 +36,12 @@ class Frame:
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 
-    def new_slot(self) -> int:
+    def add_slot(self) -> int:
         """Add a slot, and return its number."""
         self._others.append(UNBOUND)
         return self._first_other + len(self._others) - 1
 
-    def slot_of(self, term: Term, scope: Mapping[str, int]) -> int:
+    def find_slot(self, term: Term, scope: Mapping[str, int]) -> int:
         """Return the number of the slot that holds the object of a term.
 
         Raises:
@@ -51,7 +51,7 @@ class Frame:
             if term == AGENT:
                 return 0
             if term.name not in self._constants:
-                self._constants[term.name] = self.new_slot()
+                self._constants[term.name] = self.add_slot()
             return self._constants[term.name]
         if term.name not in scope:
             raise DomainError(f"variable {term.name} is not bound")

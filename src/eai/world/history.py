@@ -10,10 +10,10 @@ from collections.abc import Callable, Hashable
 from functools import partial
 from typing import TypeAlias
 
-from eai.world.condition import conjunction
+from eai.world.condition import conjoin_tests
 from eai.world.executable import Failure, find_failing_check
 from eai.world.fault import FaultKind
-from eai.world.frame import FrameBinding, Truth
+from eai.world.frame import ConditionTest, FrameBinding
 from eai.world.state import State
 
 
@@ -21,7 +21,7 @@ class History:
     """A sequence of states: the last state, and the history of all states before it.
 
     Histories share their beginnings, so adding a state takes constant time. A history caches the answers of
-    `last_where`. If a later history gets an equal question, only its new states are tested.
+    `find_last_state`. If a later history gets an equal question, only its new states are tested.
 
     Args:
         state: the last state.
@@ -55,7 +55,7 @@ class History:
             history = history.before
         return tuple(reversed(states))
 
-    def last_where(self, question: Hashable, test: Callable[[State], bool]) -> int | None:
+    def find_last_state(self, question: Hashable, test: Callable[[State], bool]) -> int | None:
         """Return the number of the last state that passes a test, or None if no state passes.
 
         Args:
@@ -85,7 +85,7 @@ the number of that state. None means that the condition never held: a step is mi
 """
 
 
-def conditions_held_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
+def find_when_conditions_held(failure: Failure, binding: FrameBinding, history: History) -> int | None:
     """A history rule for checks of missing steps: all history conditions held before, perhaps not together.
 
     Returns the number of the last state in which one of them held; None if one of them never held.
@@ -95,27 +95,27 @@ def conditions_held_before(failure: Failure, binding: FrameBinding, history: His
     latest = 0
     for index, condition in enumerate(failure.check.history_conditions):
         question = (failure.check, index, failure.arguments)
-        number = history.last_where(question, partial(_holds, condition, binding))
+        number = history.find_last_state(question, partial(_holds_in_state, condition, binding))
         if number is None:
             return None
         latest = max(latest, number)
     return latest
 
 
-def _holds(truth: Truth, binding: FrameBinding, state: State) -> bool:
+def _holds_in_state(truth: ConditionTest, binding: FrameBinding, state: State) -> bool:
     return truth(state, binding)
 
 
-def was_possible_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
+def find_when_possible(failure: Failure, binding: FrameBinding, history: History) -> int | None:
     """A history rule: in some earlier state, all checks of the operator and all history conditions held.
 
     Returns the number of the last such state, or None if there is no such state.
     """
     if history.before is None:
         return None
-    conditions_hold = conjunction(failure.check.history_conditions)
+    conditions_hold = conjoin_tests(failure.check.history_conditions)
 
     def is_possible(state: State) -> bool:
         return conditions_hold(state, binding) and find_failing_check(failure.checks, state, binding) is None
 
-    return history.before.last_where((failure.check, failure.arguments), is_possible)
+    return history.before.find_last_state((failure.check, failure.arguments), is_possible)

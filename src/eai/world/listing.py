@@ -13,7 +13,7 @@ from eai.base.errors import DomainError
 from eai.logic.formula import Variable
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import find_stored_predicates
-from eai.world.frame import UNBOUND, Extension, Frame, Truth
+from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, Frame
 from eai.world.relation import bits, mask_of
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
@@ -30,7 +30,7 @@ _ANY = -1
 
 
 @dataclass(frozen=True, slots=True)
-class FactListing:
+class FactLister:
     """Lists the facts of one predicate.
 
     Attributes:
@@ -66,7 +66,7 @@ class FactListing:
         return [Fact(self.predicate, arguments) for arguments in self._find_tuples(state, objects, chosen)]
 
 
-def make_listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> FactListing:
+def make_fact_lister(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> FactLister:
     """Return the object that lists the facts of a predicate.
 
     Args:
@@ -78,7 +78,7 @@ def make_listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = Fal
         DomainError: the predicate is not declared.
     """
     sources = tuple(find_stored_predicates((predicate,), vocabulary))
-    return FactListing(predicate, sources, repeated, _find_tuples(vocabulary, predicate, repeated))
+    return FactLister(predicate, sources, repeated, _find_tuples(vocabulary, predicate, repeated))
 
 
 def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _FindTuples:
@@ -93,10 +93,10 @@ def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Fin
     frame = Frame(variables)
     conditions = ConditionCompiler(vocabulary, frame)
     if declared.arity == 2:
-        values = conditions.extension(declared(*variables), frame.scope["x1"], frame.scope)
+        values = conditions.compile_extension(declared(*variables), frame.scope["x1"], frame.scope)
         return partial(_list_derived_pairs, values, frame, repeated)
     tuples = partial(product, repeat=declared.arity) if repeated else partial(permutations, r=declared.arity)
-    return partial(_list_by_trial, conditions.truth(declared(*variables)), frame, tuples)
+    return partial(_test_each_tuple, conditions.compile_test(declared(*variables)), frame, tuples)
 
 
 def _list_stored_pairs(
@@ -109,39 +109,44 @@ def _list_stored_pairs(
     for x in objects:
         if sources >> x & 1:
             wanted = among if chosen >> x & 1 else among & chosen
-            yield from _pairs(x, relation.row(x) & wanted, objects, repeated)
+            yield from _pair_with_row(x, relation.row(x) & wanted, objects, repeated)
 
 
 def _list_stored_tuples(
     predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     order = {index: position for position, index in enumerate(objects)}
-    members = [m for m in state.tuple_set(predicate).members if _has_one(m, chosen)]
+    members = [m for m in state.tuple_set(predicate).members if _has_chosen_argument(m, chosen)]
     listed = [m for m in members if order.keys() >= {*m} and (repeated or len({*m}) == len(m))]
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
 
 def _list_derived_pairs(
-    values: Extension, frame: Frame, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
+    values: ExtensionFinder, frame: Frame, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     among = mask_of(objects)
     for x in objects:
         wanted = among if chosen >> x & 1 else among & chosen
         row = values(state, frame.bind(state.scene, (x, UNBOUND)), wanted) if wanted else 0
-        yield from _pairs(x, row, objects, repeated)
+        yield from _pair_with_row(x, row, objects, repeated)
 
 
-def _pairs(x: int, row: int, objects: _ObjectIndices, repeated: bool) -> Iterator[tuple[int, ...]]:
+def _pair_with_row(x: int, row: int, objects: _ObjectIndices, repeated: bool) -> Iterator[tuple[int, ...]]:
     return ((x, y) for y in objects if row >> y & 1 and (repeated or y != x)) if row else iter(())
 
 
-def _list_by_trial(
-    truth: Truth, frame: Frame, tuples: _MakeTuples, state: State, objects: _ObjectIndices, chosen: int
+def _test_each_tuple(
+    truth: ConditionTest,
+    frame: Frame,
+    tuples: _MakeTuples,
+    state: State,
+    objects: _ObjectIndices,
+    chosen: int,
 ) -> Iterator[tuple[int, ...]]:
     for arguments in tuples(objects):
-        if _has_one(arguments, chosen) and truth(state, frame.bind(state.scene, arguments)):
+        if _has_chosen_argument(arguments, chosen) and truth(state, frame.bind(state.scene, arguments)):
             yield arguments
 
 
-def _has_one(arguments: tuple[int, ...], chosen: int) -> bool:
+def _has_chosen_argument(arguments: tuple[int, ...], chosen: int) -> bool:
     return chosen == _ANY or any(chosen >> index & 1 for index in arguments)

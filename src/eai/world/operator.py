@@ -180,22 +180,22 @@ class Operator:
 def conditions_of(operator: Operator) -> Iterator[Formula]:
     """Yield all conditions of an operator: the conditions of its checks, effects and tries."""
     yield from (check.condition for check in operator.checks)
-    yield from _effect_conditions(operator.effects)
+    yield from _find_effect_conditions(operator.effects)
     for attempt in operator.tries:
         yield from attempt.conditions
-        yield from _effect_conditions(attempt.effects)
+        yield from _find_effect_conditions(attempt.effects)
 
 
-def _effect_conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
+def _find_effect_conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
     for effect in effects:
         if isinstance(effect, When | ForEach | Let):
             yield effect.condition
-            yield from _effect_conditions(effect.effects)
+            yield from _find_effect_conditions(effect.effects)
         if isinstance(effect, When):
-            yield from _effect_conditions(effect.otherwise)
+            yield from _find_effect_conditions(effect.otherwise)
 
 
-def sort_checks(operator: Operator) -> Operator:
+def sort_operator_checks(operator: Operator) -> Operator:
     """Return a copy of an operator, with its checks in the paper's order of errors.
 
     The order is affordance, additional step, missing step. Checks of one kind keep their order.

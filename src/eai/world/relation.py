@@ -91,7 +91,11 @@ class Relation:
         if line is not None:
             return line
         line = self._base.rows[source]
-        return _correct_line(line, source, self._columns, self._column_keys) if self._column_keys else line
+        return (
+            _apply_crossing_changes(line, source, self._columns, self._column_keys)
+            if self._column_keys
+            else line
+        )
 
     def base_row(self, source: int) -> int:
         """Return the bit mask of the targets that ``source`` has in the base, at the start of the episode."""
@@ -105,7 +109,7 @@ class Relation:
         if line is not None:
             return line
         line = self._base.columns[target]
-        return _correct_line(line, target, self._rows, self._row_keys) if self._row_keys else line
+        return _apply_crossing_changes(line, target, self._rows, self._row_keys) if self._row_keys else line
 
     def has(self, source: int, target: int) -> bool:
         """Whether the pair (source, target) is in the relation."""
@@ -239,12 +243,12 @@ def bits(mask: int) -> Iterator[int]:
         mask ^= low
 
 
-def first_bits(mask: int, number: int) -> int:
+def keep_lowest_bits(mask: int, number: int) -> int:
     """Return the bit mask of the ``number`` lowest set bits of a mask."""
     return sum([1 << position for position in islice(bits(mask), number)])
 
 
-def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
+def _apply_crossing_changes(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
     """Return a row of the base with the changes of overridden columns, or a column with those of rows."""
     line = base & ~crossing_keys
     for key, mask in crossing.items():

@@ -76,7 +76,7 @@ class Scene:
         if name is None:
             return self.everything
         if self._categories is None:
-            self._categories = _masks_by_category(self.objects)
+            self._categories = _compute_category_masks(self.objects)
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:
@@ -155,7 +155,7 @@ def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
             return None
 
 
-def _masks_by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
+def _compute_category_masks(objects: Iterable[WorldObject]) -> dict[str, int]:
     """Return a mapping from each category to the bit mask of its objects."""
     masks: dict[str, int] = {}
     for i, item in enumerate(objects):
@@ -313,7 +313,7 @@ class Draft:
         bit = 1 << index
         self.unary[slot] = self.unary[slot] | bit if marked else self.unary[slot] & ~bit
 
-    def set_marked(self, slot: int, objects: int) -> None:
+    def set_marked_objects(self, slot: int, objects: int) -> None:
         """Make a unary predicate true of exactly these objects (a bit mask)."""
         self.unary[slot] = objects
 

@@ -156,7 +156,7 @@ def require_tuple(location: str, values: object, kind: type | UnionType) -> None
             raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")
 
 
-def parameter_names(arity: int) -> tuple[str, ...]:
+def make_parameter_names(arity: int) -> tuple[str, ...]:
     """Return names for a number of parameters: x, y and z; or x1, x2, ... for more than three."""
     return tuple("xyz"[:arity]) if arity <= len("xyz") else tuple([f"x{i}" for i in range(1, arity + 1)])
 

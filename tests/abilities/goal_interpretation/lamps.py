@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
 from eai.tasks.task import Goal, GoalKind, Task
-from eai.world.derived import Defined
+from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.state import Scene, WorldObject
@@ -16,7 +16,7 @@ inside = Predicate("inside", 2)
 heavy = Predicate("heavy", 1, static=True)
 memory = Predicate("memory", 1, visible=False)
 x, y, z = Variable("x"), Variable("y"), Variable("z")
-together = Defined("together", (x, y), Exists(z, inside(x, z) & inside(y, z)))
+together = DefinedPredicate("together", (x, y), Exists(z, inside(x, z) & inside(y, z)))
 
 VOCABULARY = Vocabulary((lit, opened, inside, heavy, memory), (together,))
 DOMAIN = Domain("lamps", VOCABULARY, (Operator("PRESS", (x,), (), ()), Operator("OPEN", (x,), (), ())))

@@ -13,7 +13,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
 from eai.benchmarks.published import TransitionTasks, open_behavior, open_virtualhome
-from eai.pddl.model import PddlPredicate, type_of
+from eai.pddl.model import PddlPredicate, get_variable_type
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
 from eai.tasks.operator_task import TransitionTask
@@ -26,7 +26,7 @@ def everything(predicates: tuple[PddlPredicate, ...]) -> str:
     for predicate in predicates:
         part = f"({predicate.name} {' '.join(f'?x{i}' for i in range(len(predicate.parameters)))})"
         for place, variable in enumerate(predicate.parameters):
-            part = f"(forall (?x{place} - {type_of(variable)}) {part})"
+            part = f"(forall (?x{place} - {get_variable_type(variable)}) {part})"
         parts.append(part)
     return f"(and {' '.join(parts)})"
 
@@ -37,7 +37,7 @@ def write_all_true_operators(task: TransitionTask, *, with_parameters: bool) -> 
     operators = []
     for name, gold in task.gold.items():
         taken = gold.parameters if with_parameters else ()
-        parameters = " ".join(f"?{each.name} - {type_of(each)}" for each in taken)
+        parameters = " ".join(f"?{each.name} - {get_variable_type(each)}" for each in taken)
         operators.append(f"(:action {name} :parameters ({parameters}) :precondition () :effect {effect})")
     return json.dumps({"output": "\n".join(operators)})
 

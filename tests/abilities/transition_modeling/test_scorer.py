@@ -15,7 +15,7 @@ from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText
-from eai.pddl.planners import make_planner, resolve_choice
+from eai.pddl.planners import make_planner, resolve_planner_choice
 from eai.pddl.planning import (
     PddlPlanner,
     PlannerChoice,
@@ -321,11 +321,11 @@ def test_an_explanation_says_which_operators_the_planner_got(tmp_path: Path) -> 
 
 def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FastDownward, "is_installed", lambda: True)
-    assert resolve_choice(PlannerChoice.AUTO) is PlannerChoice.FULL
+    assert resolve_planner_choice(PlannerChoice.AUTO) is PlannerChoice.FULL
     monkeypatch.setattr(FastDownward, "is_installed", lambda: False)
-    assert resolve_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN
+    assert resolve_planner_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN
     assert make_planner(PlannerChoice.AUTO, 200) == BuiltInPlanner()
-    assert resolve_choice(PlannerChoice.NONE) is PlannerChoice.NONE
+    assert resolve_planner_choice(PlannerChoice.NONE) is PlannerChoice.NONE
 
 
 def test_a_verdict_names_the_planner(rules_with: MakeRules) -> None:

@@ -5,7 +5,7 @@ import pytest
 from benchmarks.behavior.kitchen import make_task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.world.conformance import check
+from eai.world.conformance import check_domain
 from eai.world.domain import Domain
 
 
@@ -22,13 +22,13 @@ def tolerated() -> frozenset[str]:
 
 
 def test_the_domain_conforms_to_its_declarations(domain: Domain, tolerated: frozenset[str]) -> None:
-    assert {*check(domain, [make_task().initial], steps=1_000)} <= tolerated
+    assert {*check_domain(domain, [make_task().initial], steps=1_000)} <= tolerated
 
 
 def test_the_domain_conforms_on_the_scenes_of_the_data_set(
     behavior_tasks: BehaviorTasks, domain: Domain, tolerated: frozenset[str]
 ) -> None:
-    assert {*check(domain, [task.initial for task in behavior_tasks.values()], steps=20)} <= tolerated
+    assert {*check_domain(domain, [task.initial for task in behavior_tasks.values()], steps=20)} <= tolerated
 
 
 def test_the_domain_has_the_actions_of_the_paper() -> None:

@@ -33,7 +33,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
-from eai.world.conformance import check
+from eai.world.conformance import check_domain
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from sweeps import every
@@ -219,4 +219,4 @@ def test_prompts_of_transition_modeling_show_the_facts_of_their_operators_and_li
 
 def test_the_domain_conforms_to_its_declarations(activities: TaskSet[Task], domain: Domain) -> None:
     names = ("cook_cabbage", "make_pizza", "cleaning_up_plates_and_food", "washing_vegetables")
-    assert check(domain, [activities[name].initial for name in names]) == ()
+    assert check_domain(domain, [activities[name].initial for name in names]) == ()

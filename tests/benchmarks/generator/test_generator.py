@@ -25,7 +25,7 @@ from eai.benchmarks.generator.walk import Walk, find_lower_bound
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.logic.traversal import walk_subformulas
-from eai.pddl.val import VALID, find_val
+from eai.pddl.val import VALID, find_val_program
 from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.source import Source
@@ -132,7 +132,7 @@ def naively(
 def test_certificates_are_valid_by_val(like: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eai.pddl.val._MAX_SECONDS", 1200)  # seconds, for a busy machine
     try:
-        val = find_val()
+        val = find_val_program()
     except DataError as error:
         pytest.skip(str(error))
     domain = find_benchmark(like).domain

@@ -35,7 +35,7 @@ from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.execution import Step, Trajectory, execute
-from eai.world.listing import FactListing
+from eai.world.listing import FactLister
 from eai.world.state import State
 from logic.naive import Facts, Naive
 
@@ -100,7 +100,7 @@ def test_a_naive_evaluator_agrees_on_random_executions(like: str) -> None:
 
 
 def naively(
-    task: Task, states: tuple[State, ...], actions: list[Action], listings: tuple[FactListing, ...]
+    task: Task, states: tuple[State, ...], actions: list[Action], listings: tuple[FactLister, ...]
 ) -> bool:
     things = task.scene.objects
     categories = tuple((thing.name, thing.category) for thing in things)

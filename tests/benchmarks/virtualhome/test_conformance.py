@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from benchmarks.virtualhome import flat
 from eai.benchmarks.virtualhome.domain import domain_in_paper_order
-from eai.world.conformance import check
+from eai.world.conformance import check_domain
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
@@ -28,7 +28,7 @@ def find_problems(domain: Domain) -> set[str]:
         for operator in domain.operators
         if any(rule.fault is FaultKind.ADDITIONAL_STEP for rule in operator.checks)
     ]
-    return {defect for single in domains for defect in check(single, states, steps=100)}
+    return {defect for single in domains for defect in check_domain(single, states, steps=100)}
 
 
 def test_the_domain_conforms_to_its_declarations() -> None:

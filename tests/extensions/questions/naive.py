@@ -72,7 +72,7 @@ class World:
             return holds(self._state(facts), facts, formula, {})
         except TypeError:  # a pairing, which plain sets do not know
             frame = Frame()
-            truth = ConditionCompiler(self.domain.vocabulary, frame).truth(formula)
+            truth = ConditionCompiler(self.domain.vocabulary, frame).compile_test(formula)
             return truth(self._state(facts), frame.bind(self.scene, ()))
 
     def fact(self, text: str) -> Fact:

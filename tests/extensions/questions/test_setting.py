@@ -197,8 +197,8 @@ def test_rules_of_operators_keep_the_order_of_the_declaration(lamps: Benchmark) 
 x, y = w.Variable("x"), w.Variable("y")
 on, near = w.Predicate("on", 1), w.Predicate("near", 2)
 hidden, tag = w.Predicate("hidden", 1, visible=False), w.Predicate("tag", 1, static=True, visible=False)
-ready = w.Defined("ready", (x,), ~on(x) & w.Exists(y, near(x, y)))
-counted = w.Computed("counted", 1, lambda state, things: True, ("on",))
+ready = w.DefinedPredicate("ready", (x,), ~on(x) & w.Exists(y, near(x, y)))
+counted = w.ComputedPredicate("counted", 1, lambda state, things: True, ("on",))
 OPERATORS = (
     w.Operator(
         "START",

@@ -19,7 +19,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
 from eai.tasks.task import Task
 from eai.world.action import Action
-from eai.world.domain import Domain, begin_as_declared
+from eai.world.domain import Domain, make_declared_simulator
 from eai.world.episode import Episode, KnownOutcomes
 from eai.world.fault import FaultKind
 from eai.world.state import State
@@ -70,7 +70,7 @@ class ActionSequencing(PlanScorer):
     @property
     def _uses_standard_rules(self) -> bool:
         """Whether the standard rules execute plans and test goals, as the search for repairs assumes."""
-        if self.domain.begin is not begin_as_declared:
+        if self.domain.begin is not make_declared_simulator:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
 

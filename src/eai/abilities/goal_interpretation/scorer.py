@@ -28,7 +28,7 @@ from eai.logic.choice import Literal, make_best_option_finder
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.relation import bits, first_bits
+from eai.world.relation import bits, keep_lowest_bits
 
 _MAX_ENTRY_CHARACTERS = 100
 """Maximum number of characters of an ill-formed entry in a message."""
@@ -138,7 +138,7 @@ class GoalInterpretation(Scorer):
             wanted_number = meant.bit_count()
             if times > 1:
                 times = min(times, max(1, wanted_number, self.lexicon.count_instances(goal)))
-            matched |= meant if times >= wanted_number else first_bits(meant, times)
+            matched |= meant if times >= wanted_number else keep_lowest_bits(meant, times)
             if times > wanted_number:
                 wrong += [str(goal)] * (times - wanted_number)
                 kinds += [self.lexicon.classify_goal(goal)] * (times - wanted_number)

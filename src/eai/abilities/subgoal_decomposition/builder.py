@@ -221,7 +221,7 @@ class Programs:
         self._distinguished = distinguished
         self.extent = _QuantifierRange(task)
         self.brings_about = refinement.brings_about
-        self._exclusion = cache(lambda: refinement.exclusion_rules().make_exclusion(task.initial))
+        self._exclusion = cache(lambda: refinement.exclusion_rules().make_exclusion_prover(task.initial))
         self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_requirement)
         self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_needless_planner)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)

@@ -20,22 +20,22 @@ from eai.planning.achievers import Achiever, complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
     FactChange,
-    changes_for,
-    effect_schemas,
     find_changed_predicates,
+    find_changes_for_literal,
+    make_effect_schemas,
     make_operator_schema,
     match_atom,
 )
-from eai.planning.role import role_of
+from eai.planning.role import infer_operator_role
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
-from eai.world.condition import ConditionCompiler, conjunction
+from eai.world.condition import ConditionCompiler, conjoin_tests
 from eai.world.derived import find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
-from eai.world.frame import AGENT, UNBOUND, Frame, FrameBinding, Truth
+from eai.world.frame import AGENT, UNBOUND, ConditionTest, Frame, FrameBinding
 from eai.world.operator import Check, Operator, Role
 from eai.world.relation import mask_of
 from eai.world.state import Scene, State
@@ -87,10 +87,10 @@ class _OperatorInfo(NamedTuple):
     role: Role
     movable: tuple[bool, ...]
     fixable: tuple[bool, ...]
-    fixed_checks_hold: Truth
-    common_checks_hold: Truth
-    rest_checks_hold: Truth
-    unmovable_checks_hold: Truth
+    fixed_checks_hold: ConditionTest
+    common_checks_hold: ConditionTest
+    rest_checks_hold: ConditionTest
+    unmovable_checks_hold: ConditionTest
 
 
 _OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
@@ -117,16 +117,22 @@ class Repertoire:
 
     def __init__(self, domain: Domain) -> None:
         self._domain = domain
-        self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self._effects = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self._writes = {o.name: frozenset(find_changed_predicates(o)) for o in domain.operators}
         self._checks = {o.name: self._sources(_deciding_conditions(o)) for o in domain.operators}
         self._asks = {
             name: self._checks[name] | self._sources([f for effect in effects for f in effect.conditions])
             for name, effects in self._effects.items()
         }
-        self.movement = _drop_duplicates([o for o in domain.operators if role_of(o) is Role.MOVEMENT])
+        self.movement = _drop_duplicates(
+            [o for o in domain.operators if infer_operator_role(o) is Role.MOVEMENT]
+        )
         self.with_tools = frozenset(
-            [o.name for o in domain.operators if role_of(o) is not Role.MOVEMENT and self._find_tools(o)]
+            [
+                o.name
+                for o in domain.operators
+                if infer_operator_role(o) is not Role.MOVEMENT and self._find_tools(o)
+            ]
         )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
@@ -168,10 +174,12 @@ class Repertoire:
         binding = frame.bind(scene, literal.arguments)
         return lambda state: truth(state, [*binding])  # copied, since quantifiers write into the list
 
-    def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, Truth]:
+    def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, ConditionTest]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])
         frame, atom = Frame(variables), Atom(predicate, variables)
-        return frame, ConditionCompiler(self._domain.vocabulary, frame).truth(atom if truth else Not(atom))
+        return frame, ConditionCompiler(self._domain.vocabulary, frame).compile_test(
+            atom if truth else Not(atom)
+        )
 
     def find_achievers(
         self,
@@ -235,7 +243,7 @@ class Repertoire:
         return [taken.arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
     def _find_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
-        changes = changes_for(shape, self._domain.vocabulary, _number_named)
+        changes = find_changes_for_literal(shape, self._domain.vocabulary, _number_named)
         patterns: dict[_OperatorPattern, None] = {}
         for operator in self.find_writers(shape.predicate):
             for effect, change in product(self._effects[operator.name], changes):
@@ -266,14 +274,23 @@ class Repertoire:
         fixable = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
         kinds = [self._classify(check, can) for check, can in zip(operator.checks, moved, strict=False)]
         checks = list(zip(compiled.checks, kinds, strict=True))
-        fixed, common, rest = [conjunction([c.holds for c, k in checks if k is kind]) for kind in _CheckKind]
+        fixed, common, rest = [
+            conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _CheckKind
+        ]
         rest = compiled.is_possible if operator.tries else rest
         checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
-        unmoved = conjunction(
+        unmoved = conjoin_tests(
             [check.holds for check, kind, can in checks_with_kind if kind is _CheckKind.REST and not can]
         )
         return _OperatorInfo(
-            compiled, role_of(operator), tuple(moved), tuple(fixable), fixed, common, rest, unmoved
+            compiled,
+            infer_operator_role(operator),
+            tuple(moved),
+            tuple(fixable),
+            fixed,
+            common,
+            rest,
+            unmoved,
         )
 
     def _classify(self, check: Check, moved: bool) -> _CheckKind:

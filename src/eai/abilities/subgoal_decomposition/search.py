@@ -459,7 +459,7 @@ class _Exploration:
             self._effort.used += instruction.effort
             return self._is_exhausted() or instruction.holds(state)
 
-        return branch.past.last_where(instruction.holds, has_held)
+        return branch.past.find_last_state(instruction.holds, has_held)
 
     def _finish(self, branch: Branch, among: list[Branch]) -> None:
         self._ended.append(branch)

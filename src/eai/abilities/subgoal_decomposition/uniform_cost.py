@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, ActionSequence, SubgoalPlans
 from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_distinguished
-from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
+from eai.planning.search import Effort, Node, OpenList, SearchEnd, run_best_first_search
 from eai.planning.successor_generator import PlanNode
 from eai.world.action import Action
 from eai.world.state import State
@@ -193,7 +193,7 @@ class _UniformCostSearch:
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._candidates = [candidate for candidate in actions if candidate.is_ever_possible(start)]
         self._push(Node(start, self.goal.at_start))
-        best_first(self._open.pop, self._visit)
+        run_best_first_search(self._open.pop, self._visit)
         return [node.plan() for node in self._found.values()]
 
     def _push(self, node: PlanNode) -> None:

@@ -30,7 +30,7 @@ from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import PddlError, PddlFinding, Violation
 from eai.pddl.model import NO_EFFECT, PddlAction
-from eai.pddl.reader import Group, PddlReader, error_at, read_group
+from eai.pddl.reader import Group, PddlReader, make_pddl_error, read_group
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
@@ -291,9 +291,9 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
     keywords = list(_PART.finditer(text, offset))
     between = text[offset : keywords[0].start() if keywords else len(text)].strip()
     if not name or name.startswith(":") or (keywords and between):
-        raise error_at(text, 0, Violation.MALFORMED, "(:action NAME ...)")
+        raise make_pddl_error(text, 0, Violation.MALFORMED, "(:action NAME ...)")
     if not keywords and not between.startswith(")"):
-        raise error_at(text, 0, Violation.UNBALANCED, "a partner for this opening parenthesis")
+        raise make_pddl_error(text, 0, Violation.UNBALANCED, "a partner for this opening parenthesis")
     bounds = [*(match.start() for match in keywords), len(text)]
     return [
         _OperatorPart(match.group(1).lower(), text[match.end() : end], match is keywords[-1])
@@ -322,7 +322,7 @@ def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
         return group, (_STRAY,) if ")" in rest[1:] else ()
     if not part.last and _STRAYS.fullmatch(rest):
         return group, (_STRAY,) if rest else ()
-    raise error_at(part.text, group.end, Violation.MALFORMED, "one list behind a keyword")
+    raise make_pddl_error(part.text, group.end, Violation.MALFORMED, "one list behind a keyword")
 
 
 def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlAction:
@@ -336,6 +336,6 @@ def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlActi
         case "precondition":
             return replace(action, precondition=reader.condition(group))
         case "effect":
-            return replace(action, effect=reader.whole_effect(group))
+            return replace(action, effect=reader.read_whole_effect(group))
         case _:
             return replace(action, parameters=reader.variables(group))

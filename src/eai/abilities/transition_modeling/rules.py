@@ -22,7 +22,7 @@ from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_missing_operator, match_operators
 from eai.pddl.model import PddlAction
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refuse_task
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, make_violation_result
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
@@ -47,7 +47,7 @@ def plan_flaw(
             is missed.
     """
     domain = replace(task.domain.header, actions=tuple(task.gold.values()))
-    return Executor(domain, task.problem).find_flaw(to_gold_steps(task, written, plan))
+    return Executor(domain, task.problem).find_failed_step(to_gold_steps(task, written, plan))
 
 
 def to_gold_steps(
@@ -337,5 +337,5 @@ def _make_planning_task(
     task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
     if refusals:
-        return refuse_task(refusals[0])
+        return make_violation_result(refusals[0])
     return PlanningTask(replace(task.domain.header, actions=actions), task.problem)

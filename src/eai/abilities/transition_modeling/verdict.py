@@ -11,7 +11,7 @@ from typing import NamedTuple
 from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, add_confusions, credit_parts
 from eai.base.json_value import Json
 from eai.pddl.check import PddlFinding, Violation
-from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
+from eai.pddl.matching import NO_MATCH, SideMatch, find_predicates_in_text
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.task import Category
 from eai.world.fault import FaultKind
@@ -67,7 +67,7 @@ class ClauseContent(NamedTuple):
 
 def clause_content(clause: str, categories: Mapping[str, Category]) -> ClauseContent:
     """Return the predicates of a clause. The clause is PDDL or the name of a predicate."""
-    names = sorted(predicates_in(clause))
+    names = sorted(find_predicates_in_text(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]
     return ClauseContent(tuple(names), tuple(dict.fromkeys(kinds)))
 

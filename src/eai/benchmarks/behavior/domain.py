@@ -8,8 +8,8 @@ from functools import cache
 from eai.benchmarks.behavior.operators import add_movement, make_operators
 from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
 from eai.world.domain import Domain
-from eai.world.history import was_possible_before
-from eai.world.operator import Operator, sort_checks
+from eai.world.history import find_when_possible
+from eai.world.operator import Operator, sort_operator_checks
 
 
 @cache
@@ -18,7 +18,7 @@ def domain_in_paper_order() -> Domain:
 
     Actions move the robot to their objects.
     """
-    return _build_household([add_movement(sort_checks(operator)) for operator in make_operators()])
+    return _build_household([add_movement(sort_operator_checks(operator)) for operator in make_operators()])
 
 
 def domain_in_reference_order() -> Domain:
@@ -35,6 +35,6 @@ def _build_household(operators: Sequence[Operator]) -> Domain:
         "behavior",
         VOCABULARY,
         tuple(operators),
-        was_possible_before,
+        find_when_possible,
         visible=(held(X) | ~shut_in(X)) & (~part(X) | is_sliced(X)),
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import eai.logic.formula as f
 from eai.benchmarks import support
-from eai.world.derived import Defined, Lookup, LookupFunction
+from eai.world.derived import DefinedPredicate, LookupFunction, LookupPredicate
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -121,16 +121,18 @@ STATES = (
 """Pairs of an ability of objects and the state that it makes possible."""
 
 # Derived.
-part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
-cut_up = Defined("cut_up", (X,), is_sliced(X) & ~f.Exists(Y, part_of(X, Y)))
-halved = Defined("halved", (X,), is_sliced(X) & f.Exists(P, part_of(P, X)))
-held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
-hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
-closed = Defined("closed", (X,), openable(X) & ~is_open(X))
-labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS)))
+part = DefinedPredicate("part", (X,), f.Exists(Y, part_of(X, Y)))
+cut_up = DefinedPredicate("cut_up", (X,), is_sliced(X) & ~f.Exists(Y, part_of(X, Y)))
+halved = DefinedPredicate("halved", (X,), is_sliced(X) & f.Exists(P, part_of(P, X)))
+held = DefinedPredicate("held", (X,), in_left_hand(X) | in_right_hand(X))
+hands_full = DefinedPredicate("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
+closed = DefinedPredicate("closed", (X,), openable(X) & ~is_open(X))
+labelled = DefinedPredicate(
+    "labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS))
+)
 carries, carried_by, within = support.make_carrying_predicates((lies_in, lies_on))
-shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
-floor_below = Lookup(
+shut_in = DefinedPredicate("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
+floor_below = LookupPredicate(
     "floor_below",
     2,
     support.make_floor_lookup(_SUPPORTS, _find_floor),
@@ -138,23 +140,25 @@ floor_below = Lookup(
     support.make_floor_predicate("floor_below", floor, carries, stands_on(X, Y)),
 )
 
-_BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, Defined | Lookup)])
+_BASIC_DERIVED = tuple(
+    [item for item in globals().values() if isinstance(item, DefinedPredicate | LookupPredicate)]
+)
 
 # Derived predicates of goals.
 
 
-def _make_goal_state(name: str, stored: Predicate) -> Defined:
+def _make_goal_state(name: str, stored: Predicate) -> DefinedPredicate:
     """Return a predicate for goals: it holds for a sliced object if the state holds for all its halves."""
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P)))
-    return Defined(name, (X,), (stored(X) & ~halved(X)) | (halved(X) & of_parts))
+    return DefinedPredicate(name, (X,), (stored(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
-def _make_goal_relation(name: str, stored: Predicate | Defined) -> Defined:
+def _make_goal_relation(name: str, stored: Predicate | DefinedPredicate) -> DefinedPredicate:
     """Return a relation for goals: it holds for a sliced object if it holds for all its halves."""
-    values = stored.values if isinstance(stored, Defined) else None
+    values = stored.values if isinstance(stored, DefinedPredicate) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P, Y)))
     seen = (stored(X, Y) & ~halved(X)) | (halved(X) & of_parts)
-    return Defined(name, (X, Y), seen, combine_halves(values or make_target_lookup(stored.name)))
+    return DefinedPredicate(name, (X, Y), seen, combine_halves(values or make_target_lookup(stored.name)))
 
 
 GOAL_STATES = tuple(_make_goal_state(state.name.removeprefix("is_"), state) for _, state in STATES)

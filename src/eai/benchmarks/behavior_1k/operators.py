@@ -17,8 +17,8 @@ from eai.benchmarks.behavior_1k.predicates import C, F, H, I, O, P, R, S, T, W, 
 from eai.logic.formula import Equals, Exists, Formula, Implies, Variable
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
-from eai.world.history import was_possible_before
-from eai.world.operator import Check, Operator, Role, additional, affordance, missing, sort_checks
+from eai.world.history import find_when_possible
+from eai.world.operator import Check, Operator, Role, additional, affordance, missing, sort_operator_checks
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
@@ -619,7 +619,7 @@ def complete_operator(operator: Operator) -> Operator:
     checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
     if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
         effects = (*effects, _go_to(operator.parameters[-1]))
-    return sort_checks(replace(operator, checks=checks, effects=effects))
+    return sort_operator_checks(replace(operator, checks=checks, effects=effects))
 
 
 _MAKERS: tuple[Callable[[], Operator], ...] = (
@@ -647,7 +647,7 @@ def build_domain() -> Domain:
         "behavior-1k",
         p.VOCABULARY,
         tuple(map(complete_operator, operators)),
-        was_possible_before,
+        find_when_possible,
         visible=p.real(X) & ((~p.substance(X) & is_in_sight(X)) | Exists(Y, openly & is_in_sight(Y))),
         landmarks=p.floor(X) | p.fixed(X),
     )

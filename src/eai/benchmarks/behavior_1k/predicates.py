@@ -12,7 +12,7 @@ from __future__ import annotations
 import eai.logic.formula as f
 from eai.benchmarks import support
 from eai.logic.formula import Exists, ForAll, Implies, Variable
-from eai.world.derived import Defined, Lookup
+from eai.world.derived import DefinedPredicate, LookupPredicate
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -100,7 +100,7 @@ def _find_root_floor(state: State, root: int) -> int:
     return state.mask("robot_on") if state.mask("held") >> root & 1 else state.relation("by_floor").row(root)
 
 
-floor_of = Lookup(
+floor_of = LookupPredicate(
     "floor_of",
     2,
     support.make_floor_lookup(SUPPORTS, _find_root_floor),
@@ -111,19 +111,19 @@ floor_of = Lookup(
     single=True,
     inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_root_floor)),
 )
-real = Defined(
+real = DefinedPredicate(
     "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))
 )
-closed = Defined("closed", (X,), openable(X) & ~is_open(X))
-shut_in = Defined("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
-hands_full = Defined("hands_full", (), Exists(X, held(X) & Exists(Y, held(Y) & ~f.Equals(X, Y))))
-working = Defined(
+closed = DefinedPredicate("closed", (X,), openable(X) & ~is_open(X))
+shut_in = DefinedPredicate("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
+hands_full = DefinedPredicate("hands_full", (), Exists(X, held(X) & Exists(Y, held(Y) & ~f.Equals(X, Y))))
+working = DefinedPredicate(
     "working", (H,), (~works_on(H) | is_toggled_on(H)) & (~works_closed(H) | ~is_open(H) | ~openable(H))
 )
-exposed_to = Defined(
+exposed_to = DefinedPredicate(
     "exposed_to", (X, H), (works_inside(H) & within(X, H)) | (~works_inside(H) & carried_by(X, H))
 )
-holds_all = Defined(
+holds_all = DefinedPredicate(
     "holds_all",
     (R, C),
     ForAll(I, Implies(ingredient(R, I), real(I) & (has_in(C, I) | carried_by(I, C))))
@@ -131,16 +131,18 @@ holds_all = Defined(
     & ForAll(I, Implies(raw(R, I), ~is_cooked(I)))
     & ForAll(I, Implies(cooked_first(R, I), is_cooked(I))),
 )
-ready = Defined(
+ready = DefinedPredicate(
     "ready", (R, C), holds_all(R, C) & (relaxed(R) | ForAll(S, Implies(has_in(C, S), ingredient(R, S))))
 )
 
-_BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, Defined | Lookup)])
+_BASIC_DERIVED = tuple(
+    [item for item in globals().values() if isinstance(item, DefinedPredicate | LookupPredicate)]
+)
 
 # Derived predicates of goals.
 
 
-GOAL_STATES = (*(Defined(state.name.removeprefix("is_"), (X,), state(X)) for state in STATES), real)
+GOAL_STATES = (*(DefinedPredicate(state.name.removeprefix("is_"), (X,), state(X)) for state in STATES), real)
 STORED = {
     "inside": lies_in,
     "ontop": lies_on,
@@ -157,9 +159,9 @@ STORED = {
 """Relation of BDDL -> its stored relation."""
 
 GOAL_RELATIONS = (
-    Defined("inside", (X, Y), within.definition, within.values),
-    Defined("touching", (X, Y), carries(X, Y) | carries(Y, X) | stands_by(X, Y)),
-    *(Defined(name, (X, Y), stored(X, Y)) for name, stored in STORED.items() if name != "inside"),
+    DefinedPredicate("inside", (X, Y), within.definition, within.values),
+    DefinedPredicate("touching", (X, Y), carries(X, Y) | carries(Y, X) | stands_by(X, Y)),
+    *(DefinedPredicate(name, (X, Y), stored(X, Y)) for name, stored in STORED.items() if name != "inside"),
 )
 GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(relation.name for relation in GOAL_RELATIONS))
 """The predicates that goals and prompts use."""

@@ -29,15 +29,15 @@ from eai.benchmarks.generator.prior import (
     find_uses,
     restrict_to_categories,
 )
-from eai.planning.effect_schema import effect_schemas
-from eai.planning.role import role_of
+from eai.planning.effect_schema import make_effect_schemas
+from eai.planning.role import infer_operator_role
 from eai.tasks.goal_test import alternative_actions
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.tasks.wording import prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute
-from eai.world.listing import FactListing
+from eai.world.listing import FactLister
 from eai.world.operator import Operator, Role, affordance
 from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State
@@ -133,7 +133,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
         benchmark.notation.english.is_odd
     )  # a literal that makes no sense as a goal makes sense when negated
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
-    roles = {operator.name: role_of(operator) for operator in domain.operators}
+    roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
     nestings, combinations, needy = _find_combinations(tasks)
     places, parts = _find_relations(domain, states)
     several = {kind for task in tasks for kind, number in _count_categories(task).items() if number > 1}
@@ -175,7 +175,7 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
 
 
 def _weigh_patterns(
-    tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactListing]
+    tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactLister]
 ) -> defaultdict[Pattern, float]:
     """Return the weight of each pattern of literals, given the tasks and the executions of their plans."""
     weights: defaultdict[Pattern, float] = defaultdict(float)
@@ -266,7 +266,7 @@ def _find_concerned_objects(task: Task) -> list[int]:
 
 
 def _find_fact_patterns(
-    state: State, objects: Sequence[int], listings: Iterable[FactListing]
+    state: State, objects: Sequence[int], listings: Iterable[FactLister]
 ) -> dict[Pattern, None]:
     """Return the patterns of facts that hold in a state and may be goals, each once."""
     things = state.scene.objects
@@ -277,9 +277,7 @@ def _find_fact_patterns(
     }
 
 
-def _count_excess_pairs(
-    state: State, objects: Sequence[int], listings: Iterable[FactListing]
-) -> Counter[str]:
+def _count_excess_pairs(state: State, objects: Sequence[int], listings: Iterable[FactLister]) -> Counter[str]:
     """Return by how many pairs each relation exceeds `MAX_MEAN_TARGETS` targets for each source.
 
     The number is negative if the relation has fewer pairs.
@@ -343,15 +341,15 @@ def _find_part_categories(states: Sequence[State], parts: Sequence[str]) -> Iter
 
 def _find_holding_predicates(domain: Domain) -> Iterator[str]:
     """Yield predicates, such as "holding", that become true only by operators that take an object."""
-    taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
+    taking = [operator for operator in domain.operators if infer_operator_role(operator) is Role.TAKES]
     others = {
         schema.atom.predicate
         for operator in domain.operators
         if operator not in taking
-        for schema in effect_schemas(operator)
+        for schema in make_effect_schemas(operator)
         if schema.adds
     }
     for operator in taking:
-        for schema in effect_schemas(operator):
+        for schema in make_effect_schemas(operator):
             if schema.adds and schema.atom.predicate not in others:
                 yield schema.atom.predicate

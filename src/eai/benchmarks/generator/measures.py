@@ -24,7 +24,7 @@ import eai.logic.formula as f
 from eai.benchmarks.features import find_tool_operators
 from eai.logic.traversal import find_object_names, get_bound_variables, get_subformulas, walk_subformulas
 from eai.tasks.task import Task
-from eai.world.derived import Defined
+from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.frame import AGENT
@@ -186,7 +186,7 @@ def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
             if isinstance(part, f.Atom):
                 yield part
                 derived = vocabulary.derived_by_name.get(part.predicate)
-                if isinstance(derived, Defined) and part.predicate not in defined:
+                if isinstance(derived, DefinedPredicate) and part.predicate not in defined:
                     defined.add(part.predicate)
                     pending.append(derived.definition)
 
@@ -207,7 +207,7 @@ def _find_lids(
             if stored is not None and not stored.static and len(variables) == 1:
                 if variables[0] is not None and variables[0] not in own:
                     yield _Lid(name, reveals)
-            elif isinstance(derived, Defined) and name not in within:
+            elif isinstance(derived, DefinedPredicate) and name not in within:
                 pairs = zip(derived.parameters, variables, strict=True)
                 inner = frozenset([parameter.name for parameter, name in pairs if name in own])
                 yield from _find_lids(vocabulary, derived.definition, inner, (*within, name), reveals=reveals)

@@ -16,7 +16,7 @@ from eai.benchmarks.generator.words import Words
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.bddl import parse_problem
 from eai.pddl.check import Declarations, check_problem
-from eai.pddl.files import ProblemFile, is_domain_file, read_problem_file, read_text, refuse_findings
+from eai.pddl.files import ProblemFile, is_domain_file, raise_for_findings, read_problem_file, read_text
 from eai.pddl.model import PddlDomain
 from eai.pddl.reader import read_group
 from eai.tasks.goal_text import check_goal, make_task
@@ -132,7 +132,7 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
     with prefix_errors(path):
         problem = parse_problem(text)
         vocabulary = Declarations.of_domain(header, problem.objects)
-        refuse_findings(text, read_group(text), check_problem(problem, header), vocabulary)
+        raise_for_findings(text, read_group(text), check_problem(problem, header), vocabulary)
     return ProblemFile(problem, path, text)
 
 

@@ -16,7 +16,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.measures import find_lids
 from eai.benchmarks.generator.prior import Pattern, Prior, Theme
 from eai.logic.traversal import find_predicates
-from eai.planning.effect_schema import effect_schemas
+from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.task import Task
@@ -41,7 +41,7 @@ def find_hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pa
     opening = {
         operator.name
         for operator in domain.operators
-        if any(schema.atom.predicate in names for schema in effect_schemas(operator))
+        if any(schema.atom.predicate in names for schema in make_effect_schemas(operator))
     }
     opened = {category for operator, _, category in prior.uses if operator in opening}
     usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))

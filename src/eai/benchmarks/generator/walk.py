@@ -29,7 +29,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Step, Trajectory, execute, to_trace
-from eai.world.listing import FactListing
+from eai.world.listing import FactLister
 from eai.world.state import Fact, State
 
 _GOAL_LIMITS = Limits(20, thorough=False)
@@ -240,7 +240,7 @@ class TemporalGoalFinder:
 
     task: Task
     domain: Domain
-    listings: Sequence[FactListing]
+    listings: Sequence[FactLister]
     proposals: Proposals
     rng: random.Random
     begin: Callable[[], Walk]

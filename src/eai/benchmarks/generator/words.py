@@ -18,7 +18,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.traversal import MAX_COUNT_DIGITS
 from eai.world.state import Fact, Scene, State
-from eai.world.vocabulary import parameter_names
+from eai.world.vocabulary import make_parameter_names
 
 _X, _Y = f.Variable("x"), f.Variable("y")
 _EVERY, _EXACTLY = "|".join(e.EVERY), "|".join(e.EXACTLY)
@@ -261,7 +261,7 @@ def _find_plain_atom(goal: f.Formula) -> tuple[f.Atom, bool] | None:
 
 
 def _fill_sentence(sentence: str, words: Sequence[str]) -> str:
-    return sentence.format(**dict(zip(parameter_names(len(words)), words, strict=True)))
+    return sentence.format(**dict(zip(make_parameter_names(len(words)), words, strict=True)))
 
 
 def _join_clauses(clauses: Sequence[str]) -> str:
@@ -429,7 +429,7 @@ def _match_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
     match = _compile_sentence(sentence).fullmatch(text)
     if match is not None:
         named = match.groupdict()
-        yield [named[name] for name in parameter_names(len(named))]
+        yield [named[name] for name in make_parameter_names(len(named))]
 
 
 def _require_one(meanings: Iterable[f.Formula], text: str) -> f.Formula:

@@ -8,13 +8,13 @@ from functools import cache
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.operators import make_operators, switch_hands
 from eai.world.domain import Domain
-from eai.world.operator import Operator, sort_checks
+from eai.world.operator import Operator, sort_operator_checks
 
 
 @cache
 def domain_in_paper_order() -> Domain:
     """Return the domain whose operators have the paper's order of checks."""
-    return _build_household([sort_checks(operator) for operator in make_operators()])
+    return _build_household([sort_operator_checks(operator) for operator in make_operators()])
 
 
 @cache

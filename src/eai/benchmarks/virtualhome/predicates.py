@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.world.derived import Computed, Defined, Lookup, LookupFunction, is_a
+from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupFunction, LookupPredicate, is_a
 from eai.world.frame import AGENT
 from eai.world.relation import bits
 from eai.world.state import State
@@ -174,32 +174,32 @@ taken_from_inside = Predicate("TAKEN_FROM_INSIDE", 2, visible=False, single=True
 taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False, single=True)
 
 # Derived.
-near = Defined(
+near = DefinedPredicate(
     "near", (X,), next_to(AGENT, X) | f.Exists(Y, next_to(AGENT, Y) & (next_to(Y, X) | ontop(X, Y)))
 )
-faced = Defined("faced", (X,), facing(AGENT, X) | f.Exists(Y, facing(AGENT, Y) & facing(Y, X)))
+faced = DefinedPredicate("faced", (X,), facing(AGENT, X) | f.Exists(Y, facing(AGENT, Y) & facing(Y, X)))
 SHUT_IN = f.Exists(Y, inside(X, Y) & ~room(Y) & closed(Y))
-shut_in = Defined("shut_in", (X,), SHUT_IN)
-held = Defined("held", (X,), holds_rh(AGENT, X) | holds_lh(AGENT, X))
-right_hand_free = Defined("right_hand_free", (), ~f.Exists(Y, holds_rh(AGENT, Y)))
-left_hand_free = Defined("left_hand_free", (), ~f.Exists(Y, holds_lh(AGENT, Y)))
-hand_free = Defined("hand_free", (), right_hand_free() | left_hand_free())
-upright = Defined("upright", (), ~sitting(AGENT) & ~lying(AGENT))
-taken = Defined(
+shut_in = DefinedPredicate("shut_in", (X,), SHUT_IN)
+held = DefinedPredicate("held", (X,), holds_rh(AGENT, X) | holds_lh(AGENT, X))
+right_hand_free = DefinedPredicate("right_hand_free", (), ~f.Exists(Y, holds_rh(AGENT, Y)))
+left_hand_free = DefinedPredicate("left_hand_free", (), ~f.Exists(Y, holds_lh(AGENT, Y)))
+hand_free = DefinedPredicate("hand_free", (), right_hand_free() | left_hand_free())
+upright = DefinedPredicate("upright", (), ~sitting(AGENT) & ~lying(AGENT))
+taken = DefinedPredicate(
     "taken", (X,), f.Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y))
 )
-rests_in = Defined("rests_in", (X, Y), inside(X, Y) | (ontop(X, Y) & grabbable(X)))
-carries = Defined(
+rests_in = DefinedPredicate("rests_in", (X, Y), inside(X, Y) | (ontop(X, Y) & grabbable(X)))
+carries = DefinedPredicate(
     "carries", (X, Y), rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))), find_cargo
 )
 _only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
-room_of = Lookup(
+room_of = LookupPredicate(
     "room_of",
     2,
     find_rooms,
     reads=("ROOM", "INSIDE"),
     inverse=find_objects_in_room,
-    meaning=Defined(
+    meaning=DefinedPredicate(
         "room_of",
         (X, R),
         (room(X) & f.Equals(X, R))
@@ -207,19 +207,21 @@ room_of = Lookup(
         | (~room(X) & f.Exists(Y, _only_container & ~room(Y) & f.Atom("room_of", (Y, R)))),
     ),
 )
-in_same_room = Defined("in_same_room", (X,), f.Exists(R, room_of(AGENT, R) & room_of(X, R)))
-somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
+in_same_room = DefinedPredicate("in_same_room", (X,), f.Exists(R, room_of(AGENT, R) & room_of(X, R)))
+somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _make_origin_predicate(position: int, name: str) -> Lookup:
+def _make_origin_predicate(position: int, name: str) -> LookupPredicate:
     """Return the predicate of an object's origins in one relation.
 
     It is false if an earlier relation holds.
     """
     *earlier, relation = (ontop, inside, next_to)[: position + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
-    meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
-    return Lookup(name, 2, make_origin_lookup(position), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning)
+    meaning = DefinedPredicate(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
+    return LookupPredicate(
+        name, 2, make_origin_lookup(position), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning
+    )
 
 
 def _require_at_least(place: f.Variable, count: int) -> f.Formula:
@@ -232,7 +234,7 @@ def _require_at_least(place: f.Variable, count: int) -> f.Formula:
     return formula
 
 
-def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> Computed:
+def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> ComputedPredicate:
     """Return the predicate of a full seat or bed.
 
     The capacity depends on the category. It is 1 for categories that are not listed.
@@ -246,7 +248,7 @@ def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> Computed:
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
     sized = tuple(is_a(X, *categories) & _require_at_least(X, n) for n, categories in by_size.items())
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
-    return Computed(name, 1, test, ("ONTOP",), Defined(name, (X,), f.Or((*sized, others))))
+    return ComputedPredicate(name, 1, test, ("ONTOP",), DefinedPredicate(name, (X,), f.Or((*sized, others))))
 
 
 lies_on, lies_in, lies_next_to = (
@@ -260,7 +262,13 @@ _DECLARED = tuple(globals().values())
 
 VOCABULARY = Vocabulary(
     predicates=tuple([item for item in _DECLARED if isinstance(item, Predicate)]),
-    derived=tuple([item for item in _DECLARED if isinstance(item, Defined | Lookup | Computed)]),
+    derived=tuple(
+        [
+            item
+            for item in _DECLARED
+            if isinstance(item, DefinedPredicate | LookupPredicate | ComputedPredicate)
+        ]
+    ),
 )
 """The predicates of this module, in order of declaration."""
 

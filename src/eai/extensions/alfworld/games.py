@@ -278,7 +278,7 @@ def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionGroup], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
     """Return an effect that applies for all values of its bound parameters that meet their conditions."""
-    names = m.effect_variables(effect)
+    names = m.find_effect_variables(effect)
     for group in groups:
         if group.names & names:
             effect = m.WhenEffect(f.And(group.parts), effect)

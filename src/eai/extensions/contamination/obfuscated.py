@@ -38,7 +38,7 @@ from eai.world.domain import Domain
 from eai.world.effect import When
 from eai.world.operator import Operator, affordance
 from eai.world.state import Fact, Scene
-from eai.world.vocabulary import Vocabulary, parameter_names
+from eai.world.vocabulary import Vocabulary, make_parameter_names
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
 _NUMBERED = re.compile(r"(.+?)([._]\d+)")
@@ -149,7 +149,7 @@ class _ObfuscatedWording(Wording):
     def _explain_predicate(self, predicate: str) -> str:
         arity = self._arity(predicate)
         return sentences_of(predicate, arity, self.english)[0].format(
-            **{x: x for x in parameter_names(arity)}
+            **{x: x for x in make_parameter_names(arity)}
         )
 
     def describe_operators(self) -> str:

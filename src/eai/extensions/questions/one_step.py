@@ -13,7 +13,7 @@ from eai.extensions.questions.setting import (
     format_list,
 )
 from eai.planning.search import Effort
-from eai.planning.successor_generator import applicable_actions
+from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.world.action import Action
 from eai.world.state import Fact, State
 
@@ -236,7 +236,9 @@ def _make_which_action_item(
         candidate
         for operator in setting.rules.operators
         if changed <= setting.rules.changed_predicates[operator.name]
-        for candidate in applicable_actions(setting.domain, operator, state, all_objects, bindings)
+        for candidate in generate_applicable_of_operator(
+            setting.domain, operator, state, all_objects, bindings
+        )
     ]
     if bindings.is_exceeded:
         return None

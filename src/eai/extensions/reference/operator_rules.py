@@ -58,7 +58,7 @@ from eai.logic.matching import find_maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText, PddlAction
-from eai.pddl.planning import PlannerResult, PlanningTask, refuse_task
+from eai.pddl.planning import PlannerResult, PlanningTask, make_violation_result
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
@@ -211,7 +211,7 @@ class ReferenceRules(MatchingRules):
                 operator, operator.size, partial(read_operator, operator, task.domain.header)
             )
             if isinstance(reading, PddlFinding):
-                return refuse_task(reading)
+                return make_violation_result(reading)
             if isinstance(reading, PddlAction):
                 actions.append(reading)
         return normalise(task.domain.header, actions, task.problem)

@@ -165,7 +165,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
         ),
         actions=renamed,
     )
-    unbound_added = any(UNBOUND_ADDED in m.effect_atoms(action.effect) for action in renamed)
+    unbound_added = any(UNBOUND_ADDED in m.find_effect_atoms(action.effect) for action in renamed)
     return PlanningTask(
         domain=domain,
         problem=replace(problem, objects=(), initial=initial, denied=(), goal=goal),
@@ -182,7 +182,7 @@ def _read_checked(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
         return PddlFinding(Violation.UNBALANCED, "nothing behind a list", location)
     precondition = _falsify_types(PddlReader(texts[1]).condition(_mark_bound_names(groups[1])), header)
-    effect = PddlReader(texts[2]).whole_effect(_mark_bound_names(groups[2]))
+    effect = PddlReader(texts[2]).read_whole_effect(_mark_bound_names(groups[2]))
     effect = m.map_effect(effect, lambda condition: _falsify_types(condition, header), lambda atom: atom)
     parameters = _read_parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
@@ -190,7 +190,7 @@ def _read_checked(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
     for finding in findings:
         if finding.offence in _REFUSED:
             return finding
-    if parameters is None or next(m.effect_atoms(effect), None) is None:
+    if parameters is None or next(m.find_effect_atoms(effect), None) is None:
         return None
     is_loose = any(finding.offence is Violation.UNBOUND_VARIABLE for finding in findings)
     return bind_loose_variables(action) if is_loose else action

@@ -18,7 +18,7 @@ from eai.benchmarks.virtualhome.domain import domain_in_reference_order
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
-from eai.world.derived import Lookup, LookupFunction
+from eai.world.derived import LookupFunction, LookupPredicate
 from eai.world.domain import Domain
 from eai.world.effect import Add, ForEach, Let, both_ways
 from eai.world.fault import FaultKind
@@ -94,7 +94,7 @@ _LOOKUPS: Mapping[str, LookupFunction] = {
 
 def _use_set_order(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
-    if lookup is None or not isinstance(derived, Lookup):
+    if lookup is None or not isinstance(derived, LookupPredicate):
         return derived
     return replace(derived, values=lookup, open_in_meaning="which of several objects is the first")
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from eai.planning.conflict_changes import ChangeSet, ConflictChanges, remaining_condition
+from eai.planning.conflict_changes import ChangeSet, ConflictChanges, simplify_check_condition
 from eai.planning.effect_schema import FactChange
 from eai.planning.planner import PlanningGoal
 from eai.planning.repair.edits import EditedPlan, PlanSteps
-from eai.planning.subgoal import Subgoal, subgoals_of
+from eai.planning.subgoal import Subgoal, make_subgoals
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -49,7 +49,7 @@ class PlanStates:
         self.initial = initial
         self.goal = goal
         self.conflict_changes = conflict_changes
-        self._goals = subgoals_of(goal.conditions, initial.scene)
+        self._goals = make_subgoals(goal.conditions, initial.scene)
         self.forget()
 
     def forget(self) -> None:
@@ -65,14 +65,14 @@ class PlanStates:
         A moment is the number of the state, and the number of required operators taken so far.
         """
         number, taken = moment
-        after, executed = self.try_step(number, action)
+        after, executed = self.get_state_after_step(number, action)
         if after is None:
             return None
         wanted = self.goal.actions
         takes = executed and taken < len(wanted) and action.operator in wanted[taken]
         return after, taken + takes
 
-    def try_step(self, number: int, action: Action) -> tuple[int | None, bool]:
+    def get_state_after_step(self, number: int, action: Action) -> tuple[int | None, bool]:
         """Return the number of the state after a step, and whether the step is executed.
 
         The number is None if the step is impossible. A step that is skipped, because it is not needed, leads
@@ -80,10 +80,10 @@ class PlanStates:
         """
         outcome = self._after.get((number, action))
         if outcome is None:
-            outcome = self._after[number, action] = self._try(number, action)
+            outcome = self._after[number, action] = self._compute_state_after_step(number, action)
         return outcome
 
-    def _try(self, number: int, action: Action) -> tuple[int | None, bool]:
+    def _compute_state_after_step(self, number: int, action: Action) -> tuple[int | None, bool]:
         state, operator = self.by_number[number], self.domain.compiled[action.operator]
         binding = operator.bind(state, action.arguments)
         if operator.is_possible(state, binding):
@@ -154,10 +154,10 @@ EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 
 def helping_edits(states: PlanStates) -> EditsFinder:
     """Return a function that finds the edits that may resolve the conflicts of plans for one task."""
-    return _Conflicts(states).find_edits
+    return _ConflictFinder(states).find_edits
 
 
-class _Conflicts:
+class _ConflictFinder:
     """Finds the conflicts of edited plans, and the edits that may resolve them.
 
     Args:
@@ -176,19 +176,19 @@ class _Conflicts:
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
             deletion: list[HelpingEdits] = [(at, (None,))] if plan[at].is_kept else []
-            return deletion + self._find_helping_edits(
-                plan, path, self._changes_to_unblock(number, action), frozenset()
+            return deletion + self._find_edits_making_changes(
+                plan, path, self._get_changes_to_unblock(number, action), frozenset()
             )
         choices = [
-            self._find_helping_edits(plan, path, changes, frozenset())
-            for changes in self._changes_to_reach_goals(number)
+            self._find_edits_making_changes(plan, path, changes, frozenset())
+            for changes in self._find_changes_to_reach_goals(number)
         ]
         if taken < len(self._states.goal.actions):
             names = [n for names in self._states.goal.actions[: taken + 1] for n in names]
-            choices.append(self._find_helping_edits(plan, path, frozenset(), frozenset(names)))
+            choices.append(self._find_edits_making_changes(plan, path, frozenset(), frozenset(names)))
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
-    def _changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
+    def _get_changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
         """Return the changes that may make an impossible step possible, or let the step be skipped."""
         changes = self._fatal.get((number, action))
         if changes is None:
@@ -206,7 +206,7 @@ class _Conflicts:
             holds = self._conflict_changes.holds(check.condition, scope, state)
             if not holds:
                 changes |= self._conflict_changes.find_changes(
-                    remaining_condition(check, operator.checks), scope, state, truth=True
+                    simplify_check_condition(check, operator.checks), scope, state, truth=True
                 )
                 return frozenset(changes)
             if check.fault is FaultKind.ADDITIONAL_STEP:
@@ -218,7 +218,7 @@ class _Conflicts:
                     changes |= self._conflict_changes.find_changes(condition, scope, state, truth=not holds)
         return frozenset(changes)
 
-    def _changes_to_reach_goals(self, number: int) -> list[ChangeSet]:
+    def _find_changes_to_reach_goals(self, number: int) -> list[ChangeSet]:
         """Return a set of changes for each missed goal. One change of each set must happen."""
         changes = self._lacking.get(number)
         if changes is None:
@@ -230,12 +230,12 @@ class _Conflicts:
             self._lacking[number] = changes
         return changes
 
-    def _find_helping_edits(
+    def _find_edits_making_changes(
         self, plan: EditedPlan, path: PlanPath, changes: ChangeSet, names: frozenset[str]
     ) -> list[HelpingEdits]:
         helping_edits: list[HelpingEdits] = []
         actions = {
-            **self._conflict_changes.actions_making_any(changes),
+            **self._conflict_changes.find_actions_making_any(changes),
             **{a: None for n in sorted(names) for a in self._conflict_changes.actions_of(n)},
         }
         insertions = tuple(actions)
@@ -252,7 +252,7 @@ class _Conflicts:
             if entry.is_kept and undoes:
                 helping_edits.append((position - 1, (None,)))
             if not earlier_changes <= changes:
-                actions |= self._conflict_changes.actions_making_any(earlier_changes - changes)
+                actions |= self._conflict_changes.find_actions_making_any(earlier_changes - changes)
                 insertions = tuple(actions)
                 changes |= earlier_changes
         return helping_edits
@@ -264,10 +264,10 @@ class _Conflicts:
 
         The second value is whether the step undoes any of ``changes``.
         """
-        state, executed = self._states.by_number[number], self._states.try_step(number, action)[1]
-        earlier_changes, undoes = self._conflict_changes.changes_before_step(
+        state, executed = self._states.by_number[number], self._states.get_state_after_step(number, action)[1]
+        earlier_changes, undoes = self._conflict_changes.find_changes_before_step(
             action, state, changes, executed=executed
         )
         if action.operator in names and not executed:
-            earlier_changes |= self._conflict_changes.changes_for_skipping(action, state, executed=False)
+            earlier_changes |= self._conflict_changes.find_changes_for_skipping(action, state, executed=False)
         return earlier_changes, undoes

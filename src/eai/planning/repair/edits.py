@@ -50,7 +50,7 @@ class PlanEdit(NamedTuple):
     action: Action | None
 
 
-def as_entries(plan: PlanSteps) -> EditedPlan:
+def make_plan_entries(plan: PlanSteps) -> EditedPlan:
     """Return the entries of a plan without edits."""
     return tuple([PlanEntry(i, action) for i, action in enumerate(plan)])
 
@@ -126,12 +126,12 @@ class EditCost(NamedTuple):
     deletions: int
     insertions: int
 
-    def min_edits_with(self, number: int) -> int:
+    def count_min_edits_with(self, number: int) -> int:
         """Return the minimum number of edits if ``number`` more steps must be inserted."""
         return self.edits + max(0, number - self.deletions)
 
 
-def edit_cost(plan: EditedPlan) -> EditCost:
+def compute_edit_cost(plan: EditedPlan) -> EditCost:
     """Count the edits of an edited plan.
 
     A deletion and an insertion without an unchanged step between them are one edit, a replacement.
@@ -152,7 +152,7 @@ def edit_cost(plan: EditedPlan) -> EditCost:
 
 def count_edits(plan: EditedPlan | None) -> float:
     """Return the number of edits of an edited plan; infinity for None."""
-    return inf if plan is None else edit_cost(plan).edits
+    return inf if plan is None else compute_edit_cost(plan).edits
 
 
 def replaceable(plan: EditedPlan) -> Iterator[int]:
@@ -171,7 +171,7 @@ _END = PlanEntry(0, Action("", ()))
 """Unchanged step that is appended to a plan when edits are counted, so that the last edits count, too."""
 
 
-def edits_of(plan: EditedPlan) -> tuple[PlanEdit, ...]:
+def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:
     """Return the edits of an edited plan. Deletions and insertions between unchanged steps are paired."""
     edits: list[PlanEdit] = []
     inserted: list[Action | None] = []

@@ -23,17 +23,17 @@ from eai.planning.repair.edits import (
     PlanSteps,
     align,
     apply_edit,
-    as_entries,
+    compute_edit_cost,
     count_edits,
-    edit_cost,
-    edits_of,
+    list_plan_edits,
+    make_plan_entries,
     normalize,
     replaceable,
     undo_one_edit,
 )
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
 from eai.planning.subgoal import Subgoal
-from eai.planning.successor_generator import applicable_actions
+from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
@@ -114,26 +114,26 @@ class Repairer:
         search = _RepairSearch(self, plan)
         best = search.run(effort.limit * _FIRST_SHARE)
         if best is None:
-            best = self._best_planner_repair(plan, effort)
+            best = self._find_best_planner_repair(plan, effort)
             best = search.run(effort.limit * _SEARCH_SHARE, count_edits(best)) or best
         effort.used += search.effort.used
-        return search.min_edits, None if best is None else edits_of(best)
+        return search.min_edits, None if best is None else list_plan_edits(best)
 
     def _repair_by_planner(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         """Return bounds like `repair`, computed only from plans of the planner.
 
         There are too many actions to prove a minimum number of edits.
         """
-        if None not in plan and self.states.reaches_goal(as_entries(plan)):
+        if None not in plan and self.states.reaches_goal(make_plan_entries(plan)):
             return 0, ()
-        best = self._best_planner_repair(plan, effort)
-        return 1, None if best is None else edits_of(best)
+        best = self._find_best_planner_repair(plan, effort)
+        return 1, None if best is None else list_plan_edits(best)
 
-    def _best_planner_repair(self, plan: PlanSteps, effort: Effort) -> EditedPlan | None:
+    def _find_best_planner_repair(self, plan: PlanSteps, effort: Effort) -> EditedPlan | None:
         looks = int(min(effort.limit, Limits().looks))
         repairs = [
             self._remove_needless_edits(repair, plan, effort)
-            for repair in self._planner_repairs(plan, looks, effort)
+            for repair in self._generate_planner_repairs(plan, looks, effort)
         ]
         return min(repairs, key=count_edits, default=None)
 
@@ -146,7 +146,7 @@ class Repairer:
         effort.used += search.effort.used
         return search.min_edits
 
-    def _planner_repairs(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
+    def _generate_planner_repairs(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
         """Yield up to two repairs by the planner.
 
         One continues after the plan's possible steps. The other is a plan from the initial state. ``looks``
@@ -201,7 +201,7 @@ class Repairer:
         before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
         if before is None:
             return None
-        path = self.states.find_path(as_entries((*before, step)), (moment,), 0)
+        path = self.states.find_path(make_plan_entries((*before, step)), (moment,), 0)
         if len(path) < len(before) + 2:  # the step is impossible even after these actions
             return None
         after = path[-1]
@@ -227,7 +227,9 @@ class Repairer:
         trials = undo_one_edit(plan, original)
         while (trial := next(trials, None)) is not None and not undo_effort.is_used_up:
             undo_effort.used += 1 + len(trial) // _STEPS_PER_EFFORT
-            if edit_cost(trial).edits < edit_cost(plan).edits and self.states.reaches_goal(trial):
+            if compute_edit_cost(trial).edits < compute_edit_cost(plan).edits and self.states.reaches_goal(
+                trial
+            ):
                 plan, trials = trial, undo_one_edit(trial, original)
         effort.used += undo_effort.used
         return plan
@@ -248,7 +250,7 @@ class Repairer:
     def find_single_edits(self, plan: PlanSteps) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
         entries, find_edits, landmarks = (
-            as_entries(plan),
+            make_plan_entries(plan),
             helping_edits(self.states),
             self.make_landmarks(plan),
         )
@@ -268,19 +270,19 @@ class Repairer:
                     yield PlanEdit(position, position, None)
                 else:
                     candidates = dict(find_edits(without, path_without)).get(position, ())
-                yield from self._insertions(
+                yield from self._generate_insertions(
                     plan, PlanEdit(position, position, None), path[position], candidates, landmarks
                 )
             else:
-                yield from self._insertions(
+                yield from self._generate_insertions(
                     plan, PlanEdit(position, None, None), path[position], actions, landmarks
                 )
                 if position < len(plan) and (position, (None,)) not in helping:
-                    yield from self._insertions(
+                    yield from self._generate_insertions(
                         plan, PlanEdit(position, position, None), path[position], actions, landmarks
                     )
 
-    def _insertions(
+    def _generate_insertions(
         self,
         plan: PlanSteps,
         edit: PlanEdit,
@@ -293,9 +295,9 @@ class Repairer:
         lacked = landmarks.find_missed_cuts(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
         for action in actions:
-            if action is None or action == old_action or lacked & ~landmarks.hit_cuts(action):
+            if action is None or action == old_action or lacked & ~landmarks.find_hit_cuts(action):
                 continue
-            if self.states.try_step(moment[0], action)[1] and self._succeeds_from(
+            if self.states.get_state_after_step(moment[0], action)[1] and self._succeeds_from(
                 self.states.take_step(moment, action), rest
             ):
                 yield edit._replace(action=action)
@@ -306,10 +308,16 @@ class Repairer:
         for operator in self.states.domain.operators:
             if operator.effects or operator.tries or operator.name in names:
                 state, bindings = self.states.by_number[moment[0]], Effort(Limits().bindings)
-                yield from applicable_actions(self.states.domain, operator, state, self._objects, bindings)
+                yield from generate_applicable_of_operator(
+                    self.states.domain, operator, state, self._objects, bindings
+                )
 
     def _succeeds_from(self, moment: PlanMoment | None, rest: PlanSteps) -> bool:
-        return moment is not None and None not in rest and self.states.reaches_goal(as_entries(rest), moment)
+        return (
+            moment is not None
+            and None not in rest
+            and self.states.reaches_goal(make_plan_entries(rest), moment)
+        )
 
     def make_landmarks(self, plan: PlanSteps) -> Landmarks:
         """Return landmarks of plans that succeed.
@@ -361,7 +369,7 @@ class _RepairNode(NamedTuple):
     @property
     def at_least(self) -> int:
         """Minimum number of edits of all repairs that include the edits of the plan."""
-        return max(self.min_edits, self.cost.min_edits_with(self.missing_steps))
+        return max(self.min_edits, self.cost.count_min_edits_with(self.missing_steps))
 
 
 class _RepairSearch:
@@ -386,8 +394,8 @@ class _RepairSearch:
         self._waiting: OpenList[_RepairNode] = OpenList()
         self._seen: set[tuple[EditedPlan, bool]] = set()
         self._pushed = 0
-        start = as_entries(plan)
-        self._push(_RepairNode(start, START, 0, 0, edit_cost(start), 0, -1, 0))
+        start = make_plan_entries(plan)
+        self._push(_RepairNode(start, START, 0, 0, compute_edit_cost(start), 0, -1, 0))
 
     def run(self, limit: float, known_edits: float = inf) -> EditedPlan | None:
         """Search for a repair with fewest edits, or continue the search. Return the repair, or None.
@@ -400,11 +408,11 @@ class _RepairSearch:
         while self.min_edits < known_edits and (node := self._waiting.pop()) is not None:
             updated = self._update_bounds(node)
             if updated.at_least > node.at_least:
-                self._push_again(updated)
+                self._push_executed(updated)
                 continue
             self.min_edits = max(self.min_edits, node.at_least)
             if self.effort.is_used_up:
-                self._push_again(updated)
+                self._push_executed(updated)
                 break
             if node.first_unknown < 0:
                 self._expand(updated)
@@ -417,9 +425,9 @@ class _RepairSearch:
         """Put a plan into the queue, once before and once after its execution."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
-            self._push_again(node)
+            self._push_executed(node)
 
-    def _push_again(self, node: _RepairNode) -> None:
+    def _push_executed(self, node: _RepairNode) -> None:
         """Put a plan into the queue by its rank. Of plans with equal ranks, the last comes first."""
         self._pushed += 1
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
@@ -437,7 +445,9 @@ class _RepairSearch:
         rest = [action for _, action in node.plan[len(path) - 1 :]]
         lacks = self._states.count_failures(rest, path[-1])
         self._push(
-            node._replace(path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.min_edits_with(1))
+            node._replace(
+                path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.count_min_edits_with(1)
+            )
         )
         for position in replaceable(node.plan):
             if position < len(path):
@@ -455,7 +465,7 @@ class _RepairSearch:
         max_cost = node.at_least
         for position, actions in edits:
             if self.effort.is_used_up:
-                self._push_again(node)
+                self._push_executed(node)
                 return
             if actions == (None,):
                 child = self._delete(node, position)
@@ -463,11 +473,11 @@ class _RepairSearch:
                 if child.at_least <= node.at_least:
                     self._push(child)
             elif actions:
-                max_cost = max(max_cost, self._insert(node, position, actions, lacking))
+                max_cost = max(max_cost, self._push_insertions(node, position, actions, lacking))
         if max_cost > node.at_least:
-            self._push_again(node._replace(edits=edits, min_edits=node.at_least + 1))
+            self._push_executed(node._replace(edits=edits, min_edits=node.at_least + 1))
 
-    def _insert(
+    def _push_insertions(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None], lacking: dict[Action, int]
     ) -> int:
         """Queue each plan with one action inserted at a position, if it costs no more.
@@ -477,15 +487,19 @@ class _RepairSearch:
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = apply_edit(node.plan, position, actions[0])
-        costs, first, last = edit_cost(plan), node.min_edits if node.edits else 0, node.at_least
+        costs, first, last = compute_edit_cost(plan), node.min_edits if node.edits else 0, node.at_least
         max_cost = 0
         for action in filter(None, actions):
-            lacked = node.missed_cuts & ~self._landmarks.hit_cuts(action)
+            lacked = node.missed_cuts & ~self._landmarks.find_hit_cuts(action)
             number = lacking.get(action)
             if number is None:
-                number = lacking[action] = self._landmarks.min_actions(lacked)
-            rank = costs.min_edits_with(number)
-            if rank <= last and rank < costs.min_edits_with(1) and self._is_idle(node, position, action):
+                number = lacking[action] = self._landmarks.count_min_actions(lacked)
+            rank = costs.count_min_edits_with(number)
+            if (
+                rank <= last
+                and rank < costs.count_min_edits_with(1)
+                and self._is_useless_insertion(node, position, action)
+            ):
                 rank += 1
             max_cost = max(max_cost, rank)
             if first <= rank <= last:
@@ -496,9 +510,9 @@ class _RepairSearch:
     def _delete(self, node: _RepairNode, position: int) -> _RepairNode:
         plan, at = apply_edit(node.plan, position, None)
         lacked = node.missed_cuts
-        if self._landmarks.hit_cuts(node.plan[position].action):
+        if self._landmarks.find_hit_cuts(node.plan[position].action):
             lacked = self._landmarks.find_missed_cuts([e.action for e in plan if e.action is not None])
-        return self._child(node, plan, at, edit_cost(plan), lacked)
+        return self._child(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
         """Search for more landmarks. Return the node with bounds by all known landmarks."""
@@ -512,17 +526,19 @@ class _RepairSearch:
             landmarks.find_more_cuts(steps, search_effort)
         lacked = landmarks.find_missed_cuts(steps)
         return node._replace(
-            missed_cuts=lacked, known_cuts=len(landmarks.cuts), missing_steps=landmarks.min_actions(lacked)
+            missed_cuts=lacked,
+            known_cuts=len(landmarks.cuts),
+            missing_steps=landmarks.count_min_actions(lacked),
         )
 
     def _child(
         self, node: _RepairNode, plan: EditedPlan, at: int, costs: EditCost, lacked: int
     ) -> _RepairNode:
         at = min(at, len(node.path) - 1)
-        lacking = self._landmarks.min_actions(lacked)
+        lacking = self._landmarks.count_min_actions(lacked)
         return _RepairNode(plan, node.path, at, node.failures, costs, lacked, node.known_cuts, lacking)
 
-    def _is_idle(self, node: _RepairNode, position: int, action: Action) -> bool:
+    def _is_useless_insertion(self, node: _RepairNode, position: int, action: Action) -> bool:
         """Whether an inserted action is impossible at its position, or changes nothing."""
         if node.cost.insertions:
             return False

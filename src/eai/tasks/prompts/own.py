@@ -23,7 +23,7 @@ from eai.tasks.prompts.template import Templates
 from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import Wording
-from eai.world.vocabulary import parameter_names
+from eai.world.vocabulary import make_parameter_names
 
 MAX_SHOWN_TYPES = 300
 """Maximum number of types of a domain that prompts print in full.
@@ -176,7 +176,7 @@ def make_samples(wording: Wording) -> Mapping[str, str]:
     """Return examples that explain the answer's format: predicates and actions with their parameters."""
     arity = wording.domain.vocabulary.arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
-    examples = [(written, *parameter_names(arity(name) or 0)) for name, written in names.items()]
+    examples = [(written, *make_parameter_names(arity(name) or 0)) for name, written in names.items()]
     examples = examples or [("predicate", "x")]
     state = min(examples, key=lambda words: abs(len(words) - 2))
     relation = min(examples, key=lambda words: (len(words) < 3, len(words)))
