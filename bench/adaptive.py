@@ -29,7 +29,7 @@ from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_r
 from eai.extensions.adaptive.runs import TASKS_PER_ROUND
 from eai.extensions.adaptive.study import SuiteScores, collect_scores
 from eai.results.lines import group_by_suite
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 
 TARGETS = (0.5, 0.4, 0.3)
 DRAWS = 5
@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("records", type=Path, nargs="+")
     add_write_option(parser)
     arguments, rows = parser.parse_args(), list[list[Figure]]()
-    answers = Records(tuple(arguments.records)).tables().answers
+    answers = StudyRecords(tuple(arguments.records)).make_plain_tables().answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
     for suite, of_suite in group_by_suite(answers).items():
         if get_declaration(Ability(suite.ability)).has_plans:

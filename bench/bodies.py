@@ -29,8 +29,8 @@ from eai.extensions.scenes.camera import Camera, CameraView
 from eai.extensions.scenes.scene import BodyScene
 from eai.planning.search import Limits
 from eai.results.rate import Rate
-from eai.studies.perception.belief import apply_scene_graphs, scene_words
-from eai.studies.perception.scene_graph import SceneGraph, graph_of
+from eai.studies.perception.belief import apply_scene_graphs, open_scene_words
+from eai.studies.perception.scene_graph import SceneGraph, make_scene_graph
 
 VIEWS: tuple[CameraView, ...] = ("head", "near")
 LEAST = 12
@@ -111,14 +111,17 @@ def find_seen_facts(scene: BodyScene, suite: Suite) -> Seen:
     """Return the facts whose objects are all visible in a question's pictures. Floors count as visible."""
     with Camera(scene, shadows=False) as camera:
         pixels = Counter(int(i) for view in VIEWS for i in camera.render_object_indexes(view).ravel())
-    task, words = scene.task, scene_words(suite.benchmark)
-    names = words.names(task)
+    task, words = scene.task, open_scene_words(suite.benchmark)
+    names = words.list_object_names(task)
     seen = {names[i] for i in scene.locations.bodies if pixels[i] >= LEAST}
     known = seen | {names[i] for i in scene.locations.floors}
-    described = words.describe(task)
+    described = words.make_true_graph(task)
     facts = [fact for fact in described.facts if known.issuperset(fact.arguments)]
     return Seen(
-        graph_of(described.objects, facts), len(scene.locations.bodies), len(seen), len(described.facts)
+        make_scene_graph(described.objects, facts),
+        len(scene.locations.bodies),
+        len(seen),
+        len(described.facts),
     )
 
 

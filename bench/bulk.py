@@ -27,7 +27,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 from eai.results.responses import find_response_files, read_responses
 from eai.results.reward import Reward
 
@@ -59,7 +59,7 @@ def main() -> None:
             speeds.append(round(number / seconds))
             print(f"  {option:18} {number / seconds:8,.0f}   {memory:5.0f} MB at most")
     together = [answer for rows in answers for answer in rows]
-    collect_seldom()
+    reduce_garbage_collection()
     for name in ("the first time", "steady"):
         seconds = _timed(lambda: [suite.score(*answer) for answer in together])
         speeds.append(round(len(together) / seconds))
@@ -125,8 +125,10 @@ def _rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> tuple[str, str
     here = min(_timed(lambda: reward.batch(*zip(*batch, strict=True)), time.perf_counter) for _ in range(5))
     with Scoring(workers=2) as scoring:
         for _ in range(5):  # by now both workers have made the scorers of all tasks
-            list(scoring.rewards(reward, answers))
-        there = min(_timed(lambda: list(scoring.rewards(reward, batch)), time.perf_counter) for _ in range(9))
+            list(scoring.compute_rewards(reward, answers))
+        there = min(
+            _timed(lambda: list(scoring.compute_rewards(reward, batch)), time.perf_counter) for _ in range(9)
+        )
     print(f"a warm batch of {BATCH}: {1e3 * here:.0f} ms here, {1e3 * there:.0f} ms with two workers (wall)")
     return f"{cuts[49] / 1e3:.2f}, {cuts[98] / 1e3:.2f}", f"{1e3 * here:.0f}, {1e3 * there:.0f} ms"
 

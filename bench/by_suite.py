@@ -39,7 +39,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 from eai.tasks.source import Source
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -123,7 +123,7 @@ def measure_this_process(domain: str, ability: Ability, protocol: Protocol) -> S
     """Measure the speed of this process, which must not have scored anything yet."""
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
     first, *others = [_answers(domain, ability, model) for model in MODELS]
-    collect_seldom()
+    reduce_garbage_collection()
     return Speed(_speed(suite, [first]), _speed(suite, others), _speed(suite, others))
 
 

@@ -17,12 +17,12 @@ from statistics import fmean, quantiles
 
 from bench.record import add_write_option, write_rows
 from eai.results.certainty import (
-    Case,
-    Certainty,
+    ConfidenceIntervals,
     Interval,
-    certainty_of_difference,
-    certainty_of_rate,
-    deviations_of_rate,
+    RateCase,
+    compute_difference_intervals,
+    compute_rate_deviations,
+    compute_rate_intervals,
     sum_by_name,
 )
 from extensions.adaptive.abilities import ability
@@ -34,28 +34,28 @@ DRAWS = 200
 RATES = (0.01, 0.02, 0.05, 0.1, 0.17, 0.25, 0.5, 0.75, 0.83, 0.9, 0.95, 0.98, 0.99)
 PAIRS = ((0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.5, 0.5), (0.8, 0.95), (0.97, 0.99))
 
-Method = Callable[[Sequence[Case], random.Random], Interval]
+Method = Callable[[Sequence[RateCase], random.Random], Interval]
 
 
-def require_certainty(cases: Sequence[Case]) -> Certainty:
+def require_certainty(cases: Sequence[RateCase]) -> ConfidenceIntervals:
     """Return the uncertainty of a rate, or raise if the rate has no cases."""
-    found = certainty_of_rate(cases)
+    found = compute_rate_intervals(cases)
     if found is None:
         raise ValueError("no cases: a rate needs at least one")
     return found
 
 
-def reported(cases: Sequence[Case], generator: random.Random) -> Interval:
+def reported(cases: Sequence[RateCase], generator: random.Random) -> Interval:
     """Return the interval that reports show."""
     return require_certainty(cases).interval
 
 
-def independent(cases: Sequence[Case], generator: random.Random) -> Interval:
+def independent(cases: Sequence[RateCase], generator: random.Random) -> Interval:
     """Return the interval for independent tasks."""
     return require_certainty(cases).by_task
 
 
-def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
+def bootstrap(cases: Sequence[RateCase], generator: random.Random) -> Interval:
     """Return the percentile interval of a bootstrap over names."""
     sums = list(sum_by_name(cases).values())
     values = []
@@ -66,9 +66,9 @@ def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
     return Interval(cuts[0], cuts[-1])
 
 
-def plain(cases: Sequence[Case], generator: random.Random) -> Interval:
+def plain(cases: Sequence[RateCase], generator: random.Random) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
-    rate = deviations_of_rate(sum_by_name(cases))
+    rate = compute_rate_deviations(sum_by_name(cases))
     if rate is None:
         raise ValueError("no cases: a rate needs at least one")
     p, observed = rate.value, rate.observed_variance
@@ -106,7 +106,8 @@ def main() -> None:
     for pair in PAIRS:
         generator = seeded(f"difference/{pair}")
         found = [
-            certainty_of_difference(*(successes(generator, rate) for rate in pair)) for _ in range(samples)
+            compute_difference_intervals(*(successes(generator, rate) for rate in pair))
+            for _ in range(samples)
         ]
         intervals = [each.interval for each in found if each is not None]
         name = f"from {100 * pair[0]:.0f} to {100 * pair[1]:.0f} %"
@@ -147,7 +148,7 @@ def seeded(name: str) -> random.Random:
     return random.Random(name)  # noqa: S311 - reproducible, not secret
 
 
-def row(name: str, runs: Sequence[Sequence[Case]], truth: float) -> list[str]:
+def row(name: str, runs: Sequence[Sequence[RateCase]], truth: float) -> list[str]:
     """Print and return one line: the coverage of every method on the same simulated runs."""
     generator = seeded(name)
     cells = [cell([method(run, generator) for run in runs], truth) for method in METHODS.values()]

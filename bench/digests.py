@@ -31,7 +31,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.planning.planner import Planner
-from eai.results.codec import fields_of
+from eai.results.codec import verdict_to_record_fields
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
 
@@ -147,7 +147,7 @@ def _plan_operators(household: str, protocol: Protocol) -> Sequence[str]:
     for path in answer_files(f"{household}/{ability.value}"):
         opened = open_suite(household, ability, protocol, source=Source(planner=PlannerChoice.BUILT_IN))
         for answer in oracle_answers(path):
-            fields = fields_of(opened.score(answer.task_id, answer.text))
+            fields = verdict_to_record_fields(opened.score(answer.task_id, answer.text))
             outcome = fields.get("planner"), fields.get("success"), fields.get("plan")
             lines.append(json.dumps([path.name, answer.identifier, *outcome]) + "\n")
     return lines
@@ -178,7 +178,7 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
         opened = open_suite(domain, Ability(ability), protocol, source=source)
         together = opened.adapt_to_answers([answer.text for answer in answers])
         for answer in answers:
-            fields = _kept(suite, fields_of(together.score(answer.task_id, answer.text)))
+            fields = _kept(suite, verdict_to_record_fields(together.score(answer.task_id, answer.text)))
             yield json.dumps([path.name, answer.identifier, fields], sort_keys=True) + "\n"
 
 

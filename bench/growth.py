@@ -27,7 +27,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 from eai.results.options import ScoringOptions
 from eai.results.plots import LINES, use_plot_style
 from eai.results.records import write_record_batches
@@ -230,8 +230,8 @@ def scored(benchmark: Benchmark, answers: Path) -> Work:
     def work() -> None:
         suite = open_suite(benchmark, PLANS)
         file = read_responses(answers, suite.task_ids, samples=True)
-        collect_seldom()
-        parts = Scoring().record_batches(suite, file, {}, ScoringOptions(explanations=False))
+        reduce_garbage_collection()
+        parts = Scoring().score_in_batches(suite, file, {}, ScoringOptions(explanations=False))
         write_record_batches(answers.with_name("out"), parts)
 
     return work
@@ -258,7 +258,7 @@ def models(size: int, folder: Path) -> Work:
         text = make_noisy_answer(book, "light", 0.3, str(number)).text
         path.write_text(json.dumps([{"identifier": "light", "llm_output": text}]))
         file = read_responses(path, suite.task_ids)
-        parts = Scoring().record_batches(suite, file, {}, ScoringOptions(explanations=True))
+        parts = Scoring().score_in_batches(suite, file, {}, ScoringOptions(explanations=True))
         write_record_batches(folder / "runs" / path.stem, parts)
     command = [sys.executable, "-m", "eai", "report", "runs", "--out", "report", "--no-prompts"]
     return lambda: subprocess.run(command, cwd=folder, check=True, capture_output=True)

@@ -34,7 +34,7 @@ from eai.extensions.reference.virtualhome_plans import (
 from eai.extensions.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
 from eai.results.responses import ResponseFile, find_response_files, read_responses
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import GoalTallies
 from eai.tasks.source import TaskSet
@@ -181,7 +181,7 @@ class Answers:
     def rates(self, rules: Rules) -> dict[str, Rate]:
         """Return the summary under some rules."""
         verdicts = [judge.score(text, rules) for judge, text in self.judged]
-        return summarise(verdicts, Ability.ACTION_SEQUENCING)
+        return compute_metric_rates(verdicts, Ability.ACTION_SEQUENCING)
 
     def check(self) -> None:
         """Check that the combined parts give the verdicts of the whole protocols.
@@ -191,7 +191,7 @@ class Answers:
         """
         for protocol in Protocol.list_names():
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
-            rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
+            rates = compute_metric_rates(verdicts, Ability.ACTION_SEQUENCING)
             if rates != self.rates(rules_of(protocol)):
                 raise AssertionError(
                     f"{self.model}: the combined parts of {protocol.value} give other rates than the protocol"

@@ -26,7 +26,7 @@ from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.registry import PAPER_BENCHMARKS, title_of
 from eai.benchmarks.suite import Suite
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 
 _IN_TIME, _NEAR = 1.0, 2
 """Maximum CPU seconds of a repair that counts; maximum difference of bounds that count as near."""
@@ -88,7 +88,7 @@ def main() -> None:
     add_write_option(parser)
     chosen, rows = parser.parse_args(), []
     require_oracle()
-    collect_seldom()
+    reduce_garbage_collection()
     for household in chosen.household:
         failed = list(_find_failed_plans(eai.open(household, "action_sequencing")))
         random.Random(chosen.seed).shuffle(failed)  # noqa: S311

@@ -36,7 +36,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import Scoring
 from eai.results.codec import record_to_json
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 from eai.results.responses import Response
 from eai.run.job import QuestionJob
 from eai.run.tasks import build_task, request_missing_answers
@@ -67,7 +67,7 @@ def processor_ms(work: Callable[[], object]) -> float:
 def on_its_own_ms(work: Callable[[], object]) -> float:
     """Return the processor time of a call in milliseconds, after collecting the garbage of earlier work."""
     gc.collect()
-    collect_seldom()
+    reduce_garbage_collection()
     return processor_ms(work)
 
 
@@ -84,7 +84,7 @@ def by_sample(asked: Questions) -> list[dict[str, float]]:
     suite = asked.suite
     gold = open_answer_book(suite.benchmark, suite.ability)
     answers = {task_id: gold[task_id].text for task_id in asked.prompts}
-    collect_seldom()
+    reduce_garbage_collection()
     times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
     return times[WARM_UP:]
 
@@ -98,7 +98,7 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
     scoring = processor_ms(partial(suite.score, task_id, text))
     yield "scoring", scoring
     start = time.process_time()
-    (record,) = Scoring().records(suite, MODEL, [Response(task_id, text)], explanations=True)
+    (record,) = Scoring().score_records(suite, MODEL, [Response(task_id, text)], explanations=True)
     yield "explaining", max(1000 * (time.process_time() - start) - scoring, 0.0)
     yield "recording", processor_ms(lambda: json.dumps(record_to_json(record)))
 

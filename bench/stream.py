@@ -39,7 +39,7 @@ from eai.results.batch import Scoring
 from eai.results.options import ScoringOptions
 from eai.results.records import RECORDS, SUMMARY, RecordBatch, write_record_batches
 from eai.results.responses import ResponseRow, read_responses
-from eai.results.workers import Workers
+from eai.results.workers import WorkerPool
 
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 BECOME_REAPER = 36
@@ -140,13 +140,13 @@ class Simulated:
         suite = open_suite(*SUITE)
         settings = ScoringOptions(explanations=explanations)
         file = answers.with_name("batch_outputs.jsonl")
-        rows = read_responses(answers, suite.task_ids, samples=True).rows()
+        rows = read_responses(answers, suite.task_ids, samples=True).read_rows()
         for number in (2 * len(suite.task_ids), BATCH):  # the first batches include making all tasks
             some = islice(rows, number)
             file.write_bytes(b"".join(row for row in some if isinstance(row, bytes)))
             batch = read_responses(file, suite.task_ids, samples=True)
             start = time.process_time()
-            self.parts = [*Scoring().record_batches(suite, batch, {}, settings)]
+            self.parts = [*Scoring().score_in_batches(suite, batch, {}, settings)]
             self.seconds = (time.process_time() - start) / number
 
     def __call__(self, rows: Sequence[ResponseRow]) -> list[RecordBatch]:
@@ -162,8 +162,8 @@ def simulate(answers: Path, workers: int, *, explanations: bool) -> None:
     file = read_responses(answers, suite.task_ids, samples=True)
     reading = time.process_time() - start
     number = len(file.responses)
-    with Workers(workers) as scoring:
-        parts = scoring.map_batches(work, file.rows(), batch_sizes=(BATCH, BATCH))
+    with WorkerPool(workers) as scoring:
+        parts = scoring.map_batches(work, file.read_rows(), batch_sizes=(BATCH, BATCH))
         start = time.process_time()
         write_record_batches(answers.with_name("simulated"), parts)
         driving = time.process_time() - start

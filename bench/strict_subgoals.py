@@ -18,7 +18,7 @@ from bench.record import add_write_option, write_figures
 from differential.oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.suite import open_suite
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 
 LONG = OracleAnswer(
     "27_2",
@@ -73,7 +73,7 @@ def _costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list
     suite = open_suite(domain, Ability.SUBGOAL_DECOMPOSITION, protocol)
     suite = suite.adapt_to_answers([answer.text for answer in answers])
     costs = []
-    collect_seldom()
+    reduce_garbage_collection()
     for answer in answers:
         scorer = suite.scorer(answer.task_id)
         start = time.process_time()

@@ -20,7 +20,7 @@ from eai.base.errors import DataError
 from eai.base.store import FOLDER_VARIABLE, Store
 from eai.benchmarks.packs import fetch, find_packs
 from eai.benchmarks.registry import list_paper_benchmarks
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 from eai.tasks.source import Source
 from memory_limits import limit_writable_memory, pytest_runtest_call, pytest_runtest_setup
 from oracle import DETAIL, Oracle, read_oracle
@@ -71,7 +71,7 @@ def pytest_collection() -> Generator[None, object, object]:
         return (yield)
     finally:
         gc.enable()
-        collect_seldom()
+        reduce_garbage_collection()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -6,10 +6,10 @@ from typing import Any
 
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.experiment import Experiment
-from eai.results.older_records import NAMES, older_experiment
+from eai.results.older_records import NAMES, read_older_experiment
 
 
 def experiment(*attempts: Any, **options: Any) -> Experiment:
     """Return an experiment with names such as ``scene="image"``; other options are options of attempts."""
     names = {name: options.pop(name) for name in NAMES if name in options}
-    return older_experiment(names, AttemptOptions(*attempts, **options))
+    return read_older_experiment(names, AttemptOptions(*attempts, **options))

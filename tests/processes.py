@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 from eai.cli import main
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 
 _SECONDS = 600
 """Maximum seconds of a command."""
@@ -155,7 +155,7 @@ def _run(
             os.dup2(file.fileno(), descriptor)
         setattr(sys, name, open(descriptor, "w", closefd=False))  # noqa: SIM115 - of a descriptor
     sys.argv = ["eai", *arguments]
-    collect_seldom()  # as `eai.__main__` does
+    reduce_garbage_collection()  # as `eai.__main__` does
     try:
         if before is not None:
             before()

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from eai.base.files import write_files_atomically
 from eai.results.record import Record
-from eai.results.records import record_line
+from eai.results.records import format_record_line
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
     """Write one record per line."""
-    write_files_atomically({path: (f"{record_line(record)}\n" for record in records)})
+    write_files_atomically({path: (f"{format_record_line(record)}\n" for record in records)})

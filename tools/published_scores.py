@@ -42,14 +42,14 @@ from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import NO_ROW, score_run
-from eai.results.codec import sha256_of
+from eai.results.codec import hash_text
 from eai.results.options import ScoringOptions
 from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
     PaperTable,
-    null_file_name,
-    published_file_name,
+    format_null_file_name,
+    format_published_file_name,
     read_null_scores,
     read_paper_models,
     read_paper_table,
@@ -57,8 +57,8 @@ from eai.results.paper_tables import (
 )
 from eai.results.record import Record
 from eai.results.responses import SUFFIX, Response, ResponseFile, read_responses
-from eai.results.summary import summarise
-from eai.results.totals import Totals
+from eai.results.summary import compute_metric_rates
+from eai.results.totals import RunTotals
 from eai.run.job import PROVIDER
 from eai.tasks.source import Source
 
@@ -144,10 +144,10 @@ def main() -> None:
         if arguments.protocol not in (None, protocol.value):
             continue
         if arguments.null_models:
-            made[null_file_name(protocol.value)] = protocol, partial(null_suite, protocol=protocol)
+            made[format_null_file_name(protocol.value)] = protocol, partial(null_suite, protocol=protocol)
         else:
             scored = partial(scored_suite, protocol=protocol, folder=arguments.folder)
-            made[published_file_name(protocol.value)] = protocol, scored
+            made[format_published_file_name(protocol.value)] = protocol, scored
     same = [
         make(PAPER / table, protocol, suite_of, arguments.only, write=not arguments.check)
         for table, (protocol, suite_of) in made.items()
@@ -196,7 +196,7 @@ def scored_suite(
     """
     domain, ability = name.split("/")
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
-    metrics = list(summarise([], suite.ability))
+    metrics = list(compute_metric_rates([], suite.ability))
     models: dict[str, Any] = {}
     for file, model in sorted(read_paper_models().items(), key=lambda item: item[1]):
         answers = find_answers(folder / domain / ability, file, suite)
@@ -226,7 +226,7 @@ def null_suite(
     """Return the part of the table on one suite for the null models, or for some of them."""
     domain, ability = name.split("/")
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
-    metrics = list(summarise([], suite.ability))
+    metrics = list(compute_metric_rates([], suite.ability))
     models: dict[str, Any] = {}
     answers = null_answers(suite.benchmark, suite.ability, suite.source)
     for model, answer in ((model, answers[model]) for model in only):
@@ -303,7 +303,7 @@ def differences(table: PaperTable, domain: str) -> Iterator[float]:
     for column in [each for each in table.columns if each.domain == domain]:
         suite = suites[f"{domain}/{column.ability}"]
         for model in table.rows:
-            printed, ours = table.figure(model, column), suite.rates(model)[column.metric].percent
+            printed, ours = table.find_figure(model, column), suite.find_rates(model)[column.metric].percent
             if printed is not None and ours is not None:
                 yield abs(ours - printed)
 
@@ -334,7 +334,7 @@ def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[
     given = {response.task_id for response in answers.responses}
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in given}
     records = score_run(suite, answers, missing, ScoringOptions(explanations=False))
-    totals = Totals.from_records(records)
+    totals = RunTotals.from_records(records)
     return {
         "answers_sha256": digest(records),
         "answered": totals.coverage.answered,
@@ -344,7 +344,7 @@ def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[
 
 def digest(records: Iterable[Record]) -> str:
     """Return a digest of the answers: their tasks and texts, in the order of the data set."""
-    lines = (f"{r.task_id} {sha256_of(r.response)}\n" for r in records if r.unanswered is None)
+    lines = (f"{r.task_id} {hash_text(r.response)}\n" for r in records if r.unanswered is None)
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 

@@ -34,7 +34,7 @@ from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_r
 from eai.extensions.adaptive.study import SuiteScores, collect_scores
 from eai.results.lines import group_by_suite
 from eai.results.rate import Rate
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "eai"
 TESTS = SOURCE / "extensions" / "adaptive" / short_tests.FILE
@@ -55,7 +55,7 @@ _RANDOM_TESTS = 10
 def main() -> None:
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
+    answers = StudyRecords(tuple(map(Path, sys.argv[1:]))).make_plain_tables().answers
     tests: dict[str, list[str]] = _read(TESTS)
     difficulties: dict[str, dict[str, Any]] = _read(DIFFICULTIES)
     for suite, suite_answers in group_by_suite(answers).items():

@@ -13,9 +13,9 @@ def main() -> None:
     """Run the command line."""
     try:
         atexit.register(_end)
-        from eai.results.collector import collect_seldom
+        from eai.results.collector import reduce_garbage_collection
 
-        collect_seldom()
+        reduce_garbage_collection()
         from eai.cli import main as run
 
         run()

@@ -20,8 +20,8 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import Scoring
 from eai.results.responses import Response
-from eai.results.summary import outcome_of
-from eai.results.totals import Totals
+from eai.results.summary import find_answer_outcome
+from eai.results.totals import RunTotals
 from eai.tasks.source import Source, TaskSet
 
 BOOM = "BOOM"
@@ -66,12 +66,12 @@ def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception
     suite, declared = raising(ability, error), get_declaration(ability)
     task_id = suite.task_ids[0]
     responses = [Response(task, BOOM if task == task_id else "[]") for task in suite.task_ids]
-    records = [*Scoring().records(suite, "m", responses, explanations=True)]
+    records = [*Scoring().score_records(suite, "m", responses, explanations=True)]
     plain = open_suite(SWITCHES, ability, source=suite.source)
     assert [r.verdict for r in records[1:]] == [plain.score(task, "[]") for task in suite.task_ids[1:]]
     (verdict, found) = records[0].verdict, records[0].verdict.error
     assert found is not None
-    assert (verdict.excluded, found.check, outcome_of(records[0])) == (
+    assert (verdict.excluded, found.check, find_answer_outcome(records[0])) == (
         None,
         RAISED,
         AnswerOutcome.UNCATEGORISED,
@@ -82,7 +82,7 @@ def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception
     empty, failed = map(declared.contributions, (suite.score_missing_answer(task_id), verdict))
     assert [share.denominator for share in failed.values()] == [s.denominator for s in empty.values()]
     assert {name for name in failed if failed[name].numerator} <= {"uncategorised"}
-    coverage = Totals.from_records(records).coverage
+    coverage = RunTotals.from_records(records).coverage
     assert (coverage.raised, coverage.answered) == (1, len(records))
     assert "1 failed because the scorer raised an exception" in str(coverage.remark)
 

@@ -16,15 +16,15 @@ from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.agents.verdict import ActingVerdict
 from eai.benchmarks.suite import open_suite
-from eai.results.certainty import certainty_of_rate
-from eai.results.comparison import compare
+from eai.results.certainty import compute_rate_intervals
+from eai.results.comparison import compare_runs
 from eai.results.epochs import ModelAnswers, SuiteResult, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.responses import find_response_files
 from eai.results.runs import read_runs
-from eai.results.summary import break_down, cases_of, summarise
+from eai.results.summary import break_down_records, compute_metric_rates, make_cases_by_metric
 from eai.results.tidy import TidyTables
 from eai.results.trials import Answer
 from eai.tasks.prompts.prompt import Prompt
@@ -68,7 +68,7 @@ def test_a_task_counts_by_the_mean_over_its_episodes(tmp_path: Path) -> None:
 
 def test_success_by_goals_and_length_is_the_mean_over_episodes(tmp_path: Path) -> None:
     result = settled(tmp_path, "lw", "ww", "lw", "ww")
-    found = break_down(result.records, ACTING)
+    found = break_down_records(result.records, ACTING)
     by_task = {case.task: case.share for cases in found.by_goals.values() for case in cases}
     assert by_task == {TASK: Share(0.5, 1), OTHER: Share(1, 1)}
     assert sum(found.outcomes.values()) == 2
@@ -79,8 +79,8 @@ def test_records_keep_the_mean_and_name_the_epoch_they_show(tmp_path: Path) -> N
     runs = {run.key.model: run.records for run in read_runs([tmp_path])}
     assert sorted(runs) == ["m", "m.epoch_1", "m.epoch_2", "m.epoch_3"]
     assert runs["m"] == tuple(result.records)
-    assert summarise([record.verdict for record in runs["m"]], ACTING) == result.totals.rates
-    assert result.epochs_shown() == {TASK: 2, OTHER: 1}
+    assert compute_metric_rates([record.verdict for record in runs["m"]], ACTING) == result.totals.rates
+    assert result.find_shown_epochs() == {TASK: 2, OTHER: 1}
     assert {file.parent.name for file in find_response_files(tmp_path)} == {"epoch_1", "epoch_2", "epoch_3"}
 
 
@@ -92,7 +92,7 @@ def test_an_episode_that_crashed_is_lost_and_counted_apart(tmp_path: Path) -> No
 
 def test_episodes_of_one_task_are_not_independent_units(tmp_path: Path) -> None:
     def units(result: SuiteResult) -> tuple[int, float]:
-        certainty = certainty_of_rate(cases_of(result.records, ACTING)["success"])
+        certainty = compute_rate_intervals(make_cases_by_metric(result.records, ACTING)["success"])
         assert certainty is not None
         return certainty.tasks, certainty.by_task.high - certainty.by_task.low
 
@@ -104,8 +104,8 @@ def test_episodes_of_one_task_are_not_independent_units(tmp_path: Path) -> None:
 def test_runs_of_several_epochs_are_compared_by_their_means(tmp_path: Path) -> None:
     first = settled(tmp_path / "first", "lw", "lw", "ww")
     second = settled(tmp_path / "second", "ww", "ww", "lw")
-    found = compare(first.records, second.records).differences
-    assert found["success"].points == pytest.approx(100 / 6)
+    found = compare_runs(first.records, second.records).differences
+    assert found["success"].percentage_points == pytest.approx(100 / 6)
     assert (found["success"].yes_no, found["success"].only_second) == (False, ())
     assert found["success"].p_by_task == pytest.approx(1)
 
@@ -117,7 +117,7 @@ def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
     result = settled(tmp_path, "lw", "ww", "ww")
     scores = [
         scorer.SampleScore(score=make_score(record, epoch, answered=True), sample_id=task_id)
-        for (task_id, epoch), record in result.records_by_key().items()
+        for (task_id, epoch), record in result.map_keys_to_records().items()
     ]
     shares = {name: rate.share for name, rate in result.totals.rates.items() if rate.denominator}
     found = make_paper_metric("acting")(scores)
@@ -138,9 +138,9 @@ def acted(tmp_path: Path) -> list[Record]:
 def test_look_and_done_are_not_counted_as_actions(tmp_path: Path) -> None:
     records = acted(tmp_path)
     shares = {"GO": Rate(1, 1), "OPEN": Rate(1, 1), "PRESS": Rate(3, 3)}
-    assert break_down(records, ACTING).by_action == shares
+    assert break_down_records(records, ACTING).by_action == shares
     made = TidyTables(Source(), features=False)
-    made.add(records)
+    made.add_records(records)
     assert {line.operator for line in made.steps} == set(shares)
     assert [line.steps_tried for line in made.answers] == [len(WON), 1]
 
@@ -149,7 +149,7 @@ def test_runs_with_two_harnesses_count_as_two_agents(tmp_path: Path) -> None:
     made = TidyTables(Source(), features=False)
     for harness in ("react", "text"):
         agent = Experiment(harness=harness, effort="high")
-        made.add([record.add_experiment(agent) for record in acted(tmp_path)])
+        made.add_records([record.add_experiment(agent) for record in acted(tmp_path)])
     assert [(line.harness, line.effort) for line in made.answers[1:3]] == [
         ("react", "high"),
         ("text", "high"),
@@ -159,7 +159,7 @@ def test_runs_with_two_harnesses_count_as_two_agents(tmp_path: Path) -> None:
 
 def test_a_line_shows_one_of_several_different_episodes(tmp_path: Path) -> None:
     made = TidyTables(Source(), features=False)
-    made.add(settled(tmp_path, "lw", "wl").records)
+    made.add_records(settled(tmp_path, "lw", "wl").records)
     assert [(line.outcome, line.success) for line in made.answers] == [
         ("goal_missed", False),
         ("success", True),

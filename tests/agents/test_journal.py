@@ -20,7 +20,7 @@ from eai.agents.setting import ACTING, AgentSetting
 from eai.agents.verdict import ActingVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
-from eai.results.codec import sha256_of
+from eai.results.codec import hash_text
 
 SUITE = open_suite(SWITCHES, ACTING)
 TASK = SUITE.tasks[SUITE.task_ids[0]]
@@ -180,7 +180,7 @@ def test_a_journal_without_its_end_or_by_a_link_is_refused(tmp_path: Path) -> No
 def test_invented_observations_do_not_replay(tmp_path: Path) -> None:
     path, key = tmp_path / "episode", read_sealing_key(tmp_path)
     with closing(EpisodeJournal(path, key, beginning())) as journal:
-        journal._append_line({"act": {"said": WINNING[0], "told": sha256_of("won")}})
+        journal._append_line({"act": {"said": WINNING[0], "told": hash_text("won")}})
         journal.write_end("done")
     verdict = verdict_of(path, key)
     assert (verdict.is_unreplayable, verdict.success, verdict.excluded) == (True, False, None)

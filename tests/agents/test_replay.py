@@ -13,7 +13,7 @@ from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring
-from eai.results.records import record_line
+from eai.results.records import format_record_line
 from eai.results.responses import Response
 
 
@@ -31,7 +31,9 @@ def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Res
 
 
 def replayed(suite: Suite, responses: list[Response]) -> list[str]:
-    return list(map(record_line, Scoring().records(suite, "model", responses, explanations=True)))
+    return list(
+        map(format_record_line, Scoring().score_records(suite, "model", responses, explanations=True))
+    )
 
 
 def test_a_thousand_episodes_replayed_twice_give_equal_bytes() -> None:

@@ -56,7 +56,7 @@ def verdict_of(suite: Suite, text: str) -> ActingVerdict:
 
 def record_of(suite: Suite, text: str) -> Record:
     """Return the record of an episode, written and read again."""
-    (record,) = Scoring().records(suite, "model", [Response(suite.task_ids[0], text)])
+    (record,) = Scoring().score_records(suite, "model", [Response(suite.task_ids[0], text)])
     return record_from_json(json.loads(json.dumps(record_to_json(record))))
 
 
@@ -262,7 +262,7 @@ def test_measures_of_length_follow_their_definitions() -> None:
 def test_a_record_keeps_the_turns(suite: Suite) -> None:
     text = episode(SWITCHES, suite.task_ids[0], [*reference(suite), "DONE"])
     answers = [Response(suite.task_ids[0], text)]
-    (record,) = Scoring().records(suite, "model", answers, explanations=True)
+    (record,) = Scoring().score_records(suite, "model", answers, explanations=True)
     assert record_from_json(json.loads(json.dumps(record_to_json(record)))) == record
     assert record.explanation is not None
     assert [step.action for step in record.explanation.steps] == [*reference(suite), "DONE"]

@@ -28,7 +28,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt
@@ -407,12 +407,12 @@ def test_an_excluded_task_has_a_record_but_is_not_in_the_denominator() -> None:
     records = score_run(suite, answers, {}, ScoringOptions())
     assert [record.verdict.excluded for record in records] == ["the bulb is broken", None]
     assert [record.errata and record.errata.entries for record in records] == [("dark",), ()]
-    effect = Totals.from_records(records).errata
+    effect = RunTotals.from_records(records).errata
     assert effect is not None
     assert (effect.tasks, effect.scored, effect.left_out, effect.corrected) == (2, 1, ("light",), ())
     assert str(effect.remark).startswith("Of 2 tasks, 1 left out, because")
     off = open_suite(suite.benchmark, suite.ability, source=Source(errata=NONE))
-    assert Totals.from_records(score_run(off, answers, {}, ScoringOptions())).errata is None
+    assert RunTotals.from_records(score_run(off, answers, {}, ScoringOptions())).errata is None
     assert off.score("light", answer).excluded is None
 
 

@@ -15,7 +15,7 @@ from eai.benchmarks.gold_answers import WrittenAnswer, make_noisy_answer, open_a
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.tasks.source import Source
 from suites import answer_book, planned_book
 from sweeps import every
@@ -50,7 +50,7 @@ def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -
     book = answer_book(domain, ability, data_store)
     scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
     verdicts = [scored.score(task_id, book[task_id].text) for task_id in [*book][:40]]
-    rate = summarise(verdicts, ability)[next(iter(get_declaration(ability).overview_headings))]
+    rate = compute_metric_rates(verdicts, ability)[next(iter(get_declaration(ability).overview_headings))]
     assert rate.percent == 100.0
 
 

@@ -14,7 +14,7 @@ from eai.base.store import Store
 from eai.benchmarks.copied_answers import LookupTable, open_lookup_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world import (
@@ -93,7 +93,7 @@ def test_goals_of_the_most_similar_instruction_are_partly_right(name: str) -> No
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids[::7]]
     assert not any(v.error and v.error.kind.value == "parsing" for v in verdicts)
-    rates = summarise(verdicts, suite.ability)
+    rates = compute_metric_rates(verdicts, suite.ability)
     assert rates["hallucination"].numerator == 0  # unknown names are left out
     assert rates["overall.f1"].numerator > 0
 
@@ -105,7 +105,7 @@ def test_looked_up_subgoals_name_the_tasks_objects() -> None:
     suite = open_suite(benchmark, Ability.SUBGOAL_DECOMPOSITION)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids[::12]]
     assert not any(v.error and v.error.kind.value in ("parsing", "hallucination") for v in verdicts)
-    assert summarise(verdicts, suite.ability)["task_success"].numerator > len(verdicts) / 3
+    assert compute_metric_rates(verdicts, suite.ability)["task_success"].numerator > len(verdicts) / 3
 
 
 def test_operators_are_looked_up_if_another_task_needs_them(data_store: Store) -> None:

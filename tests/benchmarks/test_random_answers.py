@@ -20,7 +20,7 @@ from eai.pddl.check import check_domain
 from eai.pddl.planning import PlannerChoice
 from eai.pddl.reader import read_action
 from eai.planning.successor_generator import generate_applicable_of_operator
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.tasks.source import Source
 from eai.world.execution import execute
 from sweeps import swept
@@ -79,7 +79,7 @@ def test_random_operators_are_valid_and_seldom_right(name: str, data_store: Stor
         actions = [read_action(text) for text in answer(task_id, "0", ()).parts]
         assert [action.name for action in actions] == list(tasks[task_id].operators)
         assert check_domain(replace(tasks[task_id].domain.header, actions=tuple(actions))) == ()
-    assert 0 < (summarise(verdicts, suite.ability)["overall.f1"].percent or 0) < 10
+    assert 0 < (compute_metric_rates(verdicts, suite.ability)["overall.f1"].percent or 0) < 10
 
 
 def test_a_random_plan_continues_after_executed_actions(data_store: Store) -> None:

@@ -22,7 +22,7 @@ from eai.benchmarks.gold_answers import make_heeding_answer, make_noisy_answer, 
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
-from eai.results.trials import Trials, begin_trial, open_trials, replay
+from eai.results.trials import TrialSet, begin_trial, open_trials, replay_answers
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 from made_answers import made_answers
@@ -45,7 +45,7 @@ def open_plan_suite(name: str, store: Store, protocol: Protocol = Protocol.STRIC
     return open_suite(name, ACTIONS, protocol, source=Source(store))
 
 
-def open_published_trials(name: str, store: Store, experiment: AttemptOptions) -> Trials:
+def open_published_trials(name: str, store: Store, experiment: AttemptOptions) -> TrialSet:
     """Return the trials of all tasks with the published prompts."""
     suite, library = open_plan_suite(name, store), Library("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
@@ -119,12 +119,12 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
     assert isinstance(plan, WrittenPlan)
     assert any(isinstance(word, ObjectWithId) for word in plan.steps[0].objects) is with_ids[prompts]
     read_as_asked = suite.adapt_to_answers([questions["27_2"].user])
-    assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
+    assert replay_answers(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
         trials.suite, EXPLAINED, "27_2"
     ).try_answer(gold)
 
 
-def run_policy(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
+def run_policy(trials: TrialSet, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
     """Return the attempts of a policy, which gets the question and the number of the attempt."""
     conversation = trials.start_conversation(task_id)
     while not conversation.is_over:

@@ -13,7 +13,7 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.rate import Rate
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.tasks.source import Source
 from protocols import EACH_PROTOCOL, PROTOCOLS
 
@@ -38,7 +38,7 @@ def test_a_task_without_an_answer_fails_without_an_error(
     if protocol is Protocol.STRICT:
         assert len(counted) == COUNTED_TASKS.get((domain, ability), len(suite.task_ids))
     assert not any(verdict.error or verdict.repairs for verdict in counted)
-    declared, rates = get_declaration(ability), summarise(verdicts, ability)
+    declared, rates = get_declaration(ability), compute_metric_rates(verdicts, ability)
     for column in declared.columns:
         assert not rates[column.metric].numerator, column.metric
     for metric in declared.yes_no_metrics - {"overall.planner_success", "overall.plan_works"}:

@@ -10,7 +10,7 @@ from rich.console import Console
 from eai.abilities.declaration import load_paper_abilities
 from eai.cli.table import heading, rates_table
 from eai.results.terminal import print_table
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from results.verdicts import SUCCEEDED, record
 
 METRICS = list(
@@ -21,8 +21,10 @@ METRICS = list(
 LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.1-405b-instruct-turbo")
 
 
-def of_tasks(number: int, sums: Mapping[str, tuple[int, int]]) -> Totals:
-    totals = Totals.from_records(replace(record(str(i), SUCCEEDED), suite_size=number) for i in range(number))
+def of_tasks(number: int, sums: Mapping[str, tuple[int, int]]) -> RunTotals:
+    totals = RunTotals.from_records(
+        replace(record(str(i), SUCCEEDED), suite_size=number) for i in range(number)
+    )
     return replace(totals, sums={**sums})
 
 

@@ -38,8 +38,8 @@ from differential.mutations import Dice
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.codec import fields_of
-from eai.results.collector import collect_seldom
+from eai.results.codec import verdict_to_record_fields
+from eai.results.collector import reduce_garbage_collection
 from eai.tasks.source import Source
 
 SUITES = tuple(
@@ -173,7 +173,7 @@ def fuzz(suite: Suite, rows: Sequence[Row]) -> Fuzzed:
             verdicts = []
             for _ in range(2):
                 start = time.process_time()
-                verdicts.append(json.dumps(fields_of(scorer.score(row.text))))
+                verdicts.append(json.dumps(verdict_to_record_fields(scorer.score(row.text))))
                 took.append((time.process_time() - start) * 1000)
             start = time.process_time()
             scorer.explain(row.text)
@@ -216,7 +216,7 @@ def main() -> int:
             rows = answers(name, suite.task_ids, range(arguments.rows), arguments.seed)
             for task_id in suite.task_ids:
                 suite.scorer(task_id)
-            collect_seldom()
+            reduce_garbage_collection()
             fuzzed = fuzz(suite, rows)
             megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
             print(

@@ -40,7 +40,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
-from eai.results.epochs import BeliefSet, score_answers
+from eai.results.epochs import StatedBeliefs, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.trials import open_trials
 from eai.run.job import QuestionJob, RequestOptions
@@ -58,7 +58,7 @@ class Work(NamedTuple):
     """The work of each run; in a pipeline, with goals that answers state."""
 
     job: QuestionJob
-    believed: BeliefSet | None = None
+    believed: StatedBeliefs | None = None
 
 
 def make_work(kind: str, tasks: int) -> Work:

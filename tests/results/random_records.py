@@ -15,8 +15,8 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import ErrorReport, SummaryCounts
 from eai.pddl.matching import SideMatch
-from eai.results.older_records import older_experiment
-from eai.results.record import Origin, Record
+from eai.results.older_records import read_older_experiment
+from eai.results.record import AnswerOrigin, Record
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -85,7 +85,7 @@ NAMED = st.fixed_dictionaries(
         "rules": st.just("until-goal"),
     },
 )
-EXPERIMENTS = st.builds(older_experiment, NAMED, ATTEMPTS).filter(lambda each: each != Experiment())
+EXPERIMENTS = st.builds(read_older_experiment, NAMED, ATTEMPTS).filter(lambda each: each != Experiment())
 st.register_type_strategy(Experiment, EXPERIMENTS)
-for kind in (Explanation, Origin):
+for kind in (Explanation, AnswerOrigin):
     st.register_type_strategy(kind, with_every_field(kind))

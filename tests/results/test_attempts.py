@@ -10,7 +10,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.results.summary import keep_attempts, max_attempts, summarise_by_attempt
+from eai.results.summary import compute_rates_by_attempt, count_max_attempts, drop_later_attempts
 from eai.world.fault import FaultKind
 from experiments import experiment
 from results.verdicts import SUCCEEDED, failed, record
@@ -37,12 +37,12 @@ TRIED = tried("a", [FIRST, SECOND, THIRD])
 def test_a_limit_on_attempts_keeps_the_last_attempt_within_it(
     attempts: int, kept: tuple[Attempt, ...]
 ) -> None:
-    assert keep_attempts(TRIED, attempts) == tried("a", kept)
+    assert drop_later_attempts(TRIED, attempts) == tried("a", kept)
 
 
 def test_a_limit_on_attempts_does_not_change_a_record_without_attempts() -> None:
     plain = record("a", WRONG)
-    assert keep_attempts(plain, 1) is plain
+    assert drop_later_attempts(plain, 1) is plain
 
 
 @pytest.mark.parametrize(
@@ -57,13 +57,13 @@ def test_a_limit_on_attempts_does_not_change_a_record_without_attempts() -> None
     ],
 )
 def test_the_maximum_number_of_attempts_follows_from_the_replans(records: list[Record], most: int) -> None:
-    assert max_attempts(records) == most
-    assert len(summarise_by_attempt(records)) == most
+    assert count_max_attempts(records) == most
+    assert len(compute_rates_by_attempt(records)) == most
 
 
 def test_success_does_not_fall_with_the_number_of_attempts() -> None:
     records = [TRIED, tried("b", [THIRD]), tried("c", [SECOND, FIRST, SECOND])]
-    found = summarise_by_attempt(records)
+    found = compute_rates_by_attempt(records)
     assert [rates["task_success"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(2, 3)]
     assert [rates["wrong_order"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(0, 3)]
     assert [rates["missing_step"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(1, 3)]

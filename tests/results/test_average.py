@@ -4,7 +4,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.results.paper_tables import PaperColumn, read_paper_table
-from eai.results.summary import average_performance, average_weights
+from eai.results.summary import compute_average_performance, make_average_weights
 
 OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
 """Averages that do not follow from the paper's own columns."""
@@ -16,7 +16,7 @@ def test_paper_averages_follow_from_its_columns(domain: str) -> None:
     off = set()
     for model, figures in overview.rows.items():
         printed = figures[PaperColumn("", "average_performance", domain)]
-        found = average_performance(
+        found = compute_average_performance(
             {
                 (Ability(c.ability), c.metric): v
                 for c, v in figures.items()
@@ -29,7 +29,7 @@ def test_paper_averages_follow_from_its_columns(domain: str) -> None:
 
 
 def test_average_weights_equal_those_of_the_papers_equation() -> None:
-    assert average_weights() == {
+    assert make_average_weights() == {
         (Ability.GOAL_INTERPRETATION, "overall.f1"): 0.25,
         (Ability.SUBGOAL_DECOMPOSITION, "task_success"): 0.25,
         (Ability.ACTION_SEQUENCING, "task_success"): 0.25,
@@ -39,12 +39,12 @@ def test_average_weights_equal_those_of_the_papers_equation() -> None:
 
 
 def test_the_rate_of_working_plans_replaces_planner_success_if_known() -> None:
-    values: dict[tuple[Ability, str], float | None] = dict.fromkeys(average_weights(), 40.0)
-    assert average_performance(values) == pytest.approx(40)
+    values: dict[tuple[Ability, str], float | None] = dict.fromkeys(make_average_weights(), 40.0)
+    assert compute_average_performance(values) == pytest.approx(40)
     works = Ability.TRANSITION_MODELING, "overall.plan_works"
-    assert average_performance({**values, works: 0.0}) == pytest.approx(35)
-    assert average_performance({**values, works: None}) == pytest.approx(40)
+    assert compute_average_performance({**values, works: 0.0}) == pytest.approx(35)
+    assert compute_average_performance({**values, works: None}) == pytest.approx(40)
 
 
 def test_the_average_is_missing_unless_all_abilities_are_known() -> None:
-    assert average_performance({(Ability.GOAL_INTERPRETATION, "overall.f1"): 50.0}) is None
+    assert compute_average_performance({(Ability.GOAL_INTERPRETATION, "overall.f1"): 50.0}) is None

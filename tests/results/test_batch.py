@@ -25,7 +25,7 @@ def records_of(
     suite: Suite, answers: ResponseFile, *, workers: int = 1, explanations: bool = False
 ) -> list[Record]:
     with Scoring(workers) as scoring:
-        return list(scoring.records(suite, answers.model, answers.responses, explanations=explanations))
+        return list(scoring.score_records(suite, answers.model, answers.responses, explanations=explanations))
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3, 7, 100])
@@ -79,10 +79,10 @@ def test_a_killed_worker_changes_no_record() -> None:
     many = [Response(TASK_IDS[number % 7], f"answer {number} to {number % 7}_1") for number in range(3_000)]
     suite = echo_suite()
     with Scoring(workers=2) as scoring:
-        records = scoring.records(suite, "m", many)
+        records = scoring.score_records(suite, "m", many)
         begun = list(islice(records, 20))
         scoring._workers[0].process.kill()
-        assert [*begun, *records] == list(Scoring().records(suite, "m", many))
+        assert [*begun, *records] == list(Scoring().score_records(suite, "m", many))
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_a_killed_worker_changes_no_record() -> None:
 def test_each_worker_gets_two_equal_batches_of_a_known_number_of_answers(
     ability: Ability, workers: int, answers: int, shares: tuple[int, int]
 ) -> None:
-    assert Scoring(workers)._batch_sizes(replace(echo_suite(), ability=ability), answers) == shares
+    assert Scoring(workers)._choose_batch_sizes(replace(echo_suite(), ability=ability), answers) == shares
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -25,9 +25,9 @@ from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
-from eai.results.certainty import Case
-from eai.results.rate import Rate, rate_of
-from eai.results.summary import break_down, outcome_of
+from eai.results.certainty import RateCase
+from eai.results.rate import Rate, compute_rate
+from eai.results.summary import break_down_records, find_answer_outcome
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 from oracle import read_oracle
@@ -48,7 +48,7 @@ PLAN = Explanation(
 
 @pytest.mark.parametrize("kind", FaultKind)
 def test_every_kind_of_error_is_an_outcome(kind: FaultKind) -> None:
-    assert outcome_of(record("1_1", failed(kind))).value == kind.value
+    assert find_answer_outcome(record("1_1", failed(kind))).value == kind.value
 
 
 def test_verdicts_of_each_ability_have_their_outcomes() -> None:
@@ -71,7 +71,7 @@ def test_verdicts_of_each_ability_have_their_outcomes() -> None:
         (replace(right, planner=PlannerOutcome.UNSOLVABLE), operators, AnswerOutcome.PARTLY_RIGHT),
         (replace(right, planner=PlannerOutcome.NOT_RUN), operators, AnswerOutcome.SUCCESS),
     ):
-        assert outcome_of(record("1_1", verdict, ability=ability)) is expected
+        assert find_answer_outcome(record("1_1", verdict, ability=ability)) is expected
 
 
 def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:
@@ -79,27 +79,27 @@ def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:
     answered = replace(record("2_1", SUCCEEDED), task=features)
     verdict = failed(FaultKind.PARSING).as_missing_answer()
     lacking = replace(record("1_1", verdict), task=features, unanswered="no row")
-    found = break_down([answered, lacking], Ability.ACTION_SEQUENCING)
+    found = break_down_records([answered, lacking], Ability.ACTION_SEQUENCING)
     assert found.outcomes == {AnswerOutcome.NOT_ANSWERED: 1, AnswerOutcome.SUCCESS: 1}
     assert found.flow
     assert [*found.flow.values()] == [1] * 6
-    assert found.by_goals == {1: [Case("2_1", "name", Share(1, 1))]}
+    assert found.by_goals == {1: [RateCase("2_1", "name", Share(1, 1))]}
 
 
 def test_flow_loses_answers_stage_by_stage() -> None:
     kinds = (FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER, FaultKind.AFFORDANCE)
     verdicts = [*map(failed, kinds), PlanVerdict(executable=True, success=False), SUCCEEDED]
     verdicts.append(PlanVerdict(excluded="why"))
-    found = break_down([record(str(i), v) for i, v in enumerate(verdicts)], Ability.ACTION_SEQUENCING)
+    found = break_down_records([record(str(i), v) for i, v in enumerate(verdicts)], Ability.ACTION_SEQUENCING)
     assert found.flow
     assert [*found.flow.values()] == [6, 5, 4, 3, 2, 1]
     assert found.outcomes[AnswerOutcome.EXCLUDED] == 1
-    assert break_down([], Ability.GOAL_INTERPRETATION).flow is None
+    assert break_down_records([], Ability.GOAL_INTERPRETATION).flow is None
 
 
 def test_success_is_broken_down_by_length_action_and_predicate() -> None:
     explained = replace(record("1", failed(FaultKind.MISSING_STEP)), explanation=PLAN)
-    found = break_down([explained, replace(explained, task_id="2")], Ability.ACTION_SEQUENCING)
+    found = break_down_records([explained, replace(explained, task_id="2")], Ability.ACTION_SEQUENCING)
     assert found.by_goals == found.by_length == {}  # what the tasks are like is not known
     assert found.by_action == {"GRAB": Rate(0, 2), "WALK": Rate(2, 2)}
     assert found.by_predicate == {"ON": Rate(2, 4), "READ": Rate(0, 2), "WATCH": Rate(0, 2)}
@@ -114,12 +114,12 @@ def test_difficulty_is_measured_by_the_task_and_not_by_the_answer() -> None:
     )
     unreadable = replace(record("3", failed(FaultKind.PARSING)), task=task)
     without_plan = replace(right, task_id="4", task=TaskFeatures("4", None, 1))
-    found = break_down([right, wrong, unreadable, without_plan], Ability.ACTION_SEQUENCING)
+    found = break_down_records([right, wrong, unreadable, without_plan], Ability.ACTION_SEQUENCING)
     assert found.by_length == {
         9: [
-            Case("1", "wash", Share(1, 1)),
-            Case("2", "wash", Share(0, 1)),
-            Case("3", "wash", Share(0, 1)),
+            RateCase("1", "wash", Share(1, 1)),
+            RateCase("2", "wash", Share(0, 1)),
+            RateCase("3", "wash", Share(0, 1)),
         ]
     }
     assert {goals: len(cases) for goals, cases in found.by_goals.items()} == {1: 1, 2: 3}
@@ -132,7 +132,7 @@ def test_operators_are_broken_down_by_f1() -> None:
         clauses={part: clause_content(part, {}) for part in (*side.matched, *side.additional, *side.missing)},
     )
     written = record("1", verdict, ability=Ability.TRANSITION_MODELING)
-    found = break_down([written], Ability.TRANSITION_MODELING)
+    found = break_down_records([written], Ability.TRANSITION_MODELING)
     assert found.by_action == {"open": Rate(4, 6)}
     assert found.by_predicate == {"near": Rate(0, 1), "off": Rate(0, 1), "on": Rate(4, 4)}
 
@@ -152,8 +152,8 @@ def test_success_by_length_is_the_paper_s_figure(behavior_tasks: BehaviorTasks) 
         for row in rows
     ]
     tens: dict[int, Rate] = {}
-    for length, cases in break_down(records, Ability.ACTION_SEQUENCING).by_length.items():
-        before, here = tens.get(length // 10, Rate(0, 0)), rate_of(case.share for case in cases)
+    for length, cases in break_down_records(records, Ability.ACTION_SEQUENCING).by_length.items():
+        before, here = tens.get(length // 10, Rate(0, 0)), compute_rate(case.share for case in cases)
         tens[length // 10] = Rate(before.numerator + here.numerator, before.denominator + here.denominator)
     assert tens == {
         0: Rate(27, 39),
@@ -184,4 +184,4 @@ def test_an_additional_step_is_tried_and_not_executed() -> None:
         StepReport("OPEN(box.1)", "additional_step", "is open", call=parse_statement("OPEN(box.1)")),
     )
     plan = replace(record("1", SUCCEEDED), explanation=Explanation(steps=steps))
-    assert break_down([plan], Ability.ACTION_SEQUENCING).by_action == {"OPEN": Rate(1, 2)}
+    assert break_down_records([plan], Ability.ACTION_SEQUENCING).by_action == {"OPEN": Rate(1, 2)}

@@ -6,13 +6,13 @@ from collections.abc import Callable
 import pytest
 
 from eai.results.certainty import (
-    Case,
     Interval,
-    certainty_of_difference,
-    certainty_of_mean,
-    certainty_of_rate,
-    mean_over_names,
-    two_sided_quantile,
+    RateCase,
+    compute_difference_intervals,
+    compute_mean_intervals,
+    compute_mean_over_names,
+    compute_rate_intervals,
+    compute_student_quantile,
 )
 from eai.tasks.share import Share
 from results.near_copies import expected_f1, matches, merged, successes_by_name
@@ -21,15 +21,15 @@ PROMISED = 0.93
 """How often intervals of 95 % must hold the truth, at least."""
 
 
-def alone(right: int, tasks: int) -> list[Case]:
+def alone(right: int, tasks: int) -> list[RateCase]:
     """Return tasks with different names; a given number of them is right."""
-    return [Case(str(i), str(i), Share(i < right, 1)) for i in range(tasks)]
+    return [RateCase(str(i), str(i), Share(i < right, 1)) for i in range(tasks)]
 
 
-def copies(*names: tuple[int, int]) -> list[Case]:
+def copies(*names: tuple[int, int]) -> list[RateCase]:
     """Return cases of names, given the number of right tasks and of tasks of each name."""
     return [
-        Case(f"{name}_{i}", str(name), Share(i < right, 1))
+        RateCase(f"{name}_{i}", str(name), Share(i < right, 1))
         for name, (right, tasks) in enumerate(names)
         for i in range(tasks)
     ]
@@ -46,7 +46,7 @@ def copies(*names: tuple[int, int]) -> list[Case]:
     ],
 )
 def test_independent_tasks_have_wilsons_interval(right: int, tasks: int, low: float, high: float) -> None:
-    found = certainty_of_rate(alone(right, tasks))
+    found = compute_rate_intervals(alone(right, tasks))
     assert found is not None
     assert found.interval == pytest.approx(Interval(low, high), abs=0.05)
     assert found.by_task == found.interval
@@ -54,8 +54,8 @@ def test_independent_tasks_have_wilsons_interval(right: int, tasks: int, low: fl
 
 
 def test_near_copies_have_a_wider_interval_than_different_tasks() -> None:
-    together = certainty_of_rate(copies(*[(20, 20)] * 5, *[(0, 20)] * 5))
-    apart = certainty_of_rate(copies(*[(10, 20)] * 10))
+    together = compute_rate_intervals(copies(*[(20, 20)] * 5, *[(0, 20)] * 5))
+    apart = compute_rate_intervals(copies(*[(10, 20)] * 10))
     assert together is not None
     assert apart is not None
     assert (together.tasks, together.names) == (200, 10)
@@ -68,7 +68,7 @@ def test_near_copies_have_a_wider_interval_than_different_tasks() -> None:
 
 
 def test_the_effective_number_of_tasks_never_exceeds_their_number() -> None:
-    found = certainty_of_rate(copies((10, 20), (11, 20), (9, 20)))
+    found = compute_rate_intervals(copies((10, 20), (11, 20), (9, 20)))
     assert found is not None
     assert 0 < (found.design_effect or 0) < 1
     assert found.effective_tasks == found.tasks == 60
@@ -76,7 +76,7 @@ def test_the_effective_number_of_tasks_never_exceeds_their_number() -> None:
 
 def test_few_names_with_equal_results_still_have_a_wide_interval() -> None:
     for right in (0, 10):
-        found = certainty_of_rate(copies(*[(right, 10)] * 4))
+        found = compute_rate_intervals(copies(*[(right, 10)] * 4))
         assert found is not None
         assert found.design_effect is None  # nothing varies
         assert found.effective_tasks is None
@@ -85,33 +85,33 @@ def test_few_names_with_equal_results_still_have_a_wide_interval() -> None:
 
 
 def test_a_rate_of_errors_that_count_several_times_has_an_interval() -> None:
-    found = certainty_of_rate([Case(str(i), str(i), Share(i % 4, 1)) for i in range(40)])
+    found = compute_rate_intervals([RateCase(str(i), str(i), Share(i % 4, 1)) for i in range(40)])
     assert found is not None
     assert found.interval.low < 150 < found.interval.high
     assert found.interval.low + found.interval.high == pytest.approx(300)
 
 
 def test_a_rate_without_cases_has_no_interval() -> None:
-    nothing = [Case("a", "a", Share(0, 0))]
-    assert certainty_of_rate([]) is None
-    assert certainty_of_rate(nothing) is None
-    assert certainty_of_difference(nothing, nothing) is None
-    assert certainty_of_mean([(0.5, alone(1, 2)), (0.5, nothing)]) is None
-    assert mean_over_names(nothing) is None
+    nothing = [RateCase("a", "a", Share(0, 0))]
+    assert compute_rate_intervals([]) is None
+    assert compute_rate_intervals(nothing) is None
+    assert compute_difference_intervals(nothing, nothing) is None
+    assert compute_mean_intervals([(0.5, alone(1, 2)), (0.5, nothing)]) is None
+    assert compute_mean_over_names(nothing) is None
 
 
 def test_the_mean_over_names_gives_each_name_equal_weight() -> None:
-    assert mean_over_names(copies((30, 30), (0, 10))) == 50
+    assert compute_mean_over_names(copies((30, 30), (0, 10))) == 50
 
 
 def test_a_mean_of_rates_of_the_same_tasks_varies_with_their_names() -> None:
     cases = copies((10, 10), (0, 10), (10, 10), (5, 10), (0, 10), (10, 10))
-    whole, halves = certainty_of_rate(cases), certainty_of_mean([(0.5, cases), (0.5, cases)])
+    whole, halves = compute_rate_intervals(cases), compute_mean_intervals([(0.5, cases), (0.5, cases)])
     assert whole is not None
     assert halves is not None
     assert halves.interval == pytest.approx(whole.interval)  # the same twice is no surer than once
     opposite = [case._replace(share=Share(1 - case.share.numerator, 1)) for case in cases]
-    opposed = certainty_of_mean([(0.5, cases), (0.5, opposite)])
+    opposed = compute_mean_intervals([(0.5, cases), (0.5, opposite)])
     assert opposed is not None
     assert opposed.interval.high - opposed.interval.low < 0.7 * (whole.interval.high - whole.interval.low)
 
@@ -120,7 +120,7 @@ def test_a_difference_has_a_narrower_interval_if_the_same_tasks_are_right() -> N
     first = copies((10, 10), (0, 10), (10, 10), (0, 10), (9, 10), (1, 10), (10, 10), (0, 10))
     alike = copies((10, 10), (1, 10), (10, 10), (1, 10), (10, 10), (2, 10), (10, 10), (1, 10))
     unlike = copies((0, 10), (10, 10), (0, 10), (10, 10), (1, 10), (9, 10), (5, 10), (10, 10))
-    near, far = certainty_of_difference(first, alike), certainty_of_difference(first, unlike)
+    near, far = compute_difference_intervals(first, alike), compute_difference_intervals(first, unlike)
     assert near is not None
     assert far is not None
     assert near.interval.high - near.interval.low < far.interval.high - far.interval.low
@@ -129,14 +129,14 @@ def test_a_difference_has_a_narrower_interval_if_the_same_tasks_are_right() -> N
 
 def test_runs_that_agree_everywhere_may_still_differ_elsewhere() -> None:
     cases = alone(60, 100)
-    found = certainty_of_difference(cases, cases)
+    found = compute_difference_intervals(cases, cases)
     assert found is not None
     assert found.interval == pytest.approx(Interval(-2, 2), abs=0.1)
 
 
 def test_an_interval_by_name_is_made_from_the_sums_of_names() -> None:
     cases = matches(random.Random(3), 0.4)
-    whole, sums = certainty_of_rate(cases), certainty_of_rate(merged(cases))
+    whole, sums = compute_rate_intervals(cases), compute_rate_intervals(merged(cases))
     assert whole is not None
     assert sums is not None
     assert whole.interval == pytest.approx(sums.interval)
@@ -153,7 +153,7 @@ def test_intervals_of_rates_cover_the_true_value(rate: float) -> None:
     generator = random.Random(f"rate/{rate}")
 
     def draw() -> Interval | None:
-        found = certainty_of_rate(successes_by_name(generator, rate))
+        found = compute_rate_intervals(successes_by_name(generator, rate))
         return found and found.interval
 
     assert covered(100 * rate, 1000, draw) >= PROMISED
@@ -164,7 +164,7 @@ def test_intervals_of_f1_cover_the_true_value(rate: float) -> None:
     generator = random.Random(f"f1/{rate}")
 
     def draw() -> Interval | None:
-        found = certainty_of_rate(merged(matches(generator, rate)))
+        found = compute_rate_intervals(merged(matches(generator, rate)))
         return found and found.interval
 
     assert covered(100 * expected_f1(rate), 200, draw) >= PROMISED
@@ -175,7 +175,7 @@ def test_intervals_of_differences_cover_the_true_value(rates: tuple[float, float
     generator = random.Random(f"difference/{rates}")
 
     def draw() -> Interval | None:
-        found = certainty_of_difference(*(successes_by_name(generator, rate) for rate in rates))
+        found = compute_difference_intervals(*(successes_by_name(generator, rate) for rate in rates))
         return found and found.interval
 
     assert covered(100 * (rates[1] - rates[0]), 500, draw) >= PROMISED
@@ -186,7 +186,7 @@ def test_intervals_of_means_cover_the_true_value(rates: tuple[float, float]) -> 
     generator = random.Random(f"mean/{rates}")
 
     def draw() -> Interval | None:
-        found = certainty_of_mean([(0.5, successes_by_name(generator, rate)) for rate in rates])
+        found = compute_mean_intervals([(0.5, successes_by_name(generator, rate)) for rate in rates])
         return found and found.interval
 
     assert covered(50 * sum(rates), 500, draw) >= PROMISED
@@ -199,8 +199,8 @@ def test_intervals_of_repeated_errors_cover_the_true_value(rate: float) -> None:
 
     def draw() -> Interval | None:
         names = successes_by_name(generator, rate)
-        twice = [Case(t, n, Share(2 * numerator, of)) for t, n, (numerator, of) in names]
-        found = certainty_of_rate(twice)
+        twice = [RateCase(t, n, Share(2 * numerator, of)) for t, n, (numerator, of) in names]
+        found = compute_rate_intervals(twice)
         return found and found.interval
 
     assert covered(200 * rate, 500, draw) >= PROMISED
@@ -211,4 +211,4 @@ def test_intervals_of_repeated_errors_cover_the_true_value(rate: float) -> None:
     [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (16, 2.120), (99, 1.984), (1000, 1.962)],
 )
 def test_quantiles_are_those_of_printed_tables(freedom: int, quantile: float) -> None:
-    assert two_sided_quantile(0.95, freedom) == pytest.approx(quantile, abs=0.0005)
+    assert compute_student_quantile(0.95, freedom) == pytest.approx(quantile, abs=0.0005)

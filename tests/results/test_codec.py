@@ -20,8 +20,15 @@ from eai.base.errors import InputError
 from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
-from eai.results.codec import COMMON_FIELDS, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
-from eai.results.record import Origin, Record
+from eai.results.codec import (
+    COMMON_FIELDS,
+    SCHEMA,
+    hash_text,
+    record_from_json,
+    record_to_json,
+    verdict_to_record_fields,
+)
+from eai.results.record import AnswerOrigin, Record
 from eai.tasks.share import GoalTallies, Share
 from eai.world.fault import FaultKind
 from results.random_records import records
@@ -124,7 +131,7 @@ def test_every_ability_has_the_fields_of_the_contract_first(ability: Ability) ->
 
 
 def test_a_record_of_a_plan_has_these_fields() -> None:
-    assert fields_of(PLAN) == {
+    assert verdict_to_record_fields(PLAN) == {
         "status": "scored",
         "excluded_reason": None,
         "executable": False,
@@ -187,13 +194,13 @@ def test_a_record_of_a_plan_has_these_fields() -> None:
     ],
 )
 def test_a_verdict_is_written_as_json_fields(verdict: Verdict, expected: dict[str, Any]) -> None:
-    fields = fields_of(verdict)
+    fields = verdict_to_record_fields(verdict)
     assert {key: fields[key] for key in expected} == expected
     assert json.loads(json.dumps(fields)) == fields
 
 
 def test_repairs_made_before_scoring_stand_first_and_are_distinguished() -> None:
-    origin = Origin("0" * 64, stop_reason="stop", usage=Usage(1, 2), answer_repairs=("reasoning",))
+    origin = AnswerOrigin("0" * 64, stop_reason="stop", usage=Usage(1, 2), answer_repairs=("reasoning",))
     written = replace(record(PLAN), origin=origin)
     line = record_to_json(written)
     assert line["repairs"] == ["reasoning", "code_fence", "single_quotes"]
@@ -256,7 +263,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
 
 def test_different_texts_have_different_digests() -> None:
     texts = ["", "a", "\ud800", "\udc00", "\ufffd", "?"]
-    assert len({sha256_of(text) for text in texts}) == len(texts)
+    assert len({hash_text(text) for text in texts}) == len(texts)
 
 
 def changed(**fields: object) -> dict[str, Any]:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import gc
 
-from eai.results.collector import OBJECTS_BETWEEN_COLLECTIONS, collect_seldom
+from eai.results.collector import OBJECTS_BETWEEN_COLLECTIONS, reduce_garbage_collection
 
 
 def test_present_objects_are_excluded_from_garbage_collection() -> None:
@@ -10,7 +10,7 @@ def test_present_objects_are_excluded_from_garbage_collection() -> None:
     gc.unfreeze()
     gc.set_threshold(700, 10, 10)
     try:
-        collect_seldom()
+        reduce_garbage_collection()
         assert gc.get_freeze_count() > 0
         assert gc.get_threshold() == (OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
     finally:

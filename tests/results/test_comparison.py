@@ -13,8 +13,8 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, Verdict
-from eai.results.certainty import Case
-from eai.results.comparison import compare, exchange_p, sign_flip_p
+from eai.results.certainty import RateCase
+from eai.results.comparison import compare_runs, compute_exchange_p, compute_sign_flip_p
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.tasks.share import Share
@@ -28,19 +28,19 @@ BAD = failed(FaultKind.MISSING_STEP)
 def test_a_comparison_lists_tasks_that_differ_and_tasks_of_one_run() -> None:
     first = [record("a", SUCCEEDED), record("b", BAD), record("c", SUCCEEDED), record("z", BAD)]
     second = [record("c", SUCCEEDED), record("b", SUCCEEDED), record("a", BAD), record("y", BAD)]
-    found = compare(first, second)
+    found = compare_runs(first, second)
     (metric, success), *_ = found.differences.items()
     assert (metric, success.first, success.second) == ("task_success", Rate(2, 3), Rate(2, 3))
     assert (success.only_first, success.only_second) == (("a",), ("b",))
     assert success.yes_no
     assert success.p_value == success.p_by_task == 1
-    assert success.points == 0
+    assert success.percentage_points == 0
     assert (found.only_in_first, found.only_in_second) == (("z",), ("y",))
     assert (found.tasks, found.names) == (3, 3)
 
 
 def test_runs_of_one_task_are_compared() -> None:
-    success = compare([record("a", BAD)], [record("a", SUCCEEDED)]).differences["task_success"]
+    success = compare_runs([record("a", BAD)], [record("a", SUCCEEDED)]).differences["task_success"]
     assert (success.first, success.second, success.only_second) == (Rate(0, 1), Rate(1, 1), ("a",))
     assert success.p_value == 1
 
@@ -53,10 +53,10 @@ def test_f1_is_compared_by_exchanges() -> None:
         [record(str(i), v, ability=Ability.GOAL_INTERPRETATION) for i, v in enumerate(run(hits))]
         for hits in (1, 3)
     )
-    f1 = next(iter(compare(first, second).differences.values()))
+    f1 = next(iter(compare_runs(first, second).differences.values()))
     assert not f1.yes_no
     assert f1.only_first == f1.only_second == ()
-    assert f1.points == pytest.approx(100 * (120 / 130 - 40 / 90))
+    assert f1.percentage_points == pytest.approx(100 * (120 / 130 - 40 / 90))
     assert f1.certainty is not None
     assert f1.certainty.interval.low > 0
     assert f1.p_value == pytest.approx(1 / 5001)
@@ -64,9 +64,9 @@ def test_f1_is_compared_by_exchanges() -> None:
 
 def test_equal_runs_do_not_differ() -> None:
     runs = [record(str(i), SUCCEEDED if i % 3 else BAD) for i in range(9)]
-    for difference in compare(runs, runs).differences.values():
+    for difference in compare_runs(runs, runs).differences.values():
         assert difference.p_value == 1
-        assert difference.points == 0
+        assert difference.percentage_points == 0
         assert difference.certainty is not None
         assert difference.certainty.interval.low == -difference.certainty.interval.high
 
@@ -82,7 +82,7 @@ def test_near_copies_that_differ_together_are_one_difference() -> None:
             for i in range(20)
         ]
 
-    found = compare(run(BAD), run(SUCCEEDED))
+    found = compare_runs(run(BAD), run(SUCCEEDED))
     success = found.differences["task_success"]
     assert (found.tasks, found.names) == (60, 3)
     assert success.p_by_task == pytest.approx(2 / 2**20)
@@ -94,7 +94,7 @@ def test_near_copies_that_differ_together_are_one_difference() -> None:
 def test_names_of_tasks_may_come_from_the_other_run() -> None:
     old = [record(f"{i}_1", SUCCEEDED) for i in range(4)]
     new = [replace(each, task=TaskFeatures("wash", 5, 1)) for each in old]
-    assert compare(old, new).names == compare(new, old).names == 1
+    assert compare_runs(old, new).names == compare_runs(new, old).names == 1
 
 
 @pytest.mark.parametrize(
@@ -102,12 +102,12 @@ def test_names_of_tasks_may_come_from_the_other_run() -> None:
     [(0, 0, 1.0), (1, 1, 1.0), (1, 9, 22 / 1024), (9, 1, 22 / 1024), (0, 5, 2 / 32)],
 )
 def test_the_test_by_task_is_mcnemars_test(lost: int, won: int, p_value: float) -> None:
-    assert sign_flip_p([-1] * lost + [1] * won + [0] * 7) == pytest.approx(p_value)
+    assert compute_sign_flip_p([-1] * lost + [1] * won + [0] * 7) == pytest.approx(p_value)
 
 
 def test_a_sign_flip_test_takes_thousands_of_pairs() -> None:
-    assert 0 < sign_flip_p([-1] * 900 + [1] * 1000) < 0.05
-    assert sign_flip_p([1] * 2000) == 0.0
+    assert 0 < compute_sign_flip_p([-1] * 900 + [1] * 1000) < 0.05
+    assert compute_sign_flip_p([1] * 2000) == 0.0
 
 
 @given(st.lists(st.integers(-9, 9), max_size=8))
@@ -117,17 +117,19 @@ def test_the_sign_flip_test_counts_all_combinations_of_signs(differences: list[i
         for signs in product((1, -1), repeat=len(differences))
     ]
     extreme = sum(abs(each) >= abs(sum(differences)) for each in sums)
-    assert sign_flip_p(differences) == pytest.approx(extreme / len(sums))
+    assert compute_sign_flip_p(differences) == pytest.approx(extreme / len(sums))
 
 
 def test_random_exchanges_agree_with_exact_sign_flips() -> None:
     first = [Share(k, 10) for k in (3, 5, 1, 7, 2, 9, 4, 6, 0, 2)]
     second = [Share(k, 10) for k in (4, 7, 2, 7, 5, 9, 3, 8, 2, 5)]
-    exact = sign_flip_p([round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)])
-    assert exchange_p(first, second) == pytest.approx(exact, abs=0.01)
-    assert exchange_p(first, second) == exchange_p(first, second)
-    assert exchange_p(first, first) == 1
-    assert exchange_p(first, [Share(0, 0)] * 10) is None
+    exact = compute_sign_flip_p(
+        [round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)]
+    )
+    assert compute_exchange_p(first, second) == pytest.approx(exact, abs=0.01)
+    assert compute_exchange_p(first, second) == compute_exchange_p(first, second)
+    assert compute_exchange_p(first, first) == 1
+    assert compute_exchange_p(first, [Share(0, 0)] * 10) is None
 
 
 def test_equally_good_runs_rarely_differ_significantly() -> None:
@@ -136,11 +138,11 @@ def test_equally_good_runs_rarely_differ_significantly() -> None:
     by_name = by_task = 0
     for _ in range(100):
         runs = [successes(generator, 0.5) for _ in range(2)]
-        by_task += sign_flip_p(_changes(*runs)) < 0.05
-        by_name += sign_flip_p(_changes(*map(merged, runs))) < 0.05
+        by_task += compute_sign_flip_p(_changes(*runs)) < 0.05
+        by_name += compute_sign_flip_p(_changes(*map(merged, runs))) < 0.05
     assert by_name <= 9  # 5 are expected
     assert by_task > 50
 
 
-def _changes(first: Sequence[Case], second: Sequence[Case]) -> list[int]:
+def _changes(first: Sequence[RateCase], second: Sequence[RateCase]) -> list[int]:
     return [round(b.share.numerator - a.share.numerator) for a, b in zip(first, second, strict=True)]

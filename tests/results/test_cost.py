@@ -14,12 +14,12 @@ from eai.results.cost import (
     PriceList,
     Spending,
     _PaperCost,
-    _Price,
-    cost_cases,
+    _TokenPrice,
+    make_cost_cases,
     read_paper_cost,
     sum_spending,
 )
-from eai.results.record import Origin, Record
+from eai.results.record import AnswerOrigin, Record
 from results.verdicts import SUCCEEDED, record
 
 PRICES = """\
@@ -33,7 +33,7 @@ output = 10.5
 
 
 def answer(usage: Usage | None) -> Record:
-    return replace(record("1_1", SUCCEEDED), origin=Origin(usage=usage))
+    return replace(record("1_1", SUCCEEDED), origin=AnswerOrigin(usage=usage))
 
 
 def test_spending_counts_only_answers_with_known_tokens() -> None:
@@ -54,12 +54,12 @@ def test_unknown_numbers_of_tokens_are_not_zero() -> None:
     found = sum_spending([answer(Usage()), answer(Usage(100, 10))])
     assert (found.answers, found.tokens) == (1, 110)
     assert sum_spending([answer(Usage())]).tokens is None
-    assert cost_cases([answer(Usage()), answer(Usage(100, 10))]) == {}
+    assert make_cost_cases([answer(Usage()), answer(Usage(100, 10))]) == {}
 
 
 def test_a_price_applies_only_to_answers_without_one() -> None:
     found = sum_spending([answer(Usage(100, 10, cost=0.5)), answer(Usage(1_000_000, 2_000_000))])
-    assert found.apply_price(_Price(input=3, output=10)) == Spending(
+    assert found.apply_price(_TokenPrice(input=3, output=10)) == Spending(
         2, Usage(1_000_100, 2_000_010, cost=23.5)
     )
     assert found.apply_price(None) == found

@@ -8,9 +8,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.errata import ErrataUse
-from eai.results.coverage import Coverage, combine_coverage
+from eai.results.coverage import TaskCoverage, combine_coverage
 from eai.results.record import NOT_ANSWERED, Record
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from results.verdicts import SUCCEEDED, record, whole
 
 FAILED = PlanVerdict(executable=False, success=False)
@@ -56,8 +56,8 @@ def run(*verdicts: PlanVerdict, answered: int, size: int | None = None) -> tuple
 def test_coverage_counts_asked_answered_failed_and_left_out_tasks(
     records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None
 ) -> None:
-    found = Totals.from_records(records).coverage
-    assert (str(found), found.ranked, found.remark) == (shown, ranked, remark)
+    found = RunTotals.from_records(records).coverage
+    assert (str(found), found.is_ranked, found.remark) == (shown, ranked, remark)
     numbers = found.to_json()
     assert numbers["ranked"] is ranked
     assert numbers["tasks"] == records[0].suite_size
@@ -68,19 +68,19 @@ def test_records_without_a_suite_size_are_never_ranked() -> None:
     mixed = [*whole([record("1_1", SUCCEEDED)]), record("2_1", SUCCEEDED)]
     disagreeing = [replace(silent[0], suite_size=2), replace(silent[1], suite_size=3)]
     for records in (silent, mixed, disagreeing):
-        found = Totals.from_records(records).coverage
-        assert (str(found), found.ranked) == ("2/?", False)
+        found = RunTotals.from_records(records).coverage
+        assert (str(found), found.is_ranked) == ("2/?", False)
         assert "do not say how many tasks" in str(found.remark)
         assert found.to_json()["not_asked"] is None
 
 
 def test_combined_coverage_is_ranked_only_if_each_suite_is() -> None:
-    complete, part, unknown = Coverage(3, 3, tasks=3), Coverage(1, 1, tasks=4), Coverage(5, 5)
-    assert combine_coverage([complete, complete]) == Coverage(6, 6, tasks=6)
-    assert combine_coverage([complete, part]) == Coverage(4, 4, tasks=7)
-    assert not Coverage(4, 4, tasks=7).ranked
-    assert combine_coverage([complete, unknown]) == Coverage(8, 8)
-    assert combine_coverage([Coverage(4, 2, 2, 1), Coverage(3, 2, 1)]) == Coverage(7, 4, 3, 1)
+    complete, part, unknown = TaskCoverage(3, 3, tasks=3), TaskCoverage(1, 1, tasks=4), TaskCoverage(5, 5)
+    assert combine_coverage([complete, complete]) == TaskCoverage(6, 6, tasks=6)
+    assert combine_coverage([complete, part]) == TaskCoverage(4, 4, tasks=7)
+    assert not TaskCoverage(4, 4, tasks=7).is_ranked
+    assert combine_coverage([complete, unknown]) == TaskCoverage(8, 8)
+    assert combine_coverage([TaskCoverage(4, 2, 2, 1), TaskCoverage(3, 2, 1)]) == TaskCoverage(7, 4, 3, 1)
     assert combine_coverage([]) is None
 
 
@@ -88,7 +88,7 @@ def test_older_records_have_no_planner() -> None:
     names = (None, "full 24.06", "built_in", "built_in")
     judged = [record(str(i), OperatorVerdict(planner_name=name)) for i, name in enumerate(names)]
     records = [replace(each, ability=Ability.TRANSITION_MODELING) for each in judged]
-    assert Totals.from_records(records).planners == ("built_in", "full 24.06")
+    assert RunTotals.from_records(records).planners == ("built_in", "full 24.06")
 
 
 OUT = replace(SUCCEEDED, excluded="its goal holds from the beginning")
@@ -99,8 +99,8 @@ def used(task_id: str, *entries: str, excluded: bool = False, version: str = "3"
 
 
 def test_without_errata_there_is_no_effect() -> None:
-    assert Totals.from_records([]).errata is None
-    assert Totals.from_records([record("a", SUCCEEDED), record("b", OUT)]).errata is None
+    assert RunTotals.from_records([]).errata is None
+    assert RunTotals.from_records([record("a", SUCCEEDED), record("b", OUT)]).errata is None
 
 
 def test_left_out_and_corrected_tasks_are_counted_apart() -> None:
@@ -111,7 +111,7 @@ def test_left_out_and_corrected_tasks_are_counted_apart() -> None:
         used("d", excluded=True),  # for a reason of its own
         record("e", SUCCEEDED),
     ]
-    effect = Totals.from_records(records).errata
+    effect = RunTotals.from_records(records).errata
     assert effect is not None
     assert effect.to_json() == {
         "version": "3",
@@ -127,13 +127,13 @@ def test_left_out_and_corrected_tasks_are_counted_apart() -> None:
 
 
 def test_errata_without_effect_have_no_remark() -> None:
-    effect = Totals.from_records([used("a"), used("b", excluded=True)]).errata
+    effect = RunTotals.from_records([used("a"), used("b", excluded=True)]).errata
     assert effect is not None
     assert effect.remark is None
 
 
 def test_each_version_of_errata_is_named_once() -> None:
-    effect = Totals.from_records(
+    effect = RunTotals.from_records(
         [used("a", version="2"), used("b", version="3"), used("c", version="2")]
     ).errata
     assert effect is not None

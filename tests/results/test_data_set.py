@@ -15,8 +15,8 @@ from eai.benchmarks.virtualhome.benchmark import count_annotated_figures
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords, open_records
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.results.data_set import _Figure, count_figures, profile_tasks
-from eai.studies.report.distributions import distributions
+from eai.results.data_set import _DataSetFigure, count_data_set_figures, profile_tasks
+from eai.studies.report.distributions import make_distributions
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, given
 from eai.world.action import Action
@@ -43,7 +43,7 @@ TOY = Benchmark("toy", DOMAIN, given(TIDY, SHOW, IDLE))
 
 
 def test_profiles_have_the_features_of_a_task() -> None:
-    tidy, show, idle = (each.row for each in profile_tasks(TOY, Source()))
+    tidy, show, idle = (each.table_row for each in profile_tasks(TOY, Source()))
     named = {
         "task": "tidy",
         "name": "tidy up",
@@ -64,7 +64,7 @@ def test_profiles_have_the_features_of_a_task() -> None:
 
 
 def test_any_benchmark_has_a_table() -> None:
-    rows = count_figures(TOY, Source())
+    rows = count_data_set_figures(TOY, Source())
     values = {row.label: row.value for row in rows}
     assert all(row.printed is None and not row.remark for row in rows)
     assert {label: values[label] for label in ("tasks", "instructions", "goals", "goal conditions")} == {
@@ -77,7 +77,7 @@ def test_any_benchmark_has_a_table() -> None:
 
 
 def test_distributions_count_only_tasks_with_goals() -> None:
-    found = {each.name: dict(each.counts) for each in distributions(TOY, Source())}
+    found = {each.name: dict(each.counts) for each in make_distributions(TOY, Source())}
     assert found["annotated_steps"] == {4: 1}
     assert found["goal_options"] == {1: 1, 2: 1}
     assert found["actions"] == {"GO": 3, "LIFT": 1}
@@ -85,10 +85,12 @@ def test_distributions_count_only_tasks_with_goals() -> None:
 
 
 def test_a_benchmark_without_plans_or_tasks_has_a_table_too() -> None:
-    rows = {row.label: row.value for row in count_figures(Benchmark("none", DOMAIN, given()), Source())}
+    rows = {
+        row.label: row.value for row in count_data_set_figures(Benchmark("none", DOMAIN, given()), Source())
+    }
     assert rows["tasks"] == rows["trajectories"] == rows["goals"] == 0
     assert "action steps" not in rows
-    assert distributions(Benchmark("none", DOMAIN, given()), Source()) == ()
+    assert make_distributions(Benchmark("none", DOMAIN, given()), Source()) == ()
 
 
 NOT_AS_PRINTED = {
@@ -98,8 +100,8 @@ NOT_AS_PRINTED = {
 """The figures of the paper that do not come out, each with a remark that says why."""
 
 
-def rows_of(domain: str, store: Store) -> dict[str, _Figure]:
-    return {row.label: row for row in count_figures(find_benchmark(domain), Source(store))}
+def rows_of(domain: str, store: Store) -> dict[str, _DataSetFigure]:
+    return {row.label: row for row in count_data_set_figures(find_benchmark(domain), Source(store))}
 
 
 def test_annotated_records_are_counted(store: Store, packs: Sequence[Pack]) -> None:
@@ -217,7 +219,9 @@ def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) ->
 def test_goal_options_by_decade_equal_the_papers_figure(data_store: Store) -> None:
     found = {
         each.name: each
-        for each in distributions(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))
+        for each in make_distributions(
+            find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE)
+        )
     }
     decades = [
         sum(count for value, count in found["goal_options"].counts.items() if len(str(value)) == digits)

@@ -13,9 +13,9 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.errata import ErrataUse
 from eai.cli.console import dollars, format_count
 from eai.cli.table import result_json
-from eai.results.epochs import ModelAnswers, majority_index, normalise_answer, score_answers
+from eai.results.epochs import ModelAnswers, find_majority_index, normalise_answer, score_answers
 from eai.results.options import ScoringOptions
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from eai.results.trials import Answer
 from eai.tasks.prompts.prompt import Prompt
 from results.work import TASK_IDS, echo_suite
@@ -69,7 +69,7 @@ def test_answers_that_differ_in_content_have_different_meanings(
     ],
 )
 def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[str], chosen: int) -> None:
-    assert majority_index(answers, PLANS) == chosen
+    assert find_majority_index(answers, PLANS) == chosen
 
 
 def test_plans_that_are_not_json_have_no_meaning() -> None:
@@ -89,11 +89,11 @@ def test_each_epoch_is_scored_in_a_folder_of_its_own(tmp_path: Path, epochs: int
     several = list(range(1, epochs + 1)) if epochs > 1 else []
     assert sorted(tmp_path.glob("epoch_*")) == [tmp_path / f"epoch_{epoch}" for epoch in several]
     assert [one.folder for one in result.by_epoch] == [tmp_path / f"epoch_{epoch}" for epoch in several]
-    assert [record.response for record in result.records_by_key().values()] == texts
-    assert list(result.records_by_key()) == list(given)
+    assert [record.response for record in result.map_keys_to_records().values()] == texts
+    assert list(result.map_keys_to_records()) == list(given)
     for one in (result, *result.by_epoch):
         told = json.loads((one.folder / "summary.json").read_text())["run"]
-        assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.records_by_key()))
+        assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.map_keys_to_records()))
 
 
 def test_each_epoch_has_its_own_reason_for_a_missing_answer(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_the_effect_of_errata_is_stated_only_if_errata_were_used(
     result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions(allow_missing=False))
     (record,) = result.records
     marked = [replace(record, errata=errata)]
-    found = result_json(Totals.from_records(marked), result.folder)["errata"]
+    found = result_json(RunTotals.from_records(marked), result.folder)["errata"]
     assert told == ((found["version"], found["corrected"]) if isinstance(found, dict) else found)
 
 

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
-from eai.results.latex import table_latex
-from eai.results.markdown import table_markdown
+from eai.results.latex import format_latex_table
+from eai.results.markdown import format_markdown_table
 from eai.results.table import NO_NUMBER, Column, Estimate, Label, Table
 
 TABLE = Table(
@@ -23,7 +23,7 @@ TABLE = Table(
 
 
 def test_a_table_in_markdown_has_intervals_below_and_footnotes() -> None:
-    assert table_markdown(TABLE).splitlines() == [
+    assert format_markdown_table(TABLE).splitlines() == [
         "| # | model | success: task¹ | Run |",
         "| --: | --- | --: | --: |",
         "| 1 | a\\_b² | **50.0** | 1.2 |",
@@ -36,7 +36,7 @@ def test_a_table_in_markdown_has_intervals_below_and_footnotes() -> None:
 
 
 def test_a_table_in_latex_has_groups_of_columns() -> None:
-    lines = table_latex(TABLE, label="x").splitlines()
+    lines = format_latex_table(TABLE, label="x").splitlines()
     assert r"\caption{Percent; below each run its 95\,\% intervals.}" in lines
     assert r"\begin{tabular}{rlrr}" in lines
     start = lines.index(r"\toprule") + 1
@@ -54,5 +54,5 @@ def test_a_table_in_latex_has_groups_of_columns() -> None:
 
 
 def test_latex_without_intervals_does_not_mention_them() -> None:
-    assert "intervals" not in table_latex(TABLE, label="x", intervals=False)
-    assert "scriptsize" not in table_latex(TABLE, label="x", intervals=False)
+    assert "intervals" not in format_latex_table(TABLE, label="x", intervals=False)
+    assert "scriptsize" not in format_latex_table(TABLE, label="x", intervals=False)

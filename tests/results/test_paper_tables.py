@@ -20,15 +20,15 @@ from eai.results.paper_tables import (
     SCHEMA,
     PaperColumn,
     PublishedSuite,
+    format_published_file_name,
     hash_published_scores,
-    published_file_name,
     read_null_scores,
     read_paper_models,
     read_paper_setting,
     read_paper_table,
     read_published_scores,
 )
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from oracle import MODELS, NO_REFERENCE, Oracle
 from sweeps import swept
 
@@ -59,7 +59,7 @@ def test_full_tables_have_the_same_models_and_our_metrics(name: str) -> None:
     assert set(table.rows) == set(read_paper_models().values())
     for column in table.columns:
         if column.ability:
-            assert column.metric in summarise([], Ability(column.ability))
+            assert column.metric in compute_metric_rates([], Ability(column.ability))
 
 
 @pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_setting().others])
@@ -76,7 +76,7 @@ def test_contradicting_cells_of_two_tables_both_have_a_note() -> None:
         table = read_paper_table(name)
         texts = table.notes["GPT-4o", column]
         assert any(str(printed) in text for text in texts)
-        assert table.figure("GPT-4o", column) == {"overview": 87.6}.get(name, 88.8)
+        assert table.find_figure("GPT-4o", column) == {"overview": 87.6}.get(name, 88.8)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -88,10 +88,10 @@ def test_goal_interpretation_of_behavior_equals_the_papers_figures(model: str, o
         for row in oracle("behavior", "goal_interpretation", model)["records"]
         if row["verdict"]
     ]
-    rates = summarise(verdicts, Ability.GOAL_INTERPRETATION)
+    rates = compute_metric_rates(verdicts, Ability.GOAL_INTERPRETATION)
     table = read_paper_table("goal_interpretation")
     for column in table.columns:
-        printed = table.figure(read_paper_models()[model], column)
+        printed = table.find_figure(read_paper_models()[model], column)
         if column.domain == "behavior" and printed is not None:
             assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
 
@@ -116,10 +116,10 @@ def test_operators_of_behavior_equal_the_papers_figures(model: str, oracle: Orac
         for row in oracle("behavior", "transition_modeling", model)["records"]
         if row["verdict"]
     ]
-    rates = summarise(verdicts, Ability.TRANSITION_MODELING)
+    rates = compute_metric_rates(verdicts, Ability.TRANSITION_MODELING)
     table = read_paper_table("transition_modeling_behavior_logic")
     for column in table.columns:
-        printed = table.figure(read_paper_models()[model], column)
+        printed = table.find_figure(read_paper_models()[model], column)
         assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
 
 
@@ -142,7 +142,7 @@ def test_public_answers_are_scored_under_each_protocol(protocol: str) -> None:
     table = read_published_scores(protocol)
     assert table.schema == SCHEMA
     assert table.protocol == protocol
-    content = (ROOT / "src" / "eai" / "results" / "paper" / published_file_name(protocol)).read_bytes()
+    content = (ROOT / "src" / "eai" / "results" / "paper" / format_published_file_name(protocol)).read_bytes()
     assert hash_published_scores(protocol) == hashlib.sha256(content).hexdigest()
 
 
@@ -151,13 +151,13 @@ def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) 
     suites = read_published_scores(protocol).suites
     assert set(suites) == {f"{d}/{a.value}" for d in ("virtualhome", "behavior") for a in PAPER_ABILITIES}
     for name, suite in suites.items():
-        assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
+        assert list(suite.metrics) == list(compute_metric_rates([], Ability(name.split("/")[1])))
         assert set(suite.models) == set(read_paper_models().values())
         for model, row in suite.models.items():
-            assert suite.coverage(model).ranked
+            assert suite.find_coverage(model).is_ranked
             assert row.answered <= suite.tasks
-            assert len(suite.rates(model)) == len(suite.metrics)
-            assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
+            assert len(suite.find_rates(model)) == len(suite.metrics)
+            assert all(0 <= rate.numerator <= rate.denominator for rate in suite.find_rates(model).values())
 
 
 @pytest.mark.parametrize("protocol", list(Protocol.list_names()))
@@ -166,12 +166,12 @@ def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
     assert (table.schema, table.protocol) == (SCHEMA, protocol.value)
     assert table.suites.keys() == SUITES.keys()
     for name, suite in table.suites.items():
-        assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
+        assert list(suite.metrics) == list(compute_metric_rates([], Ability(name.split("/")[1])))
         assert list(suite.models) == list(NULL_MODELS)
         for model, row in suite.models.items():
-            assert row.answered == suite.tasks == suite.coverage(model).tasks
-            assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
-    main = table.suites["virtualhome/action_sequencing"].rates
+            assert row.answered == suite.tasks == suite.find_coverage(model).tasks
+            assert all(0 <= rate.numerator <= rate.denominator for rate in suite.find_rates(model).values())
+    main = table.suites["virtualhome/action_sequencing"].find_rates
     assert main("eai/empty")["task_success"].numerator == 0
     if protocol is Protocol.STRICT:  # its actions are possible in the declared domain
         assert main("eai/random")["execution_success"].percent == 100
@@ -191,7 +191,7 @@ def test_scoring_the_copy_model_again_gives_its_published_row(name: str, tool: M
     again = made["models"]["eai/copy"]
     assert again["answers_sha256"] == shipped.models["eai/copy"].answers_sha256
     rates = dict(zip(shipped.metrics, again["rates"], strict=True))
-    for metric, rate in shipped.rates("eai/copy").items():
+    for metric, rate in shipped.find_rates("eai/copy").items():
         if not metric.endswith(("planner_success", "plan_works")):
             assert rates[metric] == [rate.numerator, rate.denominator], metric
 
@@ -221,6 +221,6 @@ def test_scoring_published_answers_again_gives_their_row(name: str, protocol: st
     assert suite["data_sha256"] == shipped.data_sha256
     assert again["answers_sha256"] == shipped.models[model].answers_sha256
     rates = dict(zip(shipped.metrics, again["rates"], strict=True))
-    for metric, rate in shipped.rates(model).items():
+    for metric, rate in shipped.find_rates(model).items():
         if not metric.endswith(("planner_success", "plan_works")):
             assert rates[metric] == [rate.numerator, rate.denominator], metric

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from eai.results.plots import PAGE, draw_matrix, draw_names
+from eai.results.plots import PAGE, draw_rate_matrix, draw_rates_by_name
 from eai.results.table import Cell, Estimate
-from eai.studies.cofactors.study import draw_effects
+from eai.studies.cofactors.study import draw_feature_effects
 from eai.studies.errors import study as plot_leaves
 
 pytest.importorskip("matplotlib")
@@ -68,7 +68,7 @@ def matrix(models: int, leaves: int) -> list[Mapping[str, Cell]]:
     ("models", "leaves", "below"), [(2, 3, "leaf 0"), (18, 11, "m0"), (18, 30, "leaf 0"), (40, 30, "m0")]
 )
 def test_a_matrix_of_many_models_fits_a_page(models: int, leaves: int, below: str) -> None:
-    figure = draw_matrix(matrix(models, leaves), ("leaf",), "rate", "percent")
+    figure = draw_rate_matrix(matrix(models, leaves), ("leaf",), "rate", "percent")
     assert figure is not None
     assert figure.get_figwidth() <= PAGE
     (panel,) = figure.axes
@@ -83,7 +83,7 @@ def test_a_matrix_ends_with_the_number_of_cases_if_all_rates_share_it(
 ) -> None:
     of_first = [row("a", leaf, Estimate(50.0, None, None, 5, n)) for leaf, n in zip("xy", cases, strict=True)]
     of_second = [row("b", leaf, Estimate(20.0, None, None, 549, 2745)) for leaf in "xy"]
-    figure = draw_matrix([*of_first, *of_second], ("leaf",), "rate", "percent of answers")
+    figure = draw_rate_matrix([*of_first, *of_second], ("leaf",), "rate", "percent of answers")
     assert figure is not None
     assert figure.get_suptitle() == "percent of answers"
     (panel,) = figure.axes
@@ -93,7 +93,7 @@ def test_a_matrix_ends_with_the_number_of_cases_if_all_rates_share_it(
 
 def test_plots_of_effects_and_leaves_show_numbers_of_answers() -> None:
     effect = {"feature": "objects", "alone": Estimate(1.0), "together": Estimate(2.0)}
-    figure = draw_effects([{**effect, "answers": 2700, "names": 100}])
+    figure = draw_feature_effects([{**effect, "answers": 2700, "names": 100}])
     assert figure is not None
     assert figure.axes[0].get_xlabel().splitlines()[-1] == "2,700 answers to tasks of 100 names"
     leaf = {"stage": "success", "kind": "", "detail": "", "answers": Estimate(40.0, 30.0, 50.0, 360, 900)}
@@ -105,7 +105,7 @@ def test_plots_of_effects_and_leaves_show_numbers_of_answers() -> None:
 def test_a_number_stands_in_the_row_of_its_name_and_the_column_of_its_model() -> None:
     cells = [row(m, leaf, Estimate(float(10 * x + y + 1), None, None, 1, 9))
              for x, m in enumerate("abcd") for y, leaf in enumerate(LEAVES)]  # fmt: skip
-    figure = draw_matrix(cells, ("leaf",), "rate", "percent")
+    figure = draw_rate_matrix(cells, ("leaf",), "rate", "percent")
     assert figure is not None
     found = {text.get_position(): text.get_text() for text in figure.texts}
     assert found[2, 3] == "33"  # the model d, affordance
@@ -115,17 +115,17 @@ def test_a_number_stands_in_the_row_of_its_name_and_the_column_of_its_model() ->
 def test_a_name_without_cases_has_no_line() -> None:
     known = [row("m", "on", Estimate(80.0, 60, 90, 8, 10)), row("m", "off", Estimate(25.0, 9, 50, 1, 4))]
     nothing = row("m", "between", Estimate(None, None, None, 0, 0))
-    figure = draw_names([*known, nothing], "leaf", "rate", "recall")
+    figure = draw_rates_by_name([*known, nothing], "leaf", "rate", "recall")
     assert figure is not None
     labels = [text.get_text().split() for text in figure.axes[0].get_yticklabels()]
     assert labels == [["on", "10"], ["off", "4"]]
-    assert draw_names([nothing], "leaf", "rate", "recall") is None
+    assert draw_rates_by_name([nothing], "leaf", "rate", "recall") is None
 
 
 def test_a_long_name_is_wrapped_and_not_cut() -> None:
     check = "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for"
     rows = [row("m", check, Estimate(80.0, 60, 90, 8, 10)), row("m", "closed", Estimate(20.0, 9, 50, 2, 10))]
-    figure = draw_names(rows, "leaf", "rate", "share")
+    figure = draw_rates_by_name(rows, "leaf", "rate", "share")
     assert figure is not None
     (panel,) = figure.axes
     first, second = (text.get_text() for text in panel.get_yticklabels())

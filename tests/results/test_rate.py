@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.verdict import Confusion, add_confusions, confusion_shares, share_of_one
-from eai.results.rate import NOTHING, Rate, total
+from eai.results.rate import NOTHING, Rate, compute_rates
 from eai.tasks.share import Share
 
 counts = st.integers(0, 50)
@@ -18,7 +18,7 @@ def test_a_rate_without_cases_is_none_and_not_zero() -> None:
 
 
 def test_total_sums_numerators_and_denominators() -> None:
-    assert total([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": share_of_one(True)}]) == {
+    assert compute_rates([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": share_of_one(True)}]) == {
         "a": Rate(1, 4),
         "b": Rate(1, 1),
     }
@@ -28,7 +28,7 @@ def test_total_sums_numerators_and_denominators() -> None:
 def test_rates_do_not_depend_on_the_parts_in_which_they_are_summed(rows: list[tuple[int, int, int]]) -> None:
     confusions = [Confusion(*row) for row in rows]
     whole = {name: Rate(*share) for name, share in confusion_shares("x", add_confusions(confusions)).items()}
-    assert total(confusion_shares("x", c) for c in confusions) == whole
+    assert compute_rates(confusion_shares("x", c) for c in confusions) == whole
 
 
 @given(st.integers(1, 50), counts, counts)

@@ -28,8 +28,8 @@ from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorSt
 from eai.abilities.verdict import ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import record_from_json, record_to_json
-from eai.results.record import Origin, Record
-from eai.studies.perception.verdict import Perceived
+from eai.results.record import AnswerOrigin, Record
+from eai.studies.perception.verdict import PerceptionErrors
 from eai.world.fault import FaultKind, Notice
 
 PAGE = (ROOT / "docs" / "records.md").read_text(encoding="utf-8")
@@ -53,9 +53,9 @@ def test_every_field_is_on_the_page() -> None:
         Experiment,
         StudySettings,
         AttemptOptions,
-        Perceived,
+        PerceptionErrors,
         Attempt,
-        Origin,
+        AnswerOrigin,
         Usage,
         SummaryCounts,
         ErrorReport,

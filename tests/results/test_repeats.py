@@ -12,20 +12,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
-from eai.results.certainty import Case, interval_of_ratio
-from eai.results.cost import cost_cases, cost_cases_to_json
-from eai.results.rate import rate_of
-from eai.results.record import Origin, Record
-from eai.results.repeats import pass_cases, pass_cases_to_json, passes_table, strip_epoch
+from eai.results.certainty import RateCase, compute_ratio_interval
+from eai.results.cost import cost_cases_to_json, make_cost_cases
+from eai.results.rate import compute_rate
+from eai.results.record import AnswerOrigin, Record
+from eai.results.repeats import make_pass_cases, make_pass_table, pass_cases_to_json, strip_epoch
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 from studies.report.samples import action_run
 
 
-def epochs(answers: Sequence[Sequence[bool]]) -> list[list[Case]]:
+def epochs(answers: Sequence[Sequence[bool]]) -> list[list[RateCase]]:
     """Return the cases of each epoch from the results of each task's answers."""
     numbers = range(len(answers[0]))
-    return [[Case(str(i), str(i), Share(right[e], 1)) for i, right in enumerate(answers)] for e in numbers]
+    return [
+        [RateCase(str(i), str(i), Share(right[e], 1)) for i, right in enumerate(answers)] for e in numbers
+    ]
 
 
 def tasks_of(number: int) -> st.SearchStrategy[list[list[bool]]]:
@@ -34,27 +36,27 @@ def tasks_of(number: int) -> st.SearchStrategy[list[list[bool]]]:
 
 @given(st.integers(1, 5).flatmap(tasks_of))
 def test_pass_at_k_and_pass_hat_k_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -> None:
-    found = pass_cases(epochs(answers))
+    found = make_pass_cases(epochs(answers))
     for k in range(1, len(answers[0]) + 1):
         ways = [list(combinations(right, k)) for right in answers]
         for name, holds in ((f"pass@{k}", any), (f"pass^{k}", all)):
             expected = fmean(fmean(map(holds, each)) for each in ways)
-            assert rate_of(case.share for case in found[name]).share == pytest.approx(expected)
+            assert compute_rate(case.share for case in found[name]).share == pytest.approx(expected)
 
 
 def test_a_task_with_fewer_than_k_answers_is_left_out() -> None:
     first, second = epochs([[True, False], [True, True]])
-    found = pass_cases([first, second[:1]])
+    found = make_pass_cases([first, second[:1]])
     assert [case.task for case in found["pass@2"]] == ["0"]
     assert len(found["pass^1"]) == 2
 
 
 def test_the_table_of_passes_has_powers_of_two_and_the_number_of_answers() -> None:
-    table = passes_table({"model": epochs([[True, False, True, True, False]] * 2)})
+    table = make_pass_table({"model": epochs([[True, False, True, True, False]] * 2)})
     assert [row[2] for row in table.rows] == [1, 2, 4, 5]
     last = table.rows[-1][3:]
     assert [cell.value for cell in last if isinstance(cell, Estimate)] == [100, 0]
-    written = pass_cases_to_json(pass_cases(epochs([[True, False]] * 2)))["pass@1"]
+    written = pass_cases_to_json(make_pass_cases(epochs([[True, False]] * 2)))["pass@1"]
     assert isinstance(written, dict)
     assert (written["value"], len(written["interval"])) == (50, 2)
     assert strip_epoch("gpt-4o.epoch_12") == "gpt-4o"
@@ -62,13 +64,13 @@ def test_the_table_of_passes_has_powers_of_two_and_the_number_of_answers() -> No
 
 
 def costing(**usage: float) -> list[Record]:
-    origin = Origin(usage=Usage(100, 10, **usage))  # type: ignore[arg-type]
+    origin = AnswerOrigin(usage=Usage(100, 10, **usage))  # type: ignore[arg-type]
     return [replace(record, origin=origin) for record in action_run("first")]
 
 
 def test_the_cost_of_a_success_includes_failed_answers() -> None:
     records = costing(seconds=2.0)
-    written = cost_cases_to_json(cost_cases(records))
+    written = cost_cases_to_json(make_cost_cases(records))
     counted = [record for record in records if record.verdict.excluded is None]
     won = sum(bool(record.verdict.success) for record in counted)  # type: ignore[attr-defined]
     assert 0 < won < len(counted) < len(records)
@@ -78,12 +80,12 @@ def test_the_cost_of_a_success_includes_failed_answers() -> None:
     low, high = written["tokens"]["interval"]  # type: ignore[index, call-overload]
     assert low < written["tokens"]["value"] < high  # type: ignore[index, call-overload]
     some = [*costing(cost=0.5)[:-1], replace(counted[0], task_id="another")]
-    assert "dollars" not in cost_cases(some)
+    assert "dollars" not in make_cost_cases(some)
 
 
 def test_the_cost_of_a_success_is_missing_without_a_success() -> None:
-    cases = [Case(str(i), str(i), Share(7, 0)) for i in range(3)]
-    assert interval_of_ratio(cases) is None
+    cases = [RateCase(str(i), str(i), Share(7, 0)) for i in range(3)]
+    assert compute_ratio_interval(cases) is None
     assert cost_cases_to_json({"tokens": cases})["tokens"] == {
         "value": None,
         "numerator": 21,
@@ -95,8 +97,8 @@ def test_the_cost_of_a_success_is_missing_without_a_success() -> None:
 def test_copies_of_a_task_widen_the_interval_of_a_cost() -> None:
     """Two names with different costs give less information than as many different tasks."""
     shares = [Share(10, 1), Share(30, 1)] * 6
-    alone = interval_of_ratio([Case(str(i), str(i), share) for i, share in enumerate(shares)])
-    copies = interval_of_ratio([Case(str(i), str(i % 2), share) for i, share in enumerate(shares)])
+    alone = compute_ratio_interval([RateCase(str(i), str(i), share) for i, share in enumerate(shares)])
+    copies = compute_ratio_interval([RateCase(str(i), str(i % 2), share) for i, share in enumerate(shares)])
     assert alone is not None
     assert copies is not None
     assert copies.low < alone.low < 20 < alone.high < copies.high

@@ -12,9 +12,9 @@ from eai.base.files import to_file_name
 from eai.results.responses import (
     Response,
     ResponseFile,
-    attempt_name,
     find_response_files,
-    model_name,
+    format_attempt_name,
+    read_model_name,
     read_responses,
     write_responses,
 )
@@ -101,13 +101,13 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     [("gpt-4o_outputs.json", "gpt-4o"), ("answers.json", "answers"), ("a.b_outputs.json", "a.b"), ("x", "x")],
 )
 def test_a_file_is_named_after_its_model(name: str, model: str) -> None:
-    assert model_name(Path("folder") / name) == model
+    assert read_model_name(Path("folder") / name) == model
 
 
 @pytest.mark.parametrize("name", ["_outputs.json", "._outputs.json", ".._outputs.json"])
 def test_a_file_whose_model_could_not_have_a_folder_is_refused(name: str) -> None:
     with pytest.raises(InputError, match=r"expected a file named after a model, <model>_outputs\.json"):
-        model_name(Path("folder") / name)
+        read_model_name(Path("folder") / name)
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_a_folder_without_response_files_is_an_error(tmp_path: Path) -> None:
 
 def test_files_of_single_attempts_are_found_only_by_name(tmp_path: Path) -> None:
     file = written(tmp_path, [], "m_outputs.json")
-    names = [attempt_name("m", 1), attempt_name("m", 12)]
+    names = [format_attempt_name("m", 1), format_attempt_name("m", 12)]
     assert names == ["m_attempt_1", "m_attempt_12"]
     attempts = [written(tmp_path, [], f"{name}_outputs.json") for name in names]
     assert find_response_files(tmp_path) == [file]

@@ -16,14 +16,16 @@ from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.records import RECORDS, SUMMARY, make_record_batch, write_record_batches
 from eai.results.responses import Response, ResponseFile
-from eai.results.summary import summarise, summarise_by_attempt
+from eai.results.summary import compute_metric_rates, compute_rates_by_attempt
 from results.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
 
 
 def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
-    write_record_batches(folder, [make_record_batch(records)], **run, stages=summarise_by_attempt(records))
+    write_record_batches(
+        folder, [make_record_batch(records)], **run, stages=compute_rates_by_attempt(records)
+    )
     found: dict[str, Any] = json.loads((folder / SUMMARY).read_text())
     return found
 
@@ -31,7 +33,7 @@ def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
 def test_a_summary_names_its_model_and_suite(tmp_path: Path) -> None:
     records = [
         replace(record, errata=None)
-        for record in Scoring().records(echo_suite(), ANSWERS.model, ANSWERS.responses)
+        for record in Scoring().score_records(echo_suite(), ANSWERS.model, ANSWERS.responses)
     ]
     told = summary(tmp_path, records)
     assert {name: told[name] for name in ("protocol", "domain", "ability", "model", "unit", "errata")} == {
@@ -44,7 +46,9 @@ def test_a_summary_names_its_model_and_suite(tmp_path: Path) -> None:
     }
     assert (
         told["task_success"]
-        == summarise([each.verdict for each in records], records[0].ability)["task_success"].to_json()
+        == compute_metric_rates([each.verdict for each in records], records[0].ability)[
+            "task_success"
+        ].to_json()
     )
     assert told.keys().isdisjoint({"planner", "run", "study", "agent", "by_attempt"})
     assert len((tmp_path / RECORDS).read_text().splitlines()) == len(records)
@@ -59,7 +63,7 @@ def test_a_summary_names_its_model_and_suite(tmp_path: Path) -> None:
 def test_a_summary_names_the_planners_if_known(
     tmp_path: Path, names: tuple[str | None, ...], told: str | None
 ) -> None:
-    record = next(Scoring().records(echo_suite(), ANSWERS.model, ANSWERS.responses))
+    record = next(Scoring().score_records(echo_suite(), ANSWERS.model, ANSWERS.responses))
     record = replace(record, ability=Ability.TRANSITION_MODELING)
     verdicts = [OperatorVerdict(planner_name=name) for name in names]
     assert summary(tmp_path, [replace(record, verdict=each) for each in verdicts]).get("planner") == told

@@ -37,7 +37,7 @@ def test_one_file_may_hold_several_runs(tmp_path: Path) -> None:
 
 def test_runs_are_sorted_by_protocol_domain_ability_and_model(tmp_path: Path) -> None:
     keys = [run.key for run in read_runs([write_runs(tmp_path, all_runs())])]
-    ordered = sorted(keys, key=lambda key: key.order)
+    ordered = sorted(keys, key=lambda key: key.sort_key)
     assert [key.protocol.value for key in ordered] == ["strict"] * 5 + ["eai-1.0.5"]
     assert [key.model for key in ordered if key.ability.value == "action_sequencing"][:2] == [
         "first",

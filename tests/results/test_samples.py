@@ -12,13 +12,13 @@ import pytest
 from eai.base.errors import InputError
 from eai.results.batch import NO_ROW, Scoring
 from eai.results.options import ScoringOptions
-from eai.results.parquet import parquet
+from eai.results.parquet import import_parquet
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.records import (
     RECORDS,
     SUMMARY,
-    Shard,
+    RunShard,
     find_shards,
     merge_shards,
     write_record_batches,
@@ -26,7 +26,7 @@ from eai.results.records import (
 )
 from eai.results.responses import Response, ResponseFile, read_responses
 from eai.results.runs import read_runs
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from results.work import TASK_IDS, echo_suite
 
 SAMPLES = 100
@@ -45,7 +45,7 @@ def written(folder: Path, rows: Sequence[Mapping[str, object]] = ROWS, ending: s
     file = folder / f"m_outputs{ending}"
     if ending == ".parquet":
         pyarrow = pytest.importorskip("pyarrow")
-        parquet().write_table(pyarrow.Table.from_pylist(rows), file)
+        import_parquet().write_table(pyarrow.Table.from_pylist(rows), file)
     else:
         text = json.dumps(rows) if ending == ".json" else "\n\n".join(map(json.dumps, rows))
         file.write_text(text)
@@ -57,11 +57,11 @@ def read(file: Path) -> ResponseFile:
 
 
 def scored(
-    answers: ResponseFile, folder: Path, workers: int = 1, shard: Shard | None = None
-) -> Totals | None:
+    answers: ResponseFile, folder: Path, workers: int = 1, shard: RunShard | None = None
+) -> RunTotals | None:
     settings, missing = ScoringOptions(explanations=True), {TASK_IDS[0]: NO_ROW}
     with Scoring(workers) as scoring:
-        parts = scoring.record_batches(echo_suite(), answers, missing, settings, shard=shard)
+        parts = scoring.score_in_batches(echo_suite(), answers, missing, settings, shard=shard)
         if shard is None:
             return write_record_batches(folder, parts)
         write_shard(folder, shard, parts)
@@ -90,7 +90,7 @@ def test_file_format_and_number_of_workers_do_not_change_records(tmp_path: Path)
         scored(read(written(tmp_path, ending=ending)), tmp_path / ending, workers)
         assert contents(tmp_path / ending) == contents(tmp_path / "one")
     for number in (1, 2, 3):
-        scored(read(tmp_path / "m_outputs.jsonl"), tmp_path / "parts", shard=Shard(number, 3))
+        scored(read(tmp_path / "m_outputs.jsonl"), tmp_path / "parts", shard=RunShard(number, 3))
     merge_shards(tmp_path / "parts", find_shards(tmp_path)[tmp_path / "parts"])
     assert contents(tmp_path / "parts") == contents(tmp_path / "one")
 
@@ -128,10 +128,10 @@ def test_commands_for_one_answer_a_task_refuse_several(tmp_path: Path) -> None:
 
 
 def test_totals_of_parts_add_up_to_the_totals_of_the_run() -> None:
-    records: list[Record] = [*Scoring().records(echo_suite(), "m", read_some())]
-    whole, parts = Totals.from_records(records), Totals()
+    records: list[Record] = [*Scoring().score_records(echo_suite(), "m", read_some())]
+    whole, parts = RunTotals.from_records(records), RunTotals()
     for start in range(0, len(records), 3):
-        parts.merge(Totals.from_records(replace(each) for each in records[start : start + 3]))
+        parts.add_later_totals(RunTotals.from_records(replace(each) for each in records[start : start + 3]))
     assert parts == whole
 
 

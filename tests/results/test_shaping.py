@@ -20,7 +20,7 @@ from eai.abilities.verdict import (
 )
 from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.matching import SideMatch
-from eai.results.reward import METRICS, Shaping, credit_of, metrics_of, pay_for
+from eai.results.reward import METRICS, Shaping, compute_credit, compute_reward_of_credit, make_credit_metrics
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -170,20 +170,24 @@ ONE_OF_TWO = (False, False)
 def test_plans_are_paid_for_the_goals_that_they_gain(
     verdict: PlanVerdict, at_start: tuple[bool, ...], worth: Worth | None
 ) -> None:
-    assert paid(credit_of(verdict, at_start)) == worth
+    assert paid(compute_credit(verdict, at_start)) == worth
 
 
 def paid(earned: Credit | None) -> Worth | None:
     if earned is None:
         return None
-    success, goals, progress, diagnosis = [pay_for(earned, shaping) for shaping in [*Shaping][:4]]
-    assert pay_for(earned, Shaping.PARTIAL) == progress  # conditions are measured by `Reward`
+    success, goals, progress, diagnosis = [
+        compute_reward_of_credit(earned, shaping) for shaping in [*Shaping][:4]
+    ]
+    assert (
+        compute_reward_of_credit(earned, Shaping.PARTIAL) == progress
+    )  # conditions are measured by `Reward`
     return success, goals, progress, diagnosis
 
 
 def test_plans_are_paid_for_the_conditions_that_they_gain() -> None:
     earned = Credit(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
-    assert pay_for(earned, Shaping.PARTIAL) == 1 / 4
+    assert compute_reward_of_credit(earned, Shaping.PARTIAL) == 1 / 4
 
 
 def stated(
@@ -221,7 +225,7 @@ def stated(
     ],
 )
 def test_stated_goals_are_paid_by_their_f1(verdict: GoalVerdict, worth: Worth | None) -> None:
-    assert paid(credit_of(verdict)) == worth
+    assert paid(compute_credit(verdict)) == worth
 
 
 @pytest.mark.parametrize("hit", range(4))
@@ -229,13 +233,13 @@ def test_stated_goals_are_paid_by_their_f1(verdict: GoalVerdict, worth: Worth | 
 def test_meaningless_goals_earn_nothing(hit: int, missed: int) -> None:
     for ill_formed in range(3):
         for strangers in ((), ("a",), ("a", "b")):
-            worth = paid(credit_of(stated(hit, 0, missed, *strangers, ill_formed=ill_formed)))
+            worth = paid(compute_credit(stated(hit, 0, missed, *strangers, ill_formed=ill_formed)))
             for more in (
                 stated(hit, 0, missed, *strangers, ill_formed=ill_formed + 1),
                 stated(hit, 0, missed, *strangers, "c", ill_formed=ill_formed),
                 stated(hit, 1, missed, *strangers, ill_formed=ill_formed),
             ):
-                less = paid(credit_of(more))
+                less = paid(compute_credit(more))
                 assert (worth, less) == (None, None) or (worth and less and less <= worth)
                 assert not hit or (worth and less and less[2] < worth[2])
 
@@ -309,7 +313,7 @@ MISSING, UNREADABLE, HALLUCINATED = (
     ],
 )
 def test_operators_are_paid_by_the_f1_of_their_clauses(verdict: Verdict, worth: Worth | None) -> None:
-    assert paid(credit_of(verdict)) == worth
+    assert paid(compute_credit(verdict)) == worth
 
 
 P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER, FaultKind.AFFORDANCE
@@ -344,22 +348,22 @@ P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMB
     ],
 )
 def test_faults_are_counted_by_kind_as_metrics(verdict: Verdict, faults: Mapping[FaultKind, int]) -> None:
-    earned = credit_of(verdict, (False,))
+    earned = compute_credit(verdict, (False,))
     assert earned is not None
     assert earned.faults == faults
-    told = metrics_of(earned)
+    told = make_credit_metrics(earned)
     assert tuple(told) == METRICS
     assert told["faults"] == sum(faults.values())
     assert {kind: told[f"fault.{kind.value}"] for kind in FaultKind} == dict.fromkeys(FaultKind, 0) | faults
 
 
 def test_metrics_follow_from_the_credit() -> None:
-    told = metrics_of(Credit(1 / 2, success=False, ended=True, faults={A: 2}))
+    told = make_credit_metrics(Credit(1 / 2, success=False, ended=True, faults={A: 2}))
     assert (told["success"], told["progress"], told["faults"], told["fault.affordance"]) == (0, 1 / 2, 2, 2)
-    assert metrics_of(Credit(1, success=True, ended=False, faults={}))["success"] == 1
-    assert metrics_of(None) == dict.fromkeys(METRICS, 0)
+    assert make_credit_metrics(Credit(1, success=True, ended=False, faults={}))["success"] == 1
+    assert make_credit_metrics(None) == dict.fromkeys(METRICS, 0)
 
 
 def test_a_verdict_without_an_ability_has_no_credit() -> None:
     with pytest.raises(NotImplementedError, match="Verdict has no credit, so its answers cannot be paid"):
-        credit_of(Verdict())
+        compute_credit(Verdict())

@@ -11,27 +11,34 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.errata import ErrataUse
 from eai.results.record import Record
-from eai.results.records import Shard, find_shards, make_record_batch, merge_shards, read_records, write_shard
-from eai.results.totals import Totals
+from eai.results.records import (
+    RunShard,
+    find_shards,
+    make_record_batch,
+    merge_shards,
+    read_records,
+    write_shard,
+)
+from eai.results.totals import RunTotals
 
 
 @pytest.mark.parametrize(
-    ("text", "shard"), [("1/1", Shard(1, 1)), ("2/8", Shard(2, 8)), ("8/8", Shard(8, 8))]
+    ("text", "shard"), [("1/1", RunShard(1, 1)), ("2/8", RunShard(2, 8)), ("8/8", RunShard(8, 8))]
 )
-def test_shards_are_counted_from_one(text: str, shard: Shard) -> None:
-    assert Shard.parse(text) == shard
+def test_shards_are_counted_from_one(text: str, shard: RunShard) -> None:
+    assert RunShard.parse(text) == shard
     assert shard.file_name == f"records.shard-{shard.number}-of-{shard.of}.jsonl"
 
 
 @pytest.mark.parametrize("text", ["", "0/3", "4/3", "1", "1/0", "-1/3", "a/b", "1/3/5"])
 def test_an_invalid_shard_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="is no shard: expected I/N"):
-        Shard.parse(text)
+        RunShard.parse(text)
 
 
 @pytest.mark.parametrize("of", [1, 2, 3, 10])
 def test_every_item_is_in_one_shard(of: int) -> None:
-    parts = [[*Shard(number, of).select(range(7))] for number in range(1, of + 1)]
+    parts = [[*RunShard(number, of).select(range(7))] for number in range(1, of + 1)]
     assert sorted(item for part in parts for item in part) == list(range(7))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1
 
@@ -46,12 +53,12 @@ RECORDS = [record(str(number)) for number in range(5)]
 
 def test_shards_are_found_in_order_and_merged_unchanged(tmp_path: Path) -> None:
     for number in (3, 1, 2):
-        shard = Shard(number, 3)
+        shard = RunShard(number, 3)
         write_shard(tmp_path / "run", shard, [make_record_batch([*shard.select(RECORDS)])])
     (tmp_path / "run" / "records.shard-1-of-x.jsonl").touch()
     found = find_shards(tmp_path)
-    assert found == {tmp_path / "run": [tmp_path / "run" / Shard(n, 3).file_name for n in (1, 2, 3)]}
-    assert merge_shards(tmp_path, found[tmp_path / "run"]) == Totals.from_records(RECORDS)
+    assert found == {tmp_path / "run": [tmp_path / "run" / RunShard(n, 3).file_name for n in (1, 2, 3)]}
+    assert merge_shards(tmp_path, found[tmp_path / "run"]) == RunTotals.from_records(RECORDS)
     assert list(read_records(tmp_path / "records.jsonl")) == RECORDS
 
 
@@ -59,11 +66,11 @@ def test_shards_are_found_in_order_and_merged_unchanged(tmp_path: Path) -> None:
     ("given", "told"),
     [
         ([], "expected a folder with records.shard-I-of-N.jsonl below, found none"),
-        ([Shard(1, 2), Shard(1, 3)], "expected the shards of one run, found some of 2 and of 3"),
-        ([Shard(2, 4), Shard(4, 4)], "of 4 shards these are missing: 1, 3"),
+        ([RunShard(1, 2), RunShard(1, 3)], "expected the shards of one run, found some of 2 and of 3"),
+        ([RunShard(2, 4), RunShard(4, 4)], "of 4 shards these are missing: 1, 3"),
     ],
 )
-def test_a_missing_shard_is_reported(given: Sequence[Shard], told: str, tmp_path: Path) -> None:
+def test_a_missing_shard_is_reported(given: Sequence[RunShard], told: str, tmp_path: Path) -> None:
     for shard in given:
         write_shard(tmp_path, shard, [make_record_batch(RECORDS)])
     with pytest.raises(InputError, match=told):
@@ -77,7 +84,7 @@ def test_a_missing_shard_is_reported(given: Sequence[Shard], told: str, tmp_path
 def test_shards_of_different_runs_are_not_merged(change: dict[str, object], tmp_path: Path) -> None:
     first, second = [[replace(each, errata=ErrataUse("1"))] for each in RECORDS[:2]]
     for number, records in ((1, first), (2, [replace(second[0], **change)])):
-        write_shard(tmp_path, Shard(number, 2), [make_record_batch(records)])
+        write_shard(tmp_path, RunShard(number, 2), [make_record_batch(records)])
     with pytest.raises(InputError, match="expected the shards of one run, found m, "):
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])
 
@@ -85,7 +92,7 @@ def test_shards_of_different_runs_are_not_merged(change: dict[str, object], tmp_
 def test_shards_with_the_same_errata_version_are_merged(tmp_path: Path) -> None:
     told = [replace(each, errata=ErrataUse("1", (each.task_id,))) for each in RECORDS[:2]]
     for number in (1, 2):
-        write_shard(tmp_path, Shard(number, 2), [make_record_batch(told[number - 1 : number])])
+        write_shard(tmp_path, RunShard(number, 2), [make_record_batch(told[number - 1 : number])])
     assert merge_shards(tmp_path, find_shards(tmp_path)[tmp_path]).number == len(told)
     assert list(read_records(tmp_path / "records.jsonl")) == told
 
@@ -93,6 +100,6 @@ def test_shards_with_the_same_errata_version_are_merged(tmp_path: Path) -> None:
 @pytest.mark.parametrize("sizes", [(1, 2), (3, 1), (0, 0)])
 def test_files_of_unequal_shards_are_not_merged(sizes: tuple[int, int], tmp_path: Path) -> None:
     for number, size in enumerate(sizes, 1):
-        write_shard(tmp_path, Shard(number, 2), [make_record_batch(RECORDS[:size])])
+        write_shard(tmp_path, RunShard(number, 2), [make_record_batch(RECORDS[:size])])
     with pytest.raises(InputError, match=f"expected equal shards, found {sizes[0]}, {sizes[1]} records"):
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])

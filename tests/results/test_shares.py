@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from eai.results.lines import TidyLine, shares_by_kind
+from eai.results.lines import TidyLine, estimate_share_of_each_kind
 
 
 def line(task: str, name: str) -> TidyLine:
@@ -9,7 +9,7 @@ def line(task: str, name: str) -> TidyLine:
 
 def test_each_kind_has_its_share_of_all_lines_in_the_order_asked() -> None:
     lines = [line("1", "wash"), line("2", "wash"), line("3", "cook"), line("4", "read")]
-    found = dict(shares_by_kind(lines, ["x", "y", "x", "x"], ["y", "x", "z"]))
+    found = dict(estimate_share_of_each_kind(lines, ["x", "y", "x", "x"], ["y", "x", "z"]))
     assert [(kind, share.numerator, share.denominator) for kind, share in found.items()] == [
         ("y", 1, 4),
         ("x", 3, 4),

@@ -16,8 +16,8 @@ from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import score_run
-from eai.results.codec import record_from_json, record_to_json, sha256_of
-from eai.results.epochs import BeliefSet
+from eai.results.codec import hash_text, record_from_json, record_to_json
+from eai.results.epochs import StatedBeliefs
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
@@ -41,14 +41,14 @@ def source(data_store: Store) -> Source:
     return Source(data_store)
 
 
-def believed(answer: str, source: Source) -> BeliefSet:
+def believed(answer: str, source: Source) -> StatedBeliefs:
     return make_goal_beliefs(("m", {JARS: answer}), BEHAVIOR, source)
 
 
 LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
 
 
-def said(read: BeliefSet) -> Mapping[str, Any]:
+def said(read: StatedBeliefs) -> Mapping[str, Any]:
     """Return the summary of the stated goals of the one task."""
     return read.summaries[JARS]["pipeline"]
 
@@ -57,7 +57,7 @@ def test_a_gold_answer_states_its_goals(source: Source, data_store: Store) -> No
     gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)[JARS].text
     read = believed(gold, source)
     stated = said(read)
-    assert stated["goals_sha256"] == sha256_of(gold)
+    assert stated["goals_sha256"] == hash_text(gold)
     assert stated["goal_counts"] == [8, 0, 0]
     assert [stated[name] for name in LEFT] == [False, [], 0]
     assert read.beliefs[JARS].task.goals
@@ -95,7 +95,7 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
     answers = ResponseFile("m", tuple(Response(task, gold[task].text) for task in (GIFTS, JARS)))
     plain = score_run(suite, answers, {}, ScoringOptions())
     wrong = believed('{"node goals": [["open", "jar.n.01_1"], ["not", ["sliced", "peach.n.03_1"]]]}', source)
-    marked = [wrong.mark(record) for record in plain]
+    marked = [wrong.add_belief_to_record(record) for record in plain]
     assert all(getattr(record.verdict, "success", False) for record in plain)
     assert [replace(record, experiment=None, summaries={}) for record in marked] == plain
     assert {record.experiment for record in marked} == {experiment(goals_from="m")}
@@ -106,7 +106,7 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
 def test_records_have_the_stated_goals_in_their_summary(source: Source) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
     (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, ScoringOptions())
-    marked = believed('{"node goals": [["eaten", "peach.n.03_1"]]}', source).mark(plain)
+    marked = believed('{"node goals": [["eaten", "peach.n.03_1"]]}', source).add_belief_to_record(plain)
     written = json.loads(json.dumps(record_to_json(marked)))
     part = written["study"]["pipeline"]
     assert (part["label"], part["options"]) == ("goals-m", {"goals_from": "m"})

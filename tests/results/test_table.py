@@ -9,14 +9,14 @@ import pytest
 
 from by_path import ROOT
 from eai.base.errors import EaiError
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.lines import TABLES, StepLine
 from eai.results.table import Estimate, Table
-from eai.results.table_files import lines_csv, write_parquet, write_tables
+from eai.results.table_files import format_lines_as_csv, write_parquet, write_tables
 from eai.tasks.share import Share
 from studies.published import GPT_4O
 
-RATE = Estimate.from_cases([Case(str(i), str(i), Share(i % 2, 1)) for i in range(10)])
+RATE = Estimate.from_cases([RateCase(str(i), str(i), Share(i % 2, 1)) for i in range(10)])
 TABLE = Table(
     "sizes", "Sizes", "How big.", ("what", "size", "known"), (("a | b", RATE, True), ("c", None, None))
 )
@@ -57,7 +57,7 @@ def test_tables_are_written_in_three_forms(tmp_path: Path) -> None:
 
 
 def test_each_line_becomes_one_line_of_csv() -> None:
-    columns, values = lines_csv(StepLine, [STEP]).splitlines()
+    columns, values = format_lines_as_csv(StepLine, [STEP]).splitlines()
     beginning = "protocol,domain,ability,model,harness,effort,experiment,task,name"
     assert columns == f"{beginning},step,operator,objects,outcome,reason"
     assert values == f"strict,lamps,action_sequencing,{GPT_4O},,,,1,Lamps,0,GO,lamp_1,executed,"

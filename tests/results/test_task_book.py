@@ -4,7 +4,7 @@ import pytest
 
 from eai.abilities.explanation import parse_statement
 from eai.results.lines import WrongGoalReason
-from eai.results.task_book import TaskBook
+from eai.results.task_book import TaskLookup
 from eai.tasks.source import Source
 from studies.lamps import lamp_task, lamps
 
@@ -26,4 +26,4 @@ from studies.lamps import lamp_task, lamps
     ],
 )
 def test_wrong_goals_are_followed_along_the_annotated_plan(atom: str, reason: WrongGoalReason) -> None:
-    assert TaskBook(lamps(), Source()).reason(lamp_task().id, parse_statement(atom)) == reason
+    assert TaskLookup(lamps(), Source()).reason(lamp_task().id, parse_statement(atom)) == reason

@@ -53,7 +53,7 @@ def test_unknown_values_of_lines_are_none() -> None:
     """The tasks are in no data set, so only their records describe them."""
     made = TidyTables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
-        made.add(records)
+        made.add_records(records)
     first, excluded = made.answers[0], made.answers[11]
     assert (first.success, first.hits, first.planner, first.objects) == (True, None, None, None)
     assert (first.annotated_steps, first.goals, first.steps_tried) == (3, 1, 4)
@@ -65,7 +65,7 @@ def test_unknown_values_of_lines_are_none() -> None:
 
 def _tables(records: list[Record], *, features: bool) -> TidyTables:
     made = TidyTables(Source(Store()), features=features)
-    made.add(records)
+    made.add_records(records)
     return made
 
 
@@ -99,5 +99,5 @@ def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, 
 
 def test_the_data_set_is_read_only_if_features_are_requested() -> None:
     made = TidyTables(Source(Store(Path("/nowhere"))), features=False)
-    made.add([replace(record, domain="virtualhome") for record in action_run()])
+    made.add_records([replace(record, domain="virtualhome") for record in action_run()])
     assert made.answers[0].annotated_steps == 3

@@ -12,7 +12,7 @@ import eai
 from agents.switches import SWITCHES
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
-from eai.results.record import Origin, Record
+from eai.results.record import AnswerOrigin, Record
 from eai.results.reward import Reward
 from eai.results.training_data import (
     ASKED_OTHERWISE,
@@ -55,9 +55,9 @@ def record(task_id: str = "both", **told: Any) -> Record:
     ("given", "why"),
     [
         (record(), None),
-        (record(origin=Origin()), None),
-        (record(origin=Origin(prompt_sha256=PROMPT.sha256)), None),
-        (record(origin=Origin(prompt_sha256="0" * 64)), ASKED_OTHERWISE),
+        (record(origin=AnswerOrigin()), None),
+        (record(origin=AnswerOrigin(prompt_sha256=PROMPT.sha256)), None),
+        (record(origin=AnswerOrigin(prompt_sha256="0" * 64)), ASKED_OTHERWISE),
         (record(experiment=experiment(replans=1)), EXPERIMENT),
         (record(unanswered="the provider refused"), NO_ANSWER),
         (record("none"), NO_ANSWER),

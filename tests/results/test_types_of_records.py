@@ -19,7 +19,7 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
-from eai.results.record import Origin, Record
+from eai.results.record import AnswerOrigin, Record
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.source import Source
 from experiments import experiment
@@ -41,7 +41,7 @@ def records_of(folder: Path, name: str, ability: Ability) -> tuple[Record, ...]:
     responses = tuple([Response(*pair) for pair in zip(task_ids, swapped, strict=True)])
     found = score_run(suite, ResponseFile("m", responses), {}, ScoringOptions())
     usages = (Usage(), Usage(3, 4, 1, 0.5, 2.0))
-    return tuple([replace(each, origin=Origin(usage=usages[i % 2])) for i, each in enumerate(found)])
+    return tuple([replace(each, origin=AnswerOrigin(usage=usages[i % 2])) for i, each in enumerate(found)])
 
 
 def all_records(folder: Path) -> Iterator[Record]:

@@ -24,10 +24,10 @@ from eai.results.workers import (
     MAX_BATCH_SIZE,
     MAX_BATCHES_AHEAD,
     MAX_DEATHS,
-    Workers,
-    _Batch,
+    WorkerPool,
     _remove_folder,
-    _Worker,
+    _WorkBatch,
+    _WorkerProcess,
     split_batches,
 )
 from results.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
@@ -36,7 +36,7 @@ from results.work import Dying, asleep, cubes, deadly, failing, folder_of_files,
 @pytest.mark.parametrize("workers", [1, 2, 3])
 @pytest.mark.parametrize("number", [0, 1, 15, 1_000])
 def test_results_come_in_order(workers: int, number: int) -> None:
-    with Workers(workers) as pool:
+    with WorkerPool(workers) as pool:
         for work in (squares, cubes, squares):  # the same processes, other work
             assert list(pool.map_batches(work, range(number))) == work(range(number))
 
@@ -60,7 +60,7 @@ def test_only_a_few_batches_are_read_ahead() -> None:
             taken += 1
             yield taken
 
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         results = pool.map_batches(squares, endless())
         for count in (1, 5_000, 20_000):
             before = taken
@@ -70,14 +70,14 @@ def test_only_a_few_batches_are_read_ahead() -> None:
 
 @pytest.mark.parametrize("at", [0, 40, 999])
 def test_a_killed_worker_loses_and_repeats_no_result(tmp_path: Path, at: int) -> None:
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         assert list(pool.map_batches(Dying(at, tmp_path / "died"), range(1_000))) == squares(range(1_000))
         assert (tmp_path / "died").exists()
         assert list(pool.map_batches(squares, range(100))) == squares(range(100))
 
 
 def test_workers_killed_between_two_streams_are_replaced() -> None:
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         assert list(pool.map_batches(squares, range(100))) == squares(range(100))
         for worker in pool._workers:
             worker.process.kill()
@@ -86,7 +86,7 @@ def test_workers_killed_between_two_streams_are_replaced() -> None:
 
 @pytest.mark.parametrize("place", [0, 1])
 def test_a_worker_killed_while_sending_blocks_no_other(place: int) -> None:
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         results = pool.map_batches(large, range(12), batch_sizes=(1, 1))
         next(results)
         taken = 1
@@ -100,7 +100,7 @@ def test_a_worker_killed_while_sending_blocks_no_other(place: int) -> None:
 
 
 def test_streams_may_be_interleaved_and_abandoned(tmp_path: Path) -> None:
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         first, second = (
             pool.map_batches(squares, range(500)),
             pool.map_batches(Dying(3, tmp_path / "died"), range(90)),
@@ -115,7 +115,7 @@ def test_streams_may_be_interleaved_and_abandoned(tmp_path: Path) -> None:
 
 
 def test_closing_the_workers_ends_their_streams() -> None:
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         results = pool.map_batches(squares, range(500))
         next(results)
         pool.close()
@@ -124,7 +124,7 @@ def test_closing_the_workers_ends_their_streams() -> None:
 
 
 def test_temporary_files_of_workers_are_removed() -> None:
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         left = {
             Path(file).parent for file in pool.map_batches(folder_of_files, range(40), batch_sizes=(1, 1))
         }
@@ -156,14 +156,17 @@ def test_removing_a_folder_is_retried_until_the_time_limit(
 
 
 def test_items_that_kill_every_worker_are_named() -> None:
-    with Workers(2) as pool, pytest.raises(EaiError, match=f"died {MAX_DEATHS} times at the same 16 items"):
+    with (
+        WorkerPool(2) as pool,
+        pytest.raises(EaiError, match=f"died {MAX_DEATHS} times at the same 16 items"),
+    ):
         list(pool.map_batches(deadly, range(20)))
 
 
 def test_an_error_in_a_worker_is_raised_in_the_caller() -> None:
-    with Workers(2) as pool, pytest.raises(ValueError, match="no"):
+    with WorkerPool(2) as pool, pytest.raises(ValueError, match="no"):
         list(pool.map_batches(failing, range(5)))
-    with Workers(2) as pool, pytest.raises(EaiError, match="UnspeakableError: of no module"):
+    with WorkerPool(2) as pool, pytest.raises(EaiError, match="UnspeakableError: of no module"):
         list(pool.map_batches(unspeakable, range(5)))
 
 
@@ -173,7 +176,7 @@ def test_an_interrupt_ends_busy_workers() -> None:
         assert active_children()
         raise KeyboardInterrupt
 
-    with Workers(2) as pool, pytest.raises(KeyboardInterrupt):
+    with WorkerPool(2) as pool, pytest.raises(KeyboardInterrupt):
         next(pool.map_batches(asleep, items(), batch_sizes=(1, 1)))
     assert not active_children()
 
@@ -183,8 +186,8 @@ def test_the_fork_server_ignores_interrupts() -> None:
     script = (
         "from multiprocessing.forkserver import _forkserver\n"
         "from pathlib import Path\n"
-        "from eai.results.workers import Workers\n"
-        "with Workers(2) as pool:\n"
+        "from eai.results.workers import WorkerPool\n"
+        "with WorkerPool(2) as pool:\n"
         "    list(pool.map_batches(list, range(3)))\n"
         "    print(Path(f'/proc/{_forkserver._forkserver_pid}/status').read_text())\n"
     )
@@ -199,7 +202,7 @@ def test_rewards_from_workers_are_the_same(data_store: Store) -> None:
     answers = [(task_id, book[task_id].text) for task_id in suite.task_ids] * 3
     reward = Reward(suite, "diagnosis")
     with Scoring(workers=2) as scoring:
-        assert list(scoring.rewards(reward, answers)) == [reward(*answer) for answer in answers]
+        assert list(scoring.compute_rewards(reward, answers)) == [reward(*answer) for answer in answers]
 
 
 class Noted:
@@ -215,10 +218,10 @@ class Noted:
 
 def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -> list[int]:
     """Return the number of batches that each started process has, and the number that wait."""
-    monkeypatch.setattr(Workers, "_start_worker", lambda self: _Worker(Noted(), Noted()))  # type: ignore[arg-type]
-    pool = Workers(workers)
+    monkeypatch.setattr(WorkerPool, "_start_worker", lambda self: _WorkerProcess(Noted(), Noted()))  # type: ignore[arg-type]
+    pool = WorkerPool(workers)
     for size in sizes:
-        pool._waiting.append(_Batch(b"", tuple(range(size))))
+        pool._waiting.append(_WorkBatch(b"", tuple(range(size))))
         pool._send_batches()
     assert all(len(worker.connection.sent) == len(worker.pending) for worker in pool._workers)  # type: ignore[attr-defined]
     return [*(len(worker.pending) for worker in pool._workers), len(pool._waiting)]
@@ -249,14 +252,14 @@ def test_three_batches_for_each_worker_are_read_ahead(
 ) -> None:
     taken: list[int] = []
 
-    def received(self: Workers) -> None:
+    def received(self: WorkerPool) -> None:
         for batch in self._waiting:
             batch.result = pickle.dumps(list(batch.items))
         self._waiting.clear()
 
-    monkeypatch.setattr(Workers, "_send_batches", lambda self: None)
-    monkeypatch.setattr(Workers, "_receive", received)
-    results = Workers(workers).map_batches(
+    monkeypatch.setattr(WorkerPool, "_send_batches", lambda self: None)
+    monkeypatch.setattr(WorkerPool, "_receive_result", received)
+    results = WorkerPool(workers).map_batches(
         squares, (taken.append(n) or n for n in range(99)), batch_sizes=(4, 4)
     )
     assert next(results) == 0
@@ -277,6 +280,6 @@ def test_a_folder_of_workers_is_removed_even_if_files_appear_in_it(
             super().__init__(**options)  # type: ignore[call-overload]
 
     monkeypatch.setattr("eai.results.workers.TemporaryDirectory", Folder)
-    with Workers(2) as pool:
+    with WorkerPool(2) as pool:
         assert list(pool.map_batches(squares, range(9))) == squares(range(9))
     assert made == [{"prefix": "eai-workers-", "ignore_cleanup_errors": True}]

@@ -76,7 +76,7 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     job = QuestionJob(endpoint, suite, prompts, whom.epochs)
     answers = request_missing_answers(job, folder / "answers.jsonl", folder / "logs")
     result = score_answers(answers, folder, suite, ScoringOptions())
-    write_scores(answers.log, result.records_by_key(), Source(planner=PLANNER))
+    write_scores(answers.log, result.map_keys_to_records(), Source(planner=PLANNER))
     return Ran(
         result.totals.rates, result.records, [one.totals.rates for one in result.by_epoch], answers.log
     )

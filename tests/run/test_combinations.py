@@ -15,7 +15,7 @@ from eai.base.store import Store
 from eai.results.record import Record
 from eai.results.records import read_records
 from eai.run.spec import read_spec
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from processes import Outcome, eai
 
 NOISE = "--with perception.scene=noisy --with perception.noise.missing=0.1"
@@ -114,12 +114,12 @@ def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) 
     for choice in (CHOICES["scene"], f"{CHOICES['scene']} {CHOICES['prompt']}"):
         assert command(f"{RUN} {choice} --out @/runs", tmp_path).status == 0
     notes: list[str] = []
-    records = Records((tmp_path / "runs",), note=notes.append)
+    records = StudyRecords((tmp_path / "runs",), note=notes.append)
     with pytest.raises(InputError, match="expected plain runs, or runs of one experiment, found scene-"):
-        records.tables()
-    assert len({line.experiment for line in records.all_tables().answers}) == 2
+        records.make_plain_tables()
+    assert len({line.experiment for line in records.make_all_tables().answers}) == 2
     assert command(f"{RUN} --out @/runs", tmp_path).status == 0
-    tables = Records((tmp_path / "runs",), note=notes.append).tables()
+    tables = StudyRecords((tmp_path / "runs",), note=notes.append).make_plain_tables()
     assert {line.experiment for line in tables.answers} == {None}
     assert len(notes) == 1
     assert "left out because they are experiments: runs with scene-" in notes[0]

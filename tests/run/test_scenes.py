@@ -13,12 +13,12 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
-from eai.results.codec import read_summary, record_from_json
+from eai.results.codec import read_study_summary, record_from_json
 from eai.run.registry import TASKS
-from eai.studies.perception.belief import scene_words
-from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.noise import parse_noise, perceive
-from eai.studies.perception.verdict import Perceived
+from eai.studies.perception.belief import open_scene_words
+from eai.studies.perception.errors import find_perception_errors
+from eai.studies.perception.noise import parse_noise, perceive_with_noise
+from eai.studies.perception.verdict import PerceptionErrors
 from processes import own_process
 from run.child import (
     Asked,
@@ -46,12 +46,12 @@ def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store)
     _, _, own = sample.input[-1].text.rpartition("Your task")
     listed = own.partition("Objects [kind]: properties\n")[2].partition("\n\n")[0].splitlines()
     suite = open_suite("behavior", PLANS)
-    words = scene_words(suite.benchmark)
-    seen = perceive(suite.tasks[JARS], words, parse_noise(settings))
-    there = {*words.names(suite.tasks[JARS])}
+    words = open_scene_words(suite.benchmark)
+    seen = perceive_with_noise(suite.tasks[JARS], words, parse_noise(settings))
+    there = {*words.list_object_names(suite.tasks[JARS])}
     assert {line.partition(" [")[0] for line in listed} == {*seen.names}
     assert {*seen.names} - there
-    assert {*words.describe(suite.tasks[JARS]).names} - {*seen.names}
+    assert {*words.make_true_graph(suite.tasks[JARS]).names} - {*seen.names}
 
 
 @pytest.mark.parametrize("domain", ["behavior", "virtualhome"])
@@ -66,7 +66,7 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
         (sample,) = make(tasks=[task_id], prompts="eai", context=context).dataset
         assert isinstance(sample.input, list)
         questions[context] = sample.input[-1].text.rpartition("Your task")[2]
-    task, words = suite.tasks[task_id], scene_words(suite.benchmark).wording
+    task, words = suite.tasks[task_id], open_scene_words(suite.benchmark).wording
     assert words.describe_initial(task) in questions["some"]
     assert len(questions["none"]) < len(questions["some"]) <= len(questions["many"])
     listed = questions["some"].partition("[kind]: properties\n")[2].partition("[kind]: properties\n")[2]
@@ -110,12 +110,12 @@ def test_records_of_a_log_have_the_perceived_scene(
     path = process.submit(evaluate_experiment_in_child, asked, Whom("eai/planner", {}), tmp_path, told)
     scored = process.submit(score_in_child, path.result(), asked).result()
     suite = open_suite("behavior", PLANS)
-    task, words = suite.tasks[JARS], scene_words(suite.benchmark)
-    expected = perception_errors(task, words, perceive(task, words, parse_noise(settings)))
+    task, words = suite.tasks[JARS], open_scene_words(suite.benchmark)
+    expected = find_perception_errors(task, words, perceive_with_noise(task, words, parse_noise(settings)))
     for log in (read_eval_log(path.result()), read_eval_log(scored)):
         (sample,) = log.samples or ()
         record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
         assert record.experiment is not None
         assert record.experiment.label == "scene-noisy-missing-0.3-seed-1"
-        assert read_summary(record, "perception", Perceived) == expected
+        assert read_study_summary(record, "perception", PerceptionErrors) == expected
         assert expected.missing > 0

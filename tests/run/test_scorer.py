@@ -26,7 +26,7 @@ from eai.results.batch import Scoring
 from eai.results.codec import record_from_json
 from eai.results.rate import Rate
 from eai.results.responses import Response, read_responses
-from eai.results.summary import outcome_of, summarise
+from eai.results.summary import compute_metric_rates, find_answer_outcome
 from eai.run.scorer import apply_experiment
 from eai.run.tasks import read_answers
 from eai.tasks.source import ErrataChoice, Source
@@ -89,7 +89,7 @@ def test_all_ways_of_scoring_give_the_same_rates(
 ) -> None:
     suite, asked = some_tasks(domain, ability, protocol)
     ran = process.submit(run_in_child, asked, NOISY, tmp_path).result()
-    kinds = {outcome_of(record) for record in ran.records}
+    kinds = {find_answer_outcome(record) for record in ran.records}
     assert len(kinds) >= 3 or not get_declaration(ability).has_plans
     numbers = shares(ran.rates)
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -111,8 +111,10 @@ def test_all_ways_of_scoring_give_the_same_rates(
         assert answers.model == written.model
         assert set(answers.responses) == set(written.responses)
     together = suite.adapt_to_answers([response.text for response in written.responses])
-    verdicts = [record.verdict for record in Scoring().records(together, written.model, written.responses)]
-    assert shares(summarise(verdicts, ability)) == pytest.approx(numbers)
+    verdicts = [
+        record.verdict for record in Scoring().score_records(together, written.model, written.responses)
+    ]
+    assert shares(compute_metric_rates(verdicts, ability)) == pytest.approx(numbers)
 
 
 @pytest.mark.parametrize(
@@ -227,7 +229,7 @@ def test_a_log_cannot_hide_the_rules_of_its_episodes() -> None:
     easy = {"view": "scene", "observe": "partial", "feedback": "changes", "max_steps": None, "until": "goal"}
     text = json.dumps({"turns": [{"said": "PRESS(lamp)"}], "rules": easy, "harness": "mine"})
     answers = [Response("half", text), Response("both", "", unanswered="the request failed")]
-    records = [*Scoring().records(suite, "m", answers)]
+    records = [*Scoring().score_records(suite, "m", answers)]
     for stated, rules in {
         None: "budget-none_until-goal",
         "tokens-9": "budget-none_until-goal",

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from eai.base.errors import InputError
 from eai.base.files import read_toml
 from eai.run.spec import RunSpec, find_study_of_option, read_spec, save_spec
-from eai.studies.perception.choice import Perception
-from eai.studies.perception.noise import Noise
+from eai.studies.perception.choice import SceneOptions
+from eai.studies.perception.noise import PerceptionNoise
 from eai.studies.registry import list_run_studies
 
 EVERYTHING: dict[str, dict[str, Any]] = {
@@ -57,8 +57,8 @@ def test_a_specification_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert spec.tasks.limit == 3
     assert not spec.generation.stop
     perception = spec.studies["perception"]
-    assert isinstance(perception, Perception)
-    assert perception.noise == Noise(missing=0.1, seed=2)
+    assert isinstance(perception, SceneOptions)
+    assert perception.noise == PerceptionNoise(missing=0.1, seed=2)
     file = save_spec(spec, tmp_path)
     assert file == tmp_path / "run.toml"
     assert read_spec(read_toml(file)) == spec
@@ -92,7 +92,7 @@ def test_each_option_belongs_to_one_study() -> None:
     """Therefore Inspect's arguments do not name a study."""
     names = [name for study in list_run_studies() for name in study.options.model_fields]
     assert [find_study_of_option(name) for name in names] == [
-        s.key for s in list_run_studies() for _ in s.options.model_fields
+        s.section_name for s in list_run_studies() for _ in s.options.model_fields
     ]
 
 

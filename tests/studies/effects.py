@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eai.results.table import Estimate
-from eai.studies.cofactors.effects import fit_logit, rank_correlation
+from eai.studies.cofactors.effects import compute_rank_correlation, fit_logistic_regression
 
 MODELS = 9
 
@@ -42,11 +42,15 @@ def answers(generator: random.Random, sizes: Sequence[int]) -> list[Answer]:
 def log_odds(run: Sequence[Answer]) -> Estimate:
     """Return the effect of the cofactor in the adjusted table."""
     columns = np.array([[e.cofactor, *(float(e.model == m) for m in range(MODELS))] for e in run])
-    return fit_logit(columns, np.array([float(e.success) for e in run]), [e.name for e in run])[0]
+    return fit_logistic_regression(columns, np.array([float(e.success) for e in run]), [e.name for e in run])[
+        0
+    ]
 
 
 def correlation(run: Sequence[Answer]) -> Estimate:
     """Return the rank correlation of one model's success with the cofactor."""
     of_model = [each for each in run if each.model == MODELS // 2]
     names = [each.name for each in of_model]
-    return rank_correlation([float(e.success) for e in of_model], [e.cofactor for e in of_model], names)
+    return compute_rank_correlation(
+        [float(e.success) for e in of_model], [e.cofactor for e in of_model], names
+    )

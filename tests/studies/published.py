@@ -42,5 +42,5 @@ def tables(
                 for row in rows
             ),
         )
-        made.add(score_run(suite, answers, {}, ScoringOptions(explanations=True)))
+        made.add_records(score_run(suite, answers, {}, ScoringOptions(explanations=True)))
     return made

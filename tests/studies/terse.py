@@ -10,17 +10,17 @@ from pydantic import Field
 from eai.abilities.experiment import Experiment
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
-from eai.results.epochs import BeliefSet
+from eai.results.epochs import StatedBeliefs
 from eai.results.record import Record
 from eai.results.table import Table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import AskModel, Endpoint, FirstStage, Variation
+from eai.studies.variation import AskModel, Endpoint, FirstStage, VariationOptions
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief
 
 
-class Limit(Variation):
+class Limit(VariationOptions):
     """A limit in the question.
 
     Attributes:
@@ -42,18 +42,18 @@ class Limit(Variation):
     ) -> FirstStage:
         return FirstStage(library, wanted, ask, self._limited)
 
-    def _limited(self, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+    def _limited(self, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: Belief(task, initial=told) for task_id, task in suite.tasks.items()}
-        return BeliefSet(beliefs, Experiment(), "there is no such task")
+        return StatedBeliefs(beliefs, Experiment(), "there is no such task")
 
 
 def summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> dict[str, int]:
     return {"excess": max(0, len(record.response) - record.study["terse"].options["characters"])}
 
 
-def analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    rows = [(x.key.name, sum(r.summaries["terse"]["excess"] for r in x.records)) for x in records.runs()]
+def analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
+    rows = [(x.key.name, sum(r.summaries["terse"]["excess"] for r in x.records)) for x in records.read_runs()]
     yield Analysis([Table("terse", "Characters above the limit", "By run.", ("run", "excess"), tuple(rows))])
 
 

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.results.table import Table
 from eai.results.tidy import TidyTables
-from eai.studies.errors.study import _ErrorLeaf, error_tables, find_leaf
+from eai.studies.errors.study import _ErrorLeaf, find_error_leaf, make_error_tables
 from eai.tasks.source import Source
 from oracle import MODELS
 from record_files import write_records
@@ -46,17 +46,18 @@ def rows(table: Table) -> list[dict[str, Any]]:
 )
 def test_each_answer_has_one_leaf_of_the_taxonomy(changes: dict[str, Any], leaf: _ErrorLeaf) -> None:
     made = TidyTables(Source(Store()))
-    made.add(action_run())
+    made.add_records(action_run())
     answer = replace(made.answers[0], relation_met=None, error_check=None)
-    assert find_leaf(replace(answer, **changes)) == leaf
+    assert find_error_leaf(replace(answer, **changes)) == leaf
 
 
 def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
     made = TidyTables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
-        made.add(records)
+        made.add_records(records)
     found = {
-        table.name: table for table in error_tables(made.answers, made.clauses, examples=3, explorer=None)
+        table.name: table
+        for table in make_error_tables(made.answers, made.clauses, examples=3, explorer=None)
     }
     outcomes = Counter(a.outcome for a in made.answers if a.outcome != "excluded")
     leaves: Counter[str] = Counter()
@@ -69,7 +70,7 @@ def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
 def test_closed_containers_are_the_most_overlooked_precondition() -> None:
     """The paper gives no number; nine models make 219 of 410 such errors."""
     found = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
-    why = error_tables(found.answers, found.clauses, examples=3, explorer=None)[1]
+    why = make_error_tables(found.answers, found.clauses, examples=3, explorer=None)[1]
     together = {row["check"]: row["share"].numerator for row in rows(why) if row["model"] == "all models"}
     first = ["is_closed", "is_inside_something_that_is_closed"]
     assert list(together)[:2] == first

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.results.table import Estimate
-from eai.studies.goals.study import goal_tables
+from eai.studies.goals.study import make_goal_tables
 from oracle import MODELS, read_shared
 from studies.published import tables
 
@@ -24,7 +24,7 @@ PAPERS_NAMES = {
 
 @pytest.fixture(scope="module")
 def nine() -> dict[str, list[dict[str, Any]]]:
-    found = goal_tables(tables("behavior", Ability.GOAL_INTERPRETATION, MODELS).atoms)
+    found = make_goal_tables(tables("behavior", Ability.GOAL_INTERPRETATION, MODELS).atoms)
     return {table.name: table.row_dicts() for table in found}
 
 

@@ -50,11 +50,11 @@ def end(
     name: str, store: Store, task_id: str, written: str, planner: PlannerChoice = PlannerChoice.BUILT_IN
 ) -> ChainEnd | None:
     """The end of the chain of operators, as an answer that scoring judges first."""
-    chain = _OperatorChain.open(name, Source(store, planner=planner))
+    chain = _OperatorChain.open_chain(name, Source(store, planner=planner))
     answer = json.dumps({"output": written})
     verdict = chain.operators.score(task_id, answer)
     assert isinstance(verdict, OperatorVerdict)
-    return chain.find_end(task_id, answer, verdict)
+    return chain.find_chain_end(task_id, answer, verdict)
 
 
 @pytest.mark.parametrize(
@@ -75,8 +75,8 @@ def test_the_true_operators_succeed_or_break_at_a_link(
     data_store: Store, name: str, task_id: str, expected: ChainEnd | None
 ) -> None:
     assert end(name, data_store, task_id, operators(name, data_store, task_id)) == expected
-    chain = _OperatorChain.open(name, Source(data_store, planner=PlannerChoice.BUILT_IN))
-    assert chain.find_true_end(task_id) == expected
+    chain = _OperatorChain.open_chain(name, Source(data_store, planner=PlannerChoice.BUILT_IN))
+    assert chain.find_gold_chain_end(task_id) == expected
 
 
 @pytest.mark.parametrize(
@@ -131,12 +131,12 @@ def test_operators_without_a_planner_have_no_end_of_chain(data_store: Store) -> 
 
 @pytest.mark.parametrize("answer", ["", '{"output": "(:action fly :parameters () :effect ())"}'])
 def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(data_store: Store, answer: str) -> None:
-    chain = _OperatorChain.open("virtualhome", Source(data_store, planner=PlannerChoice.BUILT_IN))
+    chain = _OperatorChain.open_chain("virtualhome", Source(data_store, planner=PlannerChoice.BUILT_IN))
     text = answer_book("virtualhome", Ability.TRANSITION_MODELING, data_store)[FOOD].text
     verdict = chain.operators.score(FOOD, text)
     assert isinstance(verdict, OperatorVerdict)
     with pytest.raises(InputError, match=rf"task {FOOD}: the record's plan .* score again"):
-        chain.find_end(FOOD, answer, verdict)
+        chain.find_chain_end(FOOD, answer, verdict)
 
 
 def test_the_analysis_counts_ends_of_answers_and_of_true_operators(

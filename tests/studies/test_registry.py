@@ -34,7 +34,7 @@ class Words(Options):
 
 
 def analyze(records, chosen):
-    answers = records.tables(features=False).answers
+    answers = records.make_plain_tables(features=False).answers
     cases = [make_case(answer, share_of_one(answer.characters <= chosen.most)) for answer in answers]
     columns, rows = ("answers", "short"), ((len(answers), Estimate.from_cases(cases)),)
     yield Analysis([Table("brevity", "Short answers", "In percent.", columns, rows)])
@@ -65,8 +65,8 @@ print(len(entered))
 
 
 def test_every_declared_study_is_found_by_its_name() -> None:
-    assert sorted(registry.study_names()) == sorted(declared(registry.GROUP))
-    for name in registry.study_names():
+    assert sorted(registry.list_study_names()) == sorted(declared(registry.GROUP))
+    for name in registry.list_study_names():
         assert registry.find_study(name).name == name
 
 

@@ -15,21 +15,21 @@ from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
 from eai.cli import app
-from eai.results.epochs import _write_attempts
+from eai.results.epochs import _write_attempt_files
 from eai.results.record import Record
 from eai.results.responses import read_responses
-from eai.results.summary import keep_attempts, summarise_by_attempt
+from eai.results.summary import compute_rates_by_attempt, drop_later_attempts
 from eai.results.table import Estimate
 from eai.results.trials import make_trial_record
 from eai.studies.attempts.study import (
-    _analyze,
+    _analyze_attempts,
     _ReplanningChoices,
+    estimate_success_by_attempt,
     group_arms,
-    replanning_tables,
-    success_by_attempt,
+    make_replanning_tables,
     write_remarks,
 )
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from record_files import write_records
 from studies.told import told_tables
 
@@ -59,7 +59,7 @@ def numerators(estimates: Sequence[Estimate]) -> list[float | None]:
 
 
 def test_the_answers_of_each_attempt_are_read_from_a_file(tmp_path: Path) -> None:
-    _write_attempts(tmp_path, "m", TOLD)
+    _write_attempt_files(tmp_path, "m", TOLD)
     written = [read_responses(tmp_path / f"m_attempt_{number}_outputs.json", "0123") for number in (1, 2, 3)]
     asked = [[each.task_id for each in file.responses] for file in written]
     assert asked == [["0", "1", "2", "3"], ["1", "2", "3"], ["2", "3"]]
@@ -69,25 +69,25 @@ def test_the_answers_of_each_attempt_are_read_from_a_file(tmp_path: Path) -> Non
 
 def test_success_by_the_number_of_attempts_never_falls() -> None:
     untold, told = group_arms([TOLD, UNTOLD])  # the control comes first
-    assert (untold.name, told.name) == ("replans-2-restart-none", "replans-2-restart-explained")
-    assert numerators(success_by_attempt(told)) == [1, 2, 3]
-    assert numerators(success_by_attempt(untold)) == [1, 1, 2]
-    assert [each["task_success"].numerator for each in summarise_by_attempt(TOLD)] == [1, 2, 3]
-    assert [len(keep_attempts(record, 2).attempts) for record in TOLD] == [1, 2, 2, 2]
+    assert (untold.label, told.label) == ("replans-2-restart-none", "replans-2-restart-explained")
+    assert numerators(estimate_success_by_attempt(told)) == [1, 2, 3]
+    assert numerators(estimate_success_by_attempt(untold)) == [1, 1, 2]
+    assert [each["task_success"].numerator for each in compute_rates_by_attempt(TOLD)] == [1, 2, 3]
+    assert [len(drop_later_attempts(record, 2).attempts) for record in TOLD] == [1, 2, 2, 2]
 
 
 def test_arms_with_feedback_are_compared_with_arms_without() -> None:
-    _, worth, _ = replanning_tables(group_arms([TOLD, UNTOLD]))
+    _, worth, _ = make_replanning_tables(group_arms([TOLD, UNTOLD]))
     differences = [row[-1] for row in worth.rows]
     assert [each.value for each in differences if isinstance(each, Estimate)] == [0, 25, 25]
     assert write_remarks(group_arms([TOLD, UNTOLD])) == []
     (alone,) = write_remarks(group_arms([TOLD]))
     assert alone.startswith("No resampling arm stands beside replans-2-restart-explained")
-    assert replanning_tables(group_arms([TOLD]))[1].rows == ()
+    assert make_replanning_tables(group_arms([TOLD]))[1].rows == ()
 
 
 def test_outcomes_are_counted_by_the_first_failure() -> None:
-    *_, mended = replanning_tables(group_arms([TOLD, UNTOLD]))
+    *_, mended = make_replanning_tables(group_arms([TOLD, UNTOLD]))
     counts = {
         row[:2]: (row[2], row[3].numerator if isinstance(row[3], Estimate) else None, *row[4:])
         for row in mended.rows
@@ -106,8 +106,8 @@ def test_several_seeds_form_one_arm_with_tasks_as_units() -> None:
     one, two = (run_of(replace(slipping, slip_seed=seed), [[plan(*BOTH)]]) for seed in (1, 2))
     (arm,) = group_arms([one, two])
     assert list(arm.runs) == [1, 2]
-    assert len(arm.records(1)) == 2
-    assert {case.name for case in arm.cases("task_success", 2)} == {"0"}
+    assert len(arm.list_records(1)) == 2
+    assert {case.name for case in arm.make_cases("task_success", 2)} == {"0"}
     assert "One seed of slips" in "".join(write_remarks(group_arms([one])))
 
 
@@ -133,4 +133,4 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
 def test_plain_records_are_refused_by_the_analysis_of_replanning(tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", [replace(TOLD[0], experiment=None)])
     with pytest.raises(InputError, match="expected records of replanning or slips"):
-        list(_analyze(Records((tmp_path,)), _ReplanningChoices()))
+        list(_analyze_attempts(StudyRecords((tmp_path,)), _ReplanningChoices()))

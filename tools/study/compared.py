@@ -31,13 +31,13 @@ from rates import ABILITIES, WORLDS, column_of, if_so, measured_rates, printed_r
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE
 from eai.benchmarks.registry import find_benchmark
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.comparison import compare_metric
 from eai.results.paper_tables import read_paper_models
 from eai.results.record import Record
-from eai.results.summary import name_of, shares_by_task
+from eai.results.summary import find_task_name, map_tasks_to_shares
 from eai.results.table import Estimate
-from eai.studies.cofactors.effects import rank_correlation
+from eai.studies.cofactors.effects import compute_rank_correlation
 from eai.tasks.share import Share
 
 SIGNS: Mapping[str, Callable[[float, float], bool]] = {
@@ -130,7 +130,9 @@ def strength(evidence: Evidence, text: str) -> Finding:
     values = _rates(evidence, column, printed=False)
     success = _rates(evidence, f"{world}/{ability}/task_success", printed=False)
     names = sorted(values.keys() & success.keys())
-    found = rank_correlation([success[name] for name in names], [values[name] for name in names], names)
+    found = compute_rank_correlation(
+        [success[name] for name in names], [values[name] for name in names], names
+    )
     low, high = found.low or 0, found.high or 0
     holds, some = (high < 0, (found.value or 0) < 0) if falls else (low > 0, (found.value or 0) > 0)
     return if_so(
@@ -267,14 +269,14 @@ def _records(evidence: Evidence, column: str, model: str) -> list[Record]:
     return next((records for file, records in runs.items() if read_paper_models()[file] == model), [])
 
 
-def _cases(records: list[Record], column: str) -> list[Case]:
+def _cases(records: list[Record], column: str) -> list[RateCase]:
     metrics = column.split("/")[2].split("+")
-    names = {record.task_id: name_of(record) for record in records if record.task}
+    names = {record.task_id: find_task_name(record) for record in records if record.task}
     cases = []
-    for task, shares in shares_by_task(records).items():
+    for task, shares in map_tasks_to_shares(records).items():
         parts = [shares.get(metric, EMPTY_SHARE) for metric in metrics]
         share = Share(sum(part.numerator for part in parts), max(part.denominator for part in parts))
-        cases.append(Case(task, names.get(task, task), share))
+        cases.append(RateCase(task, names.get(task, task), share))
     return cases
 
 
@@ -282,9 +284,11 @@ def _leads(first: list[Record], second: list[Record], left: str, right: str, sig
     before, after = ({case.task: case for case in _cases(*side)} for side in ((first, left), (second, right)))
     tasks = [task for task in before if task in after]
     found = compare_metric([before[t] for t in tasks], [after[t] for t in tasks], yes_no=False)
-    if found.points is None or found.p_value is None:
+    if found.percentage_points is None or found.p_value is None:
         return False
-    return found.p_value < P_LIMIT and (found.points < 0 if sign == ">" else found.points > 0)
+    return found.p_value < P_LIMIT and (
+        found.percentage_points < 0 if sign == ">" else found.percentage_points > 0
+    )
 
 
 def _is_apart(first: list[Record], second: list[Record], left: str, right: str, sign: str) -> bool:

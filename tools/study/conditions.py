@@ -38,10 +38,10 @@ def partial_success_table() -> Iterator[str]:
     yield f"| model | {' | '.join(heads)} |"
     yield f"|---|{'--:|' * len(heads)}"
     for model in _ranked(scores.suites[f"behavior/{Ability.ACTION_SEQUENCING.value}"]):
-        cells = [scores.suites[suite].rates(model)[metric].percent for suite, metric in columns]
+        cells = [scores.suites[suite].find_rates(model)[metric].percent for suite, metric in columns]
         yield f"| {model} | {' | '.join('-' if cell is None else f'{cell:.1f}' for cell in cells)} |"
     yield ""
 
 
 def _ranked(suite: PublishedSuite) -> list[str]:
-    return sorted(suite.models, key=lambda model: -(suite.rates(model)["partial_success"].percent or 0))
+    return sorted(suite.models, key=lambda model: -(suite.find_rates(model)["partial_success"].percent or 0))

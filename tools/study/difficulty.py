@@ -23,7 +23,7 @@ from evidence import (
 )
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.lines import AnswerLine, goal_share, score_share
+from eai.results.lines import AnswerLine, compute_goal_share, compute_score_share
 from eai.results.table import Estimate
 
 SUITE = Suite(B, AS)
@@ -41,12 +41,12 @@ def _executed(answer: AnswerLine) -> float | None:
 
 
 def _score(answer: AnswerLine) -> float | None:
-    share = score_share(answer)
+    share = compute_score_share(answer)
     return share.numerator / share.denominator if share.denominator else None
 
 
 def _goals(answer: AnswerLine) -> float | None:
-    share = goal_share(answer)
+    share = compute_goal_share(answer)
     return share.numerator / share.denominator if share.denominator else None
 
 

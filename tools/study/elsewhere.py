@@ -9,10 +9,10 @@ from claim import Claim, Finding, Row, Status, by_degree, fisher
 from evidence import GI, GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.data_set import count_figures
+from eai.results.data_set import count_data_set_figures
 from eai.results.paper_tables import PaperColumn, read_paper_models, read_paper_table
 from eai.results.rate import Rate
-from eai.results.summary import average_performance, average_weights
+from eai.results.summary import compute_average_performance, make_average_weights
 from eai.studies.sensitivity.study import OVERALL
 
 PRINTED_V = {
@@ -143,11 +143,11 @@ def averages(evidence: Evidence) -> Finding:
     for domain in (V, B):
         for model in overview.rows:
             values = {
-                place: overview.figure(model, PaperColumn(place[0].value, place[1], domain))
-                for place in average_weights()
+                place: overview.find_figure(model, PaperColumn(place[0].value, place[1], domain))
+                for place in make_average_weights()
             }
-            ours = average_performance(values)
-            said = overview.figure(model, PaperColumn("", "average_performance", domain))
+            ours = compute_average_performance(values)
+            said = overview.find_figure(model, PaperColumn("", "average_performance", domain))
             if ours is None or said is None:
                 continue
             number += 1
@@ -195,7 +195,7 @@ def people(evidence: Evidence) -> Finding:
 def data_set(evidence: Evidence) -> Finding:
     rows, printed = [], 0
     for domain in (V, B):
-        for row in count_figures(find_benchmark(domain), evidence.published):
+        for row in count_data_set_figures(find_benchmark(domain), evidence.published):
             if row.printed is None:
                 continue
             printed += 1

@@ -15,13 +15,17 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine, TidyLine, make_case
 from eai.results.paper_tables import PublishedSuite, read_paper_models
-from eai.results.rate import Rate, rate_of
+from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.table import Estimate
 from eai.results.tidy import TidyTables
-from eai.results.totals import Totals
-from eai.studies.cofactors.effects import rank_correlation
-from eai.studies.sensitivity.study import OperatorTrial, group_cases, try_operators
+from eai.results.totals import RunTotals
+from eai.studies.cofactors.effects import compute_rank_correlation
+from eai.studies.sensitivity.study import (
+    OperatorReplacement,
+    group_cases_by_operator,
+    replace_operators_one_by_one,
+)
 from eai.tasks.share import Share
 from eai.tasks.source import ErrataChoice, Source
 
@@ -60,7 +64,7 @@ class Evidence:
         self._rates: dict[tuple[str, str, str], Mapping[str, Rate]] = {}
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
         self.tables = TidyTables(self.published)
-        self._tried: dict[tuple[str, str], list[OperatorTrial]] = {}
+        self._tried: dict[tuple[str, str], list[OperatorReplacement]] = {}
         self._planned: dict[tuple[str, PlannerChoice], ScoredSuite] = {}
 
     @property
@@ -73,7 +77,7 @@ class Evidence:
         first = records[0]
         suite = Suite(first.domain, first.ability.value)
         self.suites.setdefault(suite, {})[first.model] = list(records)
-        self.tables.add(records)
+        self.tables.add_records(records)
 
     @cached_property
     def models(self) -> list[str]:
@@ -103,10 +107,10 @@ class Evidence:
     def _find_rates(self, domain: str, ability: str, model: str) -> Mapping[str, Rate]:
         if self._scores is not None:
             suite = self._scores[f"{domain}/{ability}"]
-            return suite.rates(model) if model in suite.models else {}
+            return suite.find_rates(model) if model in suite.models else {}
         for name, records in self.suites.get(Suite(domain, ability), {}).items():
             if read_paper_models().get(name, name) == model:
-                return Totals.from_records(records).rates
+                return RunTotals.from_records(records).rates
         return {}
 
     def answers(self, suite: Suite, model: str | None = None) -> list[AnswerLine]:
@@ -122,9 +126,12 @@ class Evidence:
     def sensitivity(self, domain: str, models: Sequence[str]) -> Mapping[tuple[str, str], Rate]:
         """Return the share of problems solved with one operator of a model, by operator and category."""
         trials = [trial for model in models for trial in self.trials(domain, model)]
-        return {key: rate_of(case.share for case in cases) for key, cases in group_cases(trials).items()}
+        return {
+            key: compute_rate(case.share for case in cases)
+            for key, cases in group_cases_by_operator(trials).items()
+        }
 
-    def trials(self, domain: str, model: str) -> list[OperatorTrial]:
+    def trials(self, domain: str, model: str) -> list[OperatorReplacement]:
         """Return the trials of a model's operators, each alone among gold ones."""
         if (domain, model) not in self._tried:
             records = self.suites[Suite(domain, TM)][model]
@@ -143,9 +150,11 @@ class Evidence:
         return self._planned[domain, planner]
 
 
-def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorTrial]:
+def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorReplacement]:
     scorer = suite.scorer(record.task_id)
-    return try_operators(scorer, record) if isinstance(scorer, TransitionModeling) else iter(())
+    return (
+        replace_operators_one_by_one(scorer, record) if isinstance(scorer, TransitionModeling) else iter(())
+    )
 
 
 def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:
@@ -156,7 +165,7 @@ def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:
 def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]) -> Estimate:
     """Return Spearman's correlation of a feature of tasks with a value of answers."""
     known = [(line, number) for line in lines if (number := value(line)) is not None]
-    return rank_correlation(
+    return compute_rank_correlation(
         [getattr(line, feature) for line, _ in known],
         [number for _, number in known],
         [line.name for line, _ in known],

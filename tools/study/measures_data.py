@@ -26,10 +26,10 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.logic.ltl import parse
-from eai.results.data_set import count_figures
+from eai.results.data_set import count_data_set_figures
 from eai.results.lines import AnswerLine
 from eai.results.paper_tables import read_paper_setting, read_paper_table
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from eai.tasks.operator_task import OperatorLibrary
 from eai.tasks.task import GoalKind, Task
 
@@ -234,7 +234,10 @@ def objects_by_world(evidence: Evidence) -> Finding:
 def preconditions_by_world(evidence: Evidence) -> Finding:
     means = {}
     for domain in (V, B):
-        table = {each.label: each.value for each in count_figures(find_benchmark(domain), evidence.published)}
+        table = {
+            each.label: each.value
+            for each in count_data_set_figures(find_benchmark(domain), evidence.published)
+        }
         means[domain] = table["preconditions"] / table["transition models"]
     return if_so(
         means[B] > means[V],
@@ -495,7 +498,7 @@ def micro_averages(evidence: Evidence) -> Finding:
     right = number = 0
     for domain in (V, B):
         for records in evidence.suites[Suite(domain, GI)].values():
-            rates = Totals.from_records(records).rates
+            rates = RunTotals.from_records(records).rates
             kinds = sum(rates[f"{kind}.f1"].numerator for kind in ("state", "relation", "action"))
             right += kinds == rates["overall.f1"].numerator
             number += 1
@@ -533,7 +536,7 @@ def figures_of_tables(evidence: Evidence) -> Finding:
     gaps = {}
     for column in {column for table in tables for column in table.columns if column.ability}:
         for model in evidence.names:
-            figures = [each for table in tables if (each := table.figure(model, column)) is not None]
+            figures = [each for table in tables if (each := table.find_figure(model, column)) is not None]
             if len(figures) > 1:
                 gaps[model, column] = max(figures) - min(figures)
     equal = sum(gap <= DIGIT for gap in gaps.values())

@@ -15,10 +15,10 @@ from rates import all_of, if_so, most_of
 
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.benchmarks.registry import find_benchmark
-from eai.results.comparison import compare
-from eai.results.lines import AnswerLine, StepLine, goal_share
+from eai.results.comparison import compare_runs
+from eai.results.lines import AnswerLine, StepLine, compute_goal_share
 from eai.results.paper_tables import read_paper_models
-from eai.studies.cofactors.effects import rank_correlation
+from eai.studies.cofactors.effects import compute_rank_correlation
 
 RESULTS_IN_BEHAVIOR = {
     "OPEN": ("open",),
@@ -109,7 +109,7 @@ def variety_of_environments(evidence: Evidence) -> Finding:
             ("kinds of objects", [float(each.object_categories or 0) for each in answers]),
             ("kinds of states", [float(kinds[each.task]) for each in answers]),
         ):
-            found = rank_correlation(
+            found = compute_rank_correlation(
                 values, [_share(each) or 0 for each in answers], [each.name for each in answers]
             )
             below.append(below_zero(found))
@@ -143,15 +143,15 @@ def lead_of_o1(evidence: Evidence) -> Finding:
     text, clear, number = [], Counter[str](), Counter[str]()
     for suite in (Suite(V, AS), Suite(V, SD), Suite(V, TM), *(Suite(B, each) for each in (GI, AS, SD, TM))):
         runs = {read_paper_models()[file]: records for file, records in evidence.suites[suite].items()}
-        for metric, found in compare(runs[SECOND], runs[LEADER]).differences.items():
-            if found.points is None or found.p_value is None:
+        for metric, found in compare_runs(runs[SECOND], runs[LEADER]).differences.items():
+            if found.percentage_points is None or found.p_value is None:
                 continue
             number[suite.domain] += 1
-            if found.points > 0 and found.p_value < P_LIMIT:
+            if found.percentage_points > 0 and found.p_value < P_LIMIT:
                 clear[suite.domain] += 1
                 name = metric.replace("_", " ").replace(".", " ")
                 chance = "p < 0.001" if found.p_value < 0.001 else f"p = {found.p_value:.3f}"
-                text.append(f"{suite}, {name} {found.points:+.1f} ({chance})")
+                text.append(f"{suite}, {name} {found.percentage_points:+.1f} ({chance})")
     return Finding(
         by_degree(clear == number, bool(clear)),
         f"on the same tasks {LEADER} is ahead of {SECOND} with p < {P_LIMIT} in "
@@ -289,5 +289,5 @@ def _kinds_of_states(evidence: Evidence, domain: str) -> dict[str, int]:
 
 def _share(answer: AnswerLine) -> float | None:
     """Return the share of goals that an answer reaches, or None if it is not known."""
-    share = goal_share(answer)
+    share = compute_goal_share(answer)
     return share.numerator / share.denominator if share.denominator else None

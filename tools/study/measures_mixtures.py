@@ -14,7 +14,7 @@ from rates import all_of, if_so, most_of, range_over_models, rates_of
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
 from eai.results.paper_tables import read_paper_models, read_published_scores
-from eai.studies.sensitivity.study import OperatorTrial
+from eai.studies.sensitivity.study import OperatorReplacement
 from eai.tasks.operator_task import OperatorLibrary
 
 O1 = "o1-preview-2024-09-12"
@@ -300,7 +300,7 @@ def plans_that_work(evidence: Evidence) -> Finding:
     counts = {}
     for domain in (V, B):
         suite = read_published_scores("strict").suites[f"{domain}/{TM}"]
-        rates = [suite.rates(model) for model in suite.models]
+        rates = [suite.find_rates(model) for model in suite.models]
         counts[domain] = tuple(
             round(sum(rate[f"overall.{name}"].numerator for rate in rates))
             for name in ("plan_works", "planner_success")
@@ -311,7 +311,7 @@ def plans_that_work(evidence: Evidence) -> Finding:
 
 def plans_of_gpt_4o(evidence: Evidence) -> Finding:
     """Count the plans found with GPT-4o's operators in VirtualHome that work with the true ones."""
-    rates = read_published_scores("strict").suites[f"{V}/{TM}"].rates("GPT-4o")
+    rates = read_published_scores("strict").suites[f"{V}/{TM}"].find_rates("GPT-4o")
     works, found = (round(rates[f"overall.{name}"].numerator) for name in ("plan_works", "planner_success"))
     return all_of(
         (works, found), text=f"under `strict` {works} of {found} such plans work with the true operators"
@@ -360,7 +360,7 @@ def _only_switched(problem: str) -> set[str]:
     return (facts["has_switch"] & facts["plugged_out"]) - facts["has_plug"]
 
 
-def _solved(trials: Sequence[OperatorTrial]) -> float:
+def _solved(trials: Sequence[OperatorReplacement]) -> float:
     return sum(trial.outcome == PlannerOutcome.SOLVED.value for trial in trials) / max(1, len(trials))
 
 

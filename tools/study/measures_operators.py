@@ -14,7 +14,7 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
 from eai.results.rate import Rate
-from eai.studies.cofactors.effects import rank_correlation
+from eai.studies.cofactors.effects import compute_rank_correlation
 from eai.studies.sensitivity.study import OVERALL
 
 THREE = {"plug_in", "walk_towards", "switch_on"}
@@ -282,7 +282,7 @@ def complexity_of_operators(evidence: Evidence) -> Finding:
         rates = _overall(evidence, domain)
         names = list(rates)
         for kind, category in (("literals", None), ("spatial literals", SPATIAL)):
-            found = rank_correlation(
+            found = compute_rank_correlation(
                 [_literals(evidence, domain, name, "precondition", category) for name in names],
                 [rates[name].share or 0 for name in names],
                 names,

@@ -16,7 +16,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.results.model_cards import model_cards
+from eai.results.model_cards import make_model_table
 from eai.results.paper_tables import read_paper_models
 from eai.tasks.prompts.prompt import Belief, Prompt
 
@@ -172,7 +172,7 @@ def relevant_objects(evidence: Evidence) -> Finding:
 
 
 def ids_on_cards(evidence: Evidence) -> Finding:
-    cards = {row[0]: (str(row[2]), str(row[3])) for row in model_cards().rows}
+    cards = {row[0]: (str(row[2]), str(row[3])) for row in make_model_table().rows}
     others = [
         f"{cards[read_paper_models()[file]][0]} ({file})"
         for file in evidence.models
@@ -189,7 +189,7 @@ def ids_on_cards(evidence: Evidence) -> Finding:
 
 
 def open_hosts(evidence: Evidence) -> Finding:
-    hosts = {str(row[0]): str(row[5]) for row in model_cards().rows if row[0] in OPEN_WEIGHT}
+    hosts = {str(row[0]): str(row[5]) for row in make_model_table().rows if row[0] in OPEN_WEIGHT}
     hits = sum(host == "TogetherAI" for host in hosts.values())
     text = ", ".join(f"{name} {host}" for name, host in hosts.items())
     return all_of((hits, len(hosts)), text=f"hosts of open models on the paper's cards: {text}")

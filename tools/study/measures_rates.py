@@ -305,7 +305,7 @@ def plans_that_fail(evidence: Evidence) -> Finding:
     text, lost = [], []
     for domain in (V, B):
         suite = read_published_scores("strict").suites[f"{domain}/{TM}"]
-        rates = [suite.rates(model) for model in suite.models]
+        rates = [suite.find_rates(model) for model in suite.models]
         found = sum(each["overall.planner_success"].numerator for each in rates)
         works = sum(each["overall.plan_works"].numerator for each in rates)
         lost.append(works < 0.9 * found)

@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.choice import count_options
-from eai.results.lines import AnswerLine, score_share
+from eai.results.lines import AnswerLine, compute_score_share
 from eai.results.paper_tables import read_paper_models, read_published_scores
 
 TOOLS = (
@@ -216,7 +216,7 @@ def conditions_counted_singly(evidence: Evidence) -> Finding:
     pairs = [
         (rates["total_goal"].percent or 0, rates["partial_success"].percent or 0)
         for model in suite.models
-        for rates in [suite.rates(model)]
+        for rates in [suite.find_rates(model)]
     ]
     lower = sum(goals < conditions for goals, conditions in pairs)
     means = [sum(each) / len(pairs) for each in zip(*pairs, strict=True)]
@@ -485,5 +485,5 @@ def _share(values: Sequence[bool]) -> float:
 
 
 def _f1(answer: AnswerLine) -> float | None:
-    share = score_share(answer)
+    share = compute_score_share(answer)
     return share.numerator / share.denominator if share.denominator else None

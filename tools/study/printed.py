@@ -76,7 +76,7 @@ ORDERS: Sequence[tuple[str, str, PaperColumn, str, int, Sequence[str]]] = (
 def prose(evidence: Evidence) -> Finding:
     rows = []
     for model, table, column, figure in QUOTED:
-        printed = read_paper_table(table).figure(model, column)
+        printed = read_paper_table(table).find_figure(model, column)
         if printed is None or abs(printed - figure) > 0.05:
             what = f"{NAMED[column.domain]}, {column.ability.replace('_', ' ')}: {model}, {column.metric}"
             rows.append(Row(what, f"{figure:.1f} in the text", f"{_told(printed)} in the table"))
@@ -100,7 +100,7 @@ def _orders() -> Iterator[Row]:
     for what, table_name, column, said, rank, others in ORDERS:
         table = read_paper_table(table_name)
         models = [model for model in table.rows if model not in others]
-        order = sorted(models, key=lambda model: -(table.figure(model, column) or 0))
+        order = sorted(models, key=lambda model: -(table.find_figure(model, column) or 0))
         yield Row(f"{NAMED[column.domain]}: {what}", said, order[rank - 1])
 
 
@@ -113,9 +113,9 @@ def easier(evidence: Evidence) -> Finding:
     overview = read_paper_table("overview")
     for domain in (V, B):
         pairs = [
-            (overview.figure(model, PaperColumn(SD, SOLVED, domain)), plans)
+            (overview.find_figure(model, PaperColumn(SD, SOLVED, domain)), plans)
             for model in overview.rows
-            if (plans := overview.figure(model, PaperColumn(AS, SOLVED, domain))) is not None
+            if (plans := overview.find_figure(model, PaperColumn(AS, SOLVED, domain))) is not None
         ]
         known = [(subgoals, plans) for subgoals, plans in pairs if subgoals is not None]
         ahead[domain] = sum(subgoals > plans for subgoals, plans in known)
@@ -179,8 +179,8 @@ def _differences(table: PaperTable, column: PaperColumn) -> Iterator[float]:
     for name in table.rows:
         model, _, way = name.rpartition(" ")
         if way == "(modular)":
-            before = table.figure(name, column)
-            after = table.figure(f"{model} (pipeline)", column)
+            before = table.find_figure(name, column)
+            after = table.find_figure(f"{model} (pipeline)", column)
             if before is not None and after is not None:
                 yield after - before
 
@@ -213,8 +213,8 @@ def slips(evidence: Evidence) -> Finding:
     for chance in ("0.05", "0.1", "0.2"):
         for metric, named in ((EXECUTED, "execution"), (SOLVED, "success")):
             column = PaperColumn(AS, metric, B)
-            without = table.figure(f"GPT-4o, p = {chance}", column) or 0.0
-            replanned = table.figure(f"GPT-4o w/ replanning, p = {chance}", column) or 0.0
+            without = table.find_figure(f"GPT-4o, p = {chance}", column) or 0.0
+            replanned = table.find_figure(f"GPT-4o w/ replanning, p = {chance}", column) or 0.0
             hits = [round(figure * SLIPS_TASKS / 100) for figure in (without, replanned)]
             p = fisher(*hits, SLIPS_TASKS)
             clear.append(p < 0.05)

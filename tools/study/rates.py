@@ -10,7 +10,7 @@ from claim import Finding, Status, by_degree
 from evidence import AS, GI, SD, TM, B, Evidence, V
 
 from eai.results.paper_tables import PaperColumn, read_paper_setting, read_paper_table
-from eai.results.summary import average_performance, average_weights
+from eai.results.summary import compute_average_performance, make_average_weights
 
 AVERAGE = "average_performance"
 WORLDS = {"V": V, "B": B}
@@ -44,7 +44,7 @@ def printed_figures(column: RateColumn, model: str) -> list[float]:
     tables = [
         read_paper_table(name) for name in (*read_paper_setting().full_tables, "transition_modeling_summary")
     ]
-    figures = [table.figure(model, place) for table in tables]
+    figures = [table.find_figure(model, place) for table in tables]
     return sorted({figure for figure in figures if figure is not None})
 
 
@@ -54,7 +54,7 @@ def printed_rates(column: RateColumn) -> dict[str, float]:
     for name in (*reversed(read_paper_setting().full_tables), "overview"):
         table = read_paper_table(name)
         if place in table.columns:
-            figures = {model: table.figure(model, place) for model in table.rows}
+            figures = {model: table.find_figure(model, place) for model in table.rows}
             return {model: figure for model, figure in figures.items() if figure is not None}
     return {}
 
@@ -74,9 +74,10 @@ def _averages(evidence: Evidence, domain: str) -> dict[str, float]:
     rates = {}
     for model in evidence.names:
         values = {
-            place: evidence.percent(domain, place[0].value, place[1], model) for place in average_weights()
+            place: evidence.percent(domain, place[0].value, place[1], model)
+            for place in make_average_weights()
         }
-        average = average_performance(values)
+        average = compute_average_performance(values)
         if average is not None:
             rates[model] = average
     return rates

@@ -53,7 +53,7 @@ from rates import (
 )
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.data_set import count_figures
+from eai.results.data_set import count_data_set_figures
 from eai.results.paper_tables import read_paper_table
 
 FILE = Path(__file__).parent / "statements.tsv"
@@ -217,7 +217,7 @@ class Checker:
 
     def _count(self, text: str) -> Finding:
         world, label, said = text.split("/")
-        table = count_figures(find_benchmark(WORLDS[world]), self._evidence.published)
+        table = count_data_set_figures(find_benchmark(WORLDS[world]), self._evidence.published)
         value = next(figure.value for figure in table if figure.label == label)
         same = round(value, len(said.partition(".")[2])) == float(said)
         return Finding(by_degree(same, False), f"{label}: {value:,}")

@@ -20,7 +20,7 @@ from eai.agents.rules import OUTCOMES
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import Effort
 from eai.planning.successor_generator import generate_applicable_of_operator
-from eai.results.reward import Shaping, metrics_of, pay_for
+from eai.results.reward import Shaping, compute_reward_of_credit, make_credit_metrics
 from eai.tasks.prompts.template import Templates
 from eai.tasks.special import Ambiguous, Impossible
 from eai.world.action import Action, Fault
@@ -142,7 +142,7 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode up to now, by name, as in `eai.results.reward.Grade`."""
-        return metrics_of(self._compute_credit(is_last=self.over))
+        return make_credit_metrics(self._compute_credit(is_last=self.over))
 
     @property
     def final_value(self) -> float:
@@ -159,7 +159,7 @@ class Game:
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
             return self.stage.repairer.compute_closeness((*self._find_counted_actions(), *last)) or 0.0
-        return 0.0 if earned is None else pay_for(earned, self._rules.reward)
+        return 0.0 if earned is None else compute_reward_of_credit(earned, self._rules.reward)
 
     def _find_counted_actions(self) -> list[Action]:
         """Return the executed actions, and the actions that were skipped because they were not needed."""

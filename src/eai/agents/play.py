@@ -26,7 +26,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import load_object
 from eai.benchmarks.suite import Suite
-from eai.results.codec import sha256_of
+from eai.results.codec import hash_text
 from eai.tasks.options import describe_misfit
 from eai.tasks.prompts.prompt import Image, Prompt
 from eai.tasks.task import Task
@@ -279,7 +279,7 @@ class RecordedGame(Game):
         self.most = stage.action_limit or _ESTIMATED_ACTIONS
         self.harness = harness
         self._thought = ""
-        self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, sha256_of(self.write_opening()))
+        self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, hash_text(self.write_opening()))
 
     def play_command(self, command: str, thought: str = "") -> str:
         """Carry out a command, and keep it with the agent's thought. Return the observation.
@@ -293,7 +293,7 @@ class RecordedGame(Game):
         command, thought = _replace_surrogates(command), _replace_surrogates(thought)
         told = self.act(command).observation
         self.turns.append(
-            _EpisodeCommand(command, sha256_of(told), "" if thought == self._thought else thought)
+            _EpisodeCommand(command, hash_text(told), "" if thought == self._thought else thought)
         )
         self.failed.append(self.outcome.fault is not None or self.outcome.slipped)
         self._thought = thought

@@ -27,7 +27,7 @@ from eai.agents.verdict import ActingVerdict, Recoverability, Turn
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
 from eai.planning.search import Limits, SearchEnd
-from eai.results.codec import sha256_of
+from eai.results.codec import hash_text
 from eai.tasks.goal_test import GoalTest, remaining_goals
 from eai.tasks.planning import find_plan
 from eai.tasks.task import Task, TaskExclusion
@@ -135,7 +135,7 @@ class _ActingScorer(Scorer):
             turns.append(
                 Turn(
                     command.said,
-                    sha256_of(told),
+                    hash_text(told),
                     is_action=game.tried > tried_before,
                     fault=game.outcome.fault,
                     slipped=game.outcome.slipped,
@@ -229,7 +229,7 @@ _MAX_SHOWN = 100
 
 def _describe_observation_difference(place: str, digest: str | None, told: str) -> str | None:
     """Return a text on an observation that differs from its digest in the episode; None if it agrees."""
-    if digest is None or digest == sha256_of(told):
+    if digest is None or digest == hash_text(told):
         return None
     first = told.partition("\n")[0]
     return f"{place}: the observation is another one: {first[:_MAX_SHOWN]}"

@@ -19,13 +19,13 @@ from eai.cli.console import errors, format_count, note, output, print_markdown, 
 from eai.cli.options import OUTPUT, AsJson, DataFolder, flag
 from eai.cli.progress import scoring_progress
 from eai.results.lines import SUITE, TABLES
-from eai.results.plots import use_plot_style, write
+from eai.results.plots import use_plot_style, write_figure
 from eai.results.table import Table
-from eai.results.table_files import lines_csv, write_files, write_parquet, write_tables
+from eai.results.table_files import format_lines_as_csv, write_files, write_parquet, write_tables
 from eai.results.terminal import print_table
-from eai.studies.records import Records
-from eai.studies.registry import find_study, study_names
-from eai.studies.study import Analysis, Figures, Study, split_commas
+from eai.studies.records import StudyRecords
+from eai.studies.registry import find_study, list_study_names
+from eai.studies.study import Analysis, Figures, Study, split_option_values
 from eai.tasks.options import Options
 
 ALL, TABLE = "all", "table"
@@ -39,7 +39,7 @@ class _Formats(Options):
         formats: csv or parquet, or both with a comma. parquet needs the extra 'analysis'.
     """
 
-    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(split_commas)] = ("csv",)
+    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(split_option_values)] = ("csv",)
 
 
 def analyze(
@@ -72,7 +72,7 @@ def analyze(
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
     with options.open_source(data) as source, require_extra("analysis", "this analysis needs"):
-        read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
+        read = StudyRecords(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
             _write_lines(read, options.apply_settings(TABLE, _Formats, settings or ()), as_json=as_json)
             return
@@ -85,7 +85,7 @@ def _listing() -> Iterator[str]:
     """Yield the lines of a Markdown table of studies and the options of their analyses."""
     yield "| study, option | if not given | meaning |"
     yield "|---|---|---|"
-    for name in study_names():
+    for name in list_study_names():
         study = find_study(name)
         if study.analyze is not None:
             yield f"| **{name}** | | {study.title} |"
@@ -96,7 +96,7 @@ def _listing() -> Iterator[str]:
 
 
 def _refuse_unknown(name: str) -> None:
-    known = (*study_names(), ALL, TABLE)
+    known = (*list_study_names(), ALL, TABLE)
     if name not in known:
         raise InputError(f"{name!r} is no study: there are {', '.join(known)}{did_you_mean(name, known)}")
 
@@ -104,12 +104,12 @@ def _refuse_unknown(name: str) -> None:
 def _studies(name: str) -> list[Study]:
     """Return the study with a name, or all studies that the name `all` stands for."""
     if name == ALL:
-        return [each for each in map(find_study, study_names()) if each.included_in_all]
+        return [each for each in map(find_study, list_study_names()) if each.included_in_all]
     return [] if name == TABLE else [find_study(name)]
 
 
 def _write_all(
-    name: str, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
+    name: str, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
     """Write the analyses of one study, or of all studies; yield the JSON value of each analysis.
 
@@ -119,19 +119,19 @@ def _write_all(
     if name != ALL:
         yield from _write_study(studies[0], records, settings, plots=plots, as_json=as_json)
         return
-    records.tables()
+    records.make_plain_tables()
     for study in studies:
         own = [text for text in settings if options.setting(text)[0] in study.choices.model_fields]
         try:
             yield from _write_study(
-                study, records.for_subfolder(study.name), own, plots=plots, as_json=as_json
+                study, records.change_to_subfolder(study.name), own, plots=plots, as_json=as_json
             )
         except InputError as error:
             records.note(f"{study.name}: {error}")
 
 
 def _write_study(
-    study: Study, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
+    study: Study, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
     """Write the tables of a study's analyses, and figures if wanted; yield the JSON value of each analysis.
 
@@ -164,7 +164,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
             with use_plot_style():
                 for name, figure in figures:
                     if figure is not None:
-                        write(figure, folder / name)
+                        write_figure(figure, folder / name)
                         drawn += 1
         except EaiError as error:
             errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
@@ -188,18 +188,18 @@ def _drop_constant_columns(table: Table) -> Table:
     rows = table.row_dicts()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title
-    return replace(table.drop(common), title=title)
+    return replace(table.drop_columns(common), title=title)
 
 
-def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:
-    made = records.all_tables()
+def _write_lines(records: StudyRecords, chosen: _Formats, *, as_json: bool) -> None:
+    made = records.make_all_tables()
     out, tables = records.folder, {name: getattr(made, name) for name in TABLES}
     for written in dict.fromkeys(chosen.formats):
         for name, lines in tables.items():
             if written == "parquet":
                 write_parquet(out / f"{name}.parquet", TABLES[name], lines)
             else:
-                write_files(out, {f"{name}.csv": lines_csv(TABLES[name], lines)})
+                write_files(out, {f"{name}.csv": format_lines_as_csv(TABLES[name], lines)})
     sizes: dict[str, Json] = {name: len(lines) for name, lines in tables.items()}
     line = ", ".join(format_count(len(lines), name.removesuffix("s")) for name, lines in tables.items())
     tell(f"{line}; in {out}", value={"folder": str(out), "lines": sizes}, as_json=as_json)

@@ -18,14 +18,14 @@ from eai.benchmarks.names import plain_name
 from eai.cli.console import note, output, print_json
 from eai.cli.options import AsJson, flag
 from eai.cli.table import PERCENT, print_remark
-from eai.results.certainty import Certainty, Interval
+from eai.results.certainty import ConfidenceIntervals, Interval
 from eai.results.comparison import MetricDifference, RunComparison
-from eai.results.comparison import compare as compare_runs
+from eai.results.comparison import compare_runs as compare_runs
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey, read_runs
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 
 _SURE = 0.05
 _UNNAMED = (
@@ -100,7 +100,7 @@ def _json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
                 "metric": metric,
                 "a": each.first.to_json(),
                 "b": each.second.to_json(),
-                "points": each.points,
+                "points": each.percentage_points,
                 "interval": None if each.certainty is None else list(each.certainty.interval),
                 "p": each.p_value,
                 "p_by_task": each.p_by_task,
@@ -114,7 +114,7 @@ def _json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
     }
 
 
-def _note_planners(totals: Mapping[str, Totals]) -> None:
+def _note_planners(totals: Mapping[str, RunTotals]) -> None:
     """Print a note on standard error if different planners judged the operators of the two runs."""
     planners = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(planners.values())) > 1:
@@ -152,7 +152,7 @@ def _runs(path: Path) -> Mapping[_ComparedSuite, Run]:
         if before is not run:
             both = f"{before.key.name} and {run.key.name}"
             raise InputError(f"{path}: expected one run for {place}, found {both}")
-    return dict(sorted(runs.items(), key=lambda item: item[1].key.order))
+    return dict(sorted(runs.items(), key=lambda item: item[1].key.sort_key))
 
 
 def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
@@ -172,7 +172,7 @@ def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuit
 
 def _print(place: _ComparedSuite, one: Run, other: Run, comparison: RunComparison, listed: int) -> None:
     first, second = one.key, other.key
-    totals = {"A": Totals.from_records(one.records), "B": Totals.from_records(other.records)}
+    totals = {"A": RunTotals.from_records(one.records), "B": RunTotals.from_records(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
     names = "" if comparison.names == comparison.tasks else f" of {comparison.names} names"
     title = (
@@ -222,7 +222,7 @@ def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
 
 def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
     """Yield a metric's table row. If tasks share names, a second row treats the tasks as independent."""
-    certainty, points = difference.certainty, difference.points
+    certainty, points = difference.certainty, difference.percentage_points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (
         _name(metric),
@@ -238,7 +238,7 @@ def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...
         yield ("", None, None, *(Label(text, dim=True) for text in ("independent:", *below)))
 
 
-def _tasks(certainty: Certainty | None) -> str:
+def _tasks(certainty: ConfidenceIntervals | None) -> str:
     """Return the number of independent tasks that would give an interval of equal width, as text."""
     effective = None if certainty is None else certainty.effective_tasks
     return "-" if effective is None else f"{effective:.0f}"

@@ -20,11 +20,11 @@ from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_fin
 from eai.cli.options import AsJson, DataFolder, Errata, flag, open_source, store
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice
-from eai.results.data_set import count_figures, make_figure_table, profile_tasks
+from eai.results.data_set import count_data_set_figures, make_figure_table, profile_tasks
 from eai.results.table import Column, Table
-from eai.results.table_files import rows_csv, write_files
+from eai.results.table_files import format_rows_as_csv, write_files
 from eai.results.terminal import print_table
-from eai.studies.report.distributions import distributions, save_distributions
+from eai.studies.report.distributions import make_distributions, write_distribution_plots
 from eai.tasks.source import ErrataChoice, Source
 
 app = typer.Typer(no_args_is_help=True)
@@ -142,12 +142,12 @@ def stats(
     """
     benchmarks = [find_benchmark(name) for name in domain or list_paper_benchmarks()]
     with open_source(data, errata=ErrataChoice.NONE) as source:
-        tables = [count_figures(each, source) for each in benchmarks]
+        tables = [count_data_set_figures(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:
         if by_task:
-            profiles = [each.row for each in profile_tasks(benchmark, source)]
-            written += write_files(out, {f"{benchmark.name}-tasks.csv": rows_csv(profiles)})
+            profiles = [each.table_row for each in profile_tasks(benchmark, source)]
+            written += write_files(out, {f"{benchmark.name}-tasks.csv": format_rows_as_csv(profiles)})
         written += _write_distributions(benchmark, source, out) if shapes else []
     if as_json:
         print_json(
@@ -169,15 +169,15 @@ def _number(name: str) -> Column:
 
 def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
     """Write each distribution with the count of every value, and plot it."""
-    shapes = distributions(benchmark, source)
+    shapes = make_distributions(benchmark, source)
     rows = [
         {"distribution": each.name, "value": value, "of": each.unit, "count": count}
         for each in shapes
         for value, count in each.counts.items()
     ]
-    written = write_files(out, {f"{benchmark.name}-distributions.csv": rows_csv(rows)})
+    written = write_files(out, {f"{benchmark.name}-distributions.csv": format_rows_as_csv(rows)})
     title = benchmark.title
-    return [*written, *save_distributions(shapes, title, out / benchmark.name)]
+    return [*written, *write_distribution_plots(shapes, title, out / benchmark.name)]
 
 
 def _check_annotations(

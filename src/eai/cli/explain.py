@@ -40,8 +40,8 @@ from eai.results.codec import record_to_json
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.records import read_records
 from eai.results.runs import find_record_files
-from eai.results.summary import outcome_of
-from eai.studies.report.explorer import film_name
+from eai.results.summary import find_answer_outcome
+from eai.studies.report.explorer import make_film_name
 from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
@@ -119,14 +119,14 @@ def explain(
     if task:
         chosen = _select_task(records, chosen, task)
     if kind is not None:
-        chosen = [record for record in chosen if outcome_of(record) is kind]
+        chosen = [record for record in chosen if find_answer_outcome(record) is kind]
     elif failed:
-        chosen = [record for record in chosen if outcome_of(record) not in NO_FAILURES]
+        chosen = [record for record in chosen if find_answer_outcome(record) not in NO_FAILURES]
     if film is not None:
         _film(chosen, records, store(data), film)
     excluded = 0
     if not task and kind is None and not as_json:
-        listed = [record for record in chosen if outcome_of(record) is not AnswerOutcome.EXCLUDED]
+        listed = [record for record in chosen if find_answer_outcome(record) is not AnswerOutcome.EXCLUDED]
         excluded, chosen = len(chosen) - len(listed), listed
     if as_json:
         print_json([record_to_json(record) for record in chosen])
@@ -177,7 +177,7 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
     benchmark = find_benchmarks_of_runs([records]).get(record.domain) or record.domain
     suite = _suite(record, benchmark, store)
     film: bytes = load_from_extension("rendered_pictures", "--film").make_film_of_answer(record, suite)
-    write_files_atomically({file / film_name(record) if file.is_dir() else file: film})
+    write_files_atomically({file / make_film_name(record) if file.is_dir() else file: film})
 
 
 def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
@@ -199,7 +199,7 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
 def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
     """Return sentences on how far a failed answer is from success, by its record or a new search."""
     verdict = record.verdict
-    if outcome_of(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
+    if find_answer_outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
     look_back = suite.assess(record.task_id, record.response).analyze_failure
     known = verdict.repair if not isinstance(verdict, ActingVerdict) else verdict.outlook
@@ -380,7 +380,7 @@ def _print_list(console: Console, records: Sequence[Record], limit: int) -> None
     table.add_column(overflow="fold", max_width=max(12, console.width * 2 // 5))
     table.add_column(overflow="fold")
     for record in records[:limit]:
-        came_to = outcome_of(record)
+        came_to = find_answer_outcome(record)
         where = [record.model, f"{record.domain} {record.ability.value}"] if len(runs) > 1 else []
         if where and record.experiment is not None:
             where.append(record.experiment.label)
@@ -419,7 +419,7 @@ def _verdict_text(record: Record) -> Text:
         AnswerOutcome.SUCCESS: ("success", "bold green"),
         AnswerOutcome.PARTLY_RIGHT: ("partly right", "bold yellow"),
     }
-    return Text(*texts.get(outcome_of(record), (failure, "bold red")))
+    return Text(*texts.get(find_answer_outcome(record), (failure, "bold red")))
 
 
 def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:

@@ -111,7 +111,7 @@ def listing() -> Iterator[str]:
     """Return a table of all options in Markdown."""
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
-    titles = {study.key: study.title for study in list_run_studies()}
+    titles = {study.section_name: study.title for study in list_run_studies()}
     for section, chosen in list_sections().items():
         title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
         yield f"| **{section}** | | {title} |"

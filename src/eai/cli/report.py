@@ -30,14 +30,14 @@ from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.record import Record
 from eai.results.runs import count_goals_as_paper, find_record_files, read_runs
-from eai.results.table import Table, superscript
+from eai.results.table import Table, format_superscript
 from eai.results.terminal import print_table
-from eai.studies.report.document import write_unnamed_remark
-from eai.studies.report.explorer import ExplorerBackground, ExplorerData, explorer_html, film_name
-from eai.studies.report.plots import add_plots
-from eai.studies.report.rankings import Ranking, rankings
-from eai.studies.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.studies.report.writer import rankings_json, tables_tex, write_tables
+from eai.studies.report.document import write_remark_on_unnamed_tasks
+from eai.studies.report.explorer import ExplorerBackground, ExplorerData, build_explorer_page, make_film_name
+from eai.studies.report.plots import add_plots_to_report
+from eai.studies.report.rankings import Ranking, make_rankings
+from eai.studies.report.run_summary import RunSummary, select_plain_runs, summarize_run
+from eai.studies.report.writer import format_rankings_json, format_tables_latex, write_report
 from eai.tasks.source import Source
 
 _FILMS = "films"
@@ -96,19 +96,19 @@ def report(
     files = len(find_record_files(records))
     with scoring_progress("reading records", files, quiet=False) as watch:
         for number, run in enumerate(read_runs(records), 1):
-            summaries.append(summary_of(count_goals_as_paper(run) if paper else run))
-            explorer.add(run)
+            summaries.append(summarize_run(count_goals_as_paper(run) if paper else run))
+            explorer.add_run(run)
             watch(min(number, files))
-    summaries.sort(key=lambda item: item.key.order)
-    plain = plain_runs(summaries)
-    tables = rankings(plain, with_paper=paper)
+    summaries.sort(key=lambda item: item.key.sort_key)
+    plain = select_plain_runs(summaries)
+    tables = make_rankings(plain, with_paper=paper)
     with convert_write_errors(out):
         out.mkdir(parents=True, exist_ok=True)
         tex = partial(
-            tables_tex, models=split_names(models), columns=split_names(columns), intervals=intervals
+            format_tables_latex, models=split_names(models), columns=split_names(columns), intervals=intervals
         )
-        written = write_tables(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
-        write_files_atomically({out / EXPLORER: explorer_html(explorer.to_json())})
+        written = write_report(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
+        write_files_atomically({out / EXPLORER: build_explorer_page(explorer.to_json())})
         drawn = _draw(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}
@@ -132,7 +132,7 @@ def _formats(text: str) -> list[str]:
 def _draw(out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], formats: Sequence[str]) -> int:
     """Draw the plots of a report and return their number, or print a remark if matplotlib is missing."""
     try:
-        return add_plots(out, runs, pages, formats, partial(scoring_progress, quiet=False))
+        return add_plots_to_report(out, runs, pages, formats, partial(scoring_progress, quiet=False))
     except EaiError as error:
         note(f"no plots: {error}")
         return 0
@@ -175,7 +175,7 @@ def background(
 
 def _film(out: Path, record: Record) -> str:
     """Return the link to an answer's film (`eai explain --film OUT/films`), or None if there is no film."""
-    address = f"{_FILMS}/{film_name(record)}"
+    address = f"{_FILMS}/{make_film_name(record)}"
     return address if (out / address).is_file() else ""
 
 
@@ -198,36 +198,36 @@ def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
     """Print a table of main results for each domain and protocol."""
-    summaries = [summary_of(count_goals_as_paper(run) if paper else run) for run in read_runs(records)]
-    summaries.sort(key=lambda item: item.key.order)
-    ranked = plain_runs(summaries)
+    summaries = [summarize_run(count_goals_as_paper(run) if paper else run) for run in read_runs(records)]
+    summaries.sort(key=lambda item: item.key.sort_key)
+    ranked = select_plain_runs(summaries)
     shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(PAPER_ABILITIES)}
-    tables = [table for table in rankings(ranked, with_paper=paper) if table.name in shown]
+    tables = [table for table in make_rankings(ranked, with_paper=paper) if table.name in shown]
     if as_json:
-        print(rankings_json(tables), end="")
+        print(format_rankings_json(tables), end="")
         return
     for table in tables:
         print_table(output(), _format_overview(table), wide=wide)
-        for number in table.numbers(chain.from_iterable(row.notes for row in table.rows)):
-            say(f"{superscript((number,))} {table.notes[number - 1]}")
+        for number in table.number_notes(chain.from_iterable(row.notes for row in table.rows)):
+            say(f"{format_superscript((number,))} {table.notes[number - 1]}")
     if len(ranked) < len(summaries):
         left_out = format_count(len(summaries) - len(ranked), "experiment")
         note(f"left out: {left_out}, which eai report shows apart")
-    remark = write_unnamed_remark(ranked)
+    remark = write_remark_on_unnamed_tasks(ranked)
     if remark:
         note(remark)
 
 
 def _format_overview(ranking: Ranking) -> Table:
     """Return a table for the screen, with the protocol in the title and abilities above columns."""
-    table = ranking.table()
+    table = ranking.make_table()
     first = len(table.columns) - len(ranking.columns)
     headings = map(_heading, ranking.columns)
     columns = [
         replace(column, heading_without_group=text)
         for column, text in zip(table.full_columns[first:], headings, strict=True)
     ]
-    title = f"{title_of(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.ranked_by})"
+    title = f"{title_of(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.rank_caption})"
     return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 

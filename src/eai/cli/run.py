@@ -34,14 +34,14 @@ from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
 from eai.pddl.planning import PlannerChoice
 from eai.results.epochs import SuiteResult, score_answers
-from eai.results.repeats import passes_table
+from eai.results.repeats import make_pass_table
 from eai.results.runs import write_log_samples
 from eai.results.terminal import print_table
 from eai.run.job import QuestionJob, can_model_answer
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save_spec
 from eai.studies.prompts.choice import make_prompts_experiment
-from eai.studies.registry import add_summaries
+from eai.studies.registry import add_study_summaries
 from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
@@ -192,9 +192,9 @@ def run(
 def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
     print_results({each.model: each.totals for each in outcomes}, spec.variation.heading, wide=wide)
-    repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
+    repeated = {each.model: each.success_cases_by_epoch for each in outcomes if each.success_cases_by_epoch}
     if repeated:
-        print_table(console.output(), passes_table(repeated), wide=wide)
+        print_table(console.output(), make_pass_table(repeated), wide=wide)
 
 
 def _open_first_stage(
@@ -272,15 +272,15 @@ def _request_answers_and_score(
             failures={**answers.failures, **lacking},
             beliefs=believed,
             experiment=combine_experiments([of_studies, *parts[2:-1], Experiment(effort=effort)]),
-            summarize=lambda record: add_summaries(record, suite, about.get(record.task_id, {})),
+            summarize=lambda record: add_study_summaries(record, suite, about.get(record.task_id, {})),
         )
         with scoring_progress(f"scoring {title}", len(answers.answers), quiet=order.quiet) as report:
             result = score_answers(obtained, folder, suite, spec.scoring, report)
-        write_scores(answers.log, result.records_by_key(), suite.source)
+        write_scores(answers.log, result.map_keys_to_records(), suite.source)
         for epoch, one in enumerate(result.by_epoch or (result,), 1):
             write_log_samples(one.folder, answers.log, epoch)
         if result.by_epoch:
-            write_log_samples(folder, answers.log, result.epochs_shown())
+            write_log_samples(folder, answers.log, result.find_shown_epochs())
     return result
 
 
@@ -288,7 +288,9 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
     """Print errors, used tokens and the folder of results. Exit with status 1 if answers are missing."""
     if as_json:
         known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
-        console.print_json([{**found, "model": each.model, **each.effort()} for each, found in known])
+        console.print_json(
+            [{**found, "model": each.model, **each.make_effort_fields()} for each, found in known]
+        )
     for outcome in outcomes:
         for why, task_ids in _merge_similar_failures(outcome.failures):
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
@@ -324,8 +326,8 @@ def _describe_effort(outcome: SuiteResult) -> str:
         parts.append(f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens")
     if usage.cost is not None:
         parts.append(console.dollars(usage.cost))
-    if outcome.truncated:
-        parts.append(f"{outcome.truncated} cut off")
+    if outcome.truncated_count:
+        parts.append(f"{outcome.truncated_count} cut off")
     empty = sum(record.unanswered is None and not record.response.strip() for record in outcome.records)
     if empty:
         parts.append(f"{empty} empty")

@@ -34,12 +34,12 @@ from eai.results.answer_files import (
     find_suite_files,
     unpack_answers,
 )
-from eai.results.batch import OTHER_RULES, Scoring, find_tasks_without_row, score_run, split_by_rules
+from eai.results.batch import OTHER_RULES, Scoring, find_tasks_without_row, score_run, split_by_game_rules
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
-from eai.results.records import RecordBatch, Shard, read_records
+from eai.results.records import RecordBatch, RunShard, read_records
 from eai.results.responses import ResponseFile, find_response_files, read_responses
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from eai.tasks.source import ErrataChoice, Source
 
 _AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
@@ -65,7 +65,7 @@ class _AnswersToScore:
     elsewhere: Collection[str] = ()
     goals: Path | None = None
     prompt_name: str | None = None
-    shard: Shard | None = None
+    shard: RunShard | None = None
     logged: Callable[[Record], Record] | None = None
 
     @property
@@ -93,7 +93,7 @@ def score(
     look_back: Annotated[int | None, scoring("look_back", metavar="STATES")] = None,
     goals: Annotated[Path | None, flag(panel=ANSWERS)] = None,
     prompt_name: Annotated[str | None, flag(panel=ANSWERS)] = None,
-    shard: Annotated[Shard | None, flag(panel=SCORING, parser=Shard.parse, metavar="I/N")] = None,
+    shard: Annotated[RunShard | None, flag(panel=SCORING, parser=RunShard.parse, metavar="I/N")] = None,
     merge: Annotated[bool, flag(panel=SCORING)] = False,
     out: Annotated[Path | None, flag(panel=OUTPUT)] = None,
     as_json: options.AsJson = False,
@@ -134,9 +134,9 @@ def score(
     if shard is not None and out is None:
         raise InputError("--shard writes records to be merged: say where, with --out")
     if goals is not None and ability is not None:
-        from eai.studies.pipeline.stage_one import check_stage_two
+        from eai.studies.pipeline.stage_one import check_ability_states_goals
 
-        check_stage_two(ability)
+        check_ability_states_goals(ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.planner_terms(context, planner_seconds, planner_memory)
@@ -167,7 +167,7 @@ def score(
 
 def _split_by_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
     """Split answers by their game rules. If there are several rules, each has a separate folder."""
-    parts = split_by_rules(share.suite.ability, share.answers)
+    parts = split_by_game_rules(share.suite.ability, share.answers)
     shares = []
     for rules, answers in parts.items():
         out = share.out
@@ -176,7 +176,7 @@ def _split_by_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
             number = format_count(len(answers.responses), "answer")
             words = Experiment(rules=rules).rules_text
             note(f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}")
-        others = {task for other in parts if other != rules for task in parts[other].answered}
+        others = {task for other in parts if other != rules for task in parts[other].answered_task_ids}
         shares.append(replace(share, answers=answers, out=out, rules=rules, elsewhere=others))
     return shares
 
@@ -210,7 +210,7 @@ def _score_all(
     printed: list[Json] = []
     try:
         for _, group in groupby(shares, key=lambda share: share.suite):
-            results: dict[str, Totals] = {}
+            results: dict[str, RunTotals] = {}
             for share in group:
                 totals = results[share.name] = _score_suite(share, parts_of(share))
                 _note_authority(share.answers.model, totals)
@@ -222,14 +222,14 @@ def _score_all(
     return printed
 
 
-def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> Totals:
+def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> RunTotals:
     """Score a model's answers to a suite, write its records, and return its totals."""
     if share.out is not None:
         _note_replaced(share.out / records.RECORDS, share)
         return records.write_record_batches(share.out, parts)
-    totals = Totals()
+    totals = RunTotals()
     for _, part in parts:
-        totals.merge(part)
+        totals.add_later_totals(part)
     return totals
 
 
@@ -253,14 +253,14 @@ def _parts(
     if averaged is None or not share.answers.further_epochs:
         return _parts_of(share, settings, workplace, quiet=quiet)
     # imported late, because answers of one epoch do not need it
-    from eai.results.epochs import average_records
+    from eai.results.epochs import average_records_over_epochs
 
     suite = share.suite
     of_epochs = [
         score_run(suite, answers, find_tasks_without_row(suite, answers), settings)
         for answers in (share.answers, *share.answers.further_epochs)
     ]
-    by_task = {record.task_id: record for record in average_records(of_epochs, averaged)}
+    by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, averaged)}
     finish = _finish_of(share) or replace
     means = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
     return [records.make_record_batch(means if share.shard is None else [*share.shard.select(means)])]
@@ -275,7 +275,7 @@ def _parts_of(
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
         done = 0
-        for part in workplace.record_batches(
+        for part in workplace.score_in_batches(
             suite, answers, missing, settings, _finish_of(share), share.shard
         ):
             yield part
@@ -287,7 +287,7 @@ def _finish_of(share: _AnswersToScore) -> Callable[[Record], Record] | None:
     """Return a function that adds study options, stated goals and prompt name to a record, or None."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
-    from eai.results.epochs import finish_record
+    from eai.results.epochs import add_run_to_record
     from eai.studies.prompts.choice import make_prompts_experiment
 
     believed, suite = None, share.suite
@@ -296,7 +296,9 @@ def _finish_of(share: _AnswersToScore) -> Callable[[Record], Record] | None:
 
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
         believed = replace(read_goal_beliefs(share.goals, *goals), beliefs={}, metadata={})
-    mark = partial(finish_record, believed=believed, experiment=make_prompts_experiment(share.prompt_name))
+    mark = partial(
+        add_run_to_record, believed=believed, experiment=make_prompts_experiment(share.prompt_name)
+    )
     return mark if share.logged is None else partial(_in_turn, share.logged, mark)
 
 
@@ -304,7 +306,7 @@ def _in_turn(first: Callable[[Record], Record], second: Callable[[Record], Recor
     return second(first(record))
 
 
-def _note_authority(name: str, totals: Totals) -> None:
+def _note_authority(name: str, totals: RunTotals) -> None:
     """Print a note on standard error if Fast Downward decided problems that the built-in search left open."""
     left = totals.left.total()
     if not left:
@@ -358,7 +360,9 @@ def _find_answers_by_path(
     if domain is not None:
         benchmark = find_benchmark(domain)
         named, own = benchmark.name, {**own, benchmark.name: benchmark}
-    every = sorted((f for place in places for f in find_suite_files(place, own)), key=lambda file: file.order)
+    every = sorted(
+        (f for place in places for f in find_suite_files(place, own)), key=lambda file: file.sort_key
+    )
     files_of_suite = [f for f in every if named in (None, f.domain) and ability in (None, f.ability)]
     if not files_of_suite:
         asked = " ".join([domain or "", ability.value if ability else ""]).strip()
@@ -398,7 +402,7 @@ def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
     printed: list[Json] = []
     for folder, files in [found for path in paths for found in records.find_shards(path).items()]:
         totals = records.merge_shards(folder, files)
-        first = totals.first
+        first = totals.first_record
         printed.append(result_json(totals, folder))
         if as_json:
             print_remark(first.model, totals.coverage)

@@ -12,10 +12,10 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import title_of
 from eai.cli.console import note, output, say
-from eai.results.coverage import Coverage
+from eai.results.coverage import TaskCoverage
 from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
 _GROUPED = re.compile(r"\.(?=\D)")
@@ -25,12 +25,12 @@ PERCENT = Column("percent", digits=1, is_number=True)
 """Style of a column of rates in percent."""
 
 
-def _format_model_name(model: str, totals: Totals) -> str:
+def _format_model_name(model: str, totals: RunTotals) -> str:
     """Return a model's name with its harness, effort and game rules."""
-    return ", ".join([model, *(part for part in totals.agent if not model.endswith(f", {part}"))])
+    return ", ".join([model, *(part for part in totals.agent_labels if not model.endswith(f", {part}"))])
 
 
-def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool) -> None:
+def print_results(results: Mapping[str, RunTotals], below: str = "", *, wide: bool) -> None:
     """Print the rates of models in a suite, with remarks on coverage and errata, each printed once.
 
     Args:
@@ -38,7 +38,7 @@ def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool)
         below: Line below the name of the suite; if empty, the label of the first run's studies.
         wide: Whether all columns stand side by side, however wide the table is.
     """
-    first = next(iter(results.values())).first
+    first = next(iter(results.values())).first_record
     declared = get_declaration(first.ability)
     if not below and first.experiment is not None:
         below = first.experiment.study_label
@@ -53,13 +53,13 @@ def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool)
             say(remark)
 
 
-def print_remark(name: str, coverage: Coverage) -> None:
+def print_remark(name: str, coverage: TaskCoverage) -> None:
     """Print a remark on standard error if a suite is not answered completely."""
     if coverage.remark is not None:
         note(f"{name}: {coverage.remark}")
 
 
-def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals]) -> Table:
+def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTotals]) -> Table:
     """Return a table of percentages: a row for each metric of one model, or for each of several models.
 
     Args:
@@ -91,9 +91,9 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals
     return Table.from_columns(title, columns)
 
 
-def result_json(totals: Totals, folder: Path | None) -> dict[str, Json]:
+def result_json(totals: RunTotals, folder: Path | None) -> dict[str, Json]:
     """Return the JSON of one model in one suite, with the path of its records, or None if not written."""
-    first, planners, errata = totals.first, totals.planners, totals.errata
+    first, planners, errata = totals.first_record, totals.planners, totals.errata
     return {
         "model": first.model,
         "domain": first.domain,

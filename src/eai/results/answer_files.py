@@ -20,7 +20,7 @@ from eai.abilities.protocol import Ability, ability_rank, find_abilities
 from eai.base.errors import EaiError, InputError
 from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
-from eai.results.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
+from eai.results.responses import ENDINGS, SUFFIX, find_response_files, format_attempt_name, read_model_name
 
 if TYPE_CHECKING:
     from eai.benchmarks.benchmark import Benchmark
@@ -49,7 +49,7 @@ class _SuiteFile:
     model: str
 
     @property
-    def order(self) -> tuple[int, int, str]:
+    def sort_key(self) -> tuple[int, int, str]:
         """Key for sorting files by domain, ability and model."""
         return (*list_benchmarks(), self.domain).index(self.domain), ability_rank(self.ability), self.model
 
@@ -91,7 +91,7 @@ def find_suite_files(path: Path, unregistered: Collection[str] = ()) -> list[_Su
     """
     files = []
     for file in find_response_files(path):
-        suite = _suite_of(file)
+        suite = _read_suite_from_path(file)
         if suite is None:
             expected_names = f"<domain>/<ability>/<model>{SUFFIX} or <domain>_<ability>{SUFFIX}"
             raise InputError(
@@ -100,11 +100,11 @@ def find_suite_files(path: Path, unregistered: Collection[str] = ()) -> list[_Su
         domain, ability = suite
         if domain not in (*list_benchmarks(), *unregistered):
             raise InputError(f"{file}: {domain} is not a registered benchmark; give --domain")
-        model = model_name(file)
+        model = read_model_name(file)
         if model == f"{domain}_{ability}":
             model = file.absolute().parent.name
         files.append(_SuiteFile(file, domain, Ability(ability), model))
-    return sorted(files, key=lambda suite_file: suite_file.order)
+    return sorted(files, key=lambda suite_file: suite_file.sort_key)
 
 
 @contextmanager
@@ -129,7 +129,7 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
         name = str(path)
         try:
             with zipfile.ZipFile(path) as archive:
-                members = [info for info in list_members(archive) if _is_wanted(info, other_names)]
+                members = [info for info in list_zip_members(archive) if _must_be_unpacked(info, other_names)]
                 limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
                 if (
                     sum(info.file_size for info in members) > limit
@@ -150,7 +150,7 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
             raise InputError(text) from error
 
 
-def list_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+def list_zip_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     """Return the file names in a zip, with slashes between folders even if Windows wrote backslashes."""
     members = archive.infolist()
     for info in members:
@@ -158,7 +158,7 @@ def list_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     return members
 
 
-def _is_wanted(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
+def _must_be_unpacked(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
     """Whether a file in a zip is a response file, or has one of the other names to unpack.
 
     Files that operating systems add, such as ``__MACOSX/._...``, are not unpacked.
@@ -176,7 +176,7 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
     """
     files = find_response_files(path)
     suites_of_others = {
-        file: suite for file in files if (suite := _other_suite(file, domain, ability)) is not None
+        file: suite for file in files if (suite := _find_other_suite(file, domain, ability)) is not None
     }
     if len(suites_of_others) == len(files):
         other_suite = " ".join(suites_of_others[files[0]])
@@ -195,37 +195,37 @@ def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int =
     """
     if not path.is_dir():
         first = find_files_of_suite(path, domain, ability)[0]
-        name = model_name(first).removesuffix(attempt_name("", 1))
-        return first if attempt == 1 else first.with_name(f"{attempt_name(name, attempt)}{SUFFIX}")
+        name = read_model_name(first).removesuffix(format_attempt_name("", 1))
+        return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
         with suppress(InputError):  # it raises if all files are of single attempts
             files = find_response_files(path)
-    files = files or sorted(path.rglob(f"*{attempt_name('', attempt)}{SUFFIX}"))
-    of_suite = [file for file in files if _suite_of(file) == (domain, ability.value)]
+    files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
+    of_suite = [file for file in files if _read_suite_from_path(file) == (domain, ability.value)]
     if len(of_suite) != 1:
-        name = "<model>" if attempt == 1 else attempt_name("<model>", attempt)
+        name = "<model>" if attempt == 1 else format_attempt_name("<model>", attempt)
         expected = path / domain / ability.value / f"{name}{SUFFIX}"
         raise InputError(f"{path}: expected one file {expected}, found {len(of_suite) or 'none'}")
     return of_suite[0]
 
 
-def _suite_of(file: Path) -> tuple[str, str] | None:
+def _read_suite_from_path(file: Path) -> tuple[str, str] | None:
     for ability in find_abilities():
-        domain = model_name(file).removesuffix(f"_{ability}")
-        if domain != model_name(file):
+        domain = read_model_name(file).removesuffix(f"_{ability}")
+        if domain != read_model_name(file):
             return domain, ability.value
     folders = file.absolute().parent.parts
     positions = [i for i, name in enumerate(folders) if name in find_abilities() and i]
     return (folders[positions[-1] - 1], folders[positions[-1]]) if positions else None
 
 
-def _other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
+def _find_other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
     """Return the suite that a file names if it is not the wanted suite, else None.
 
     Folders without a benchmark's name are ignored.
     """
-    suite = _suite_of(file)
+    suite = _read_suite_from_path(file)
     if suite is None or (
         suite[1] == ability.value and (suite[0] == domain or suite[0] not in list_benchmarks())
     ):

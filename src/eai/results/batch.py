@@ -19,9 +19,9 @@ from eai.abilities.verdict import Verdict
 from eai.benchmarks.suite import Suite
 from eai.results.options import ScoringOptions
 from eai.results.record import NOT_ANSWERED, Record
-from eai.results.records import MAX_BATCH_RECORDS, RecordBatch, Shard, make_record, make_record_batch
-from eai.results.responses import Response, ResponseFile, ResponseRow, response_of
-from eai.results.workers import MAX_BATCH_SIZE, MIN_BATCH_SIZE, Workers, split_batches
+from eai.results.records import MAX_BATCH_RECORDS, RecordBatch, RunShard, make_record, make_record_batch
+from eai.results.responses import Response, ResponseFile, ResponseRow, read_response
+from eai.results.workers import MAX_BATCH_SIZE, MIN_BATCH_SIZE, WorkerPool, split_batches
 
 if TYPE_CHECKING:
     from eai.results.reward import Reward
@@ -38,7 +38,7 @@ ProgressCallback: TypeAlias = Callable[[int], None]
 """Function that is called with the number of answers scored so far."""
 
 
-class Scoring(Workers):
+class Scoring(WorkerPool):
     """Scores streams of answers, in this process or with worker processes that live until it is closed.
 
         with Scoring(workers=8) as scoring:
@@ -54,7 +54,7 @@ class Scoring(Workers):
         workers: number of processes; with fewer than two, this process does the work.
     """
 
-    def records(
+    def score_records(
         self, suite: Suite, model: str, responses: Iterable[Response], *, explanations: bool = False
     ) -> Iterator[Record]:
         """Yield the records of a model's answers, in order.
@@ -72,20 +72,20 @@ class Scoring(Workers):
     ) -> Iterator[Record]:
         workers = self if suite.is_portable else Scoring()  # workers open a pickled suite by its name
         answered, to_score = tee(responses)
-        batch_sizes = workers._batch_sizes(suite, length_hint(responses))
+        batch_sizes = workers._choose_batch_sizes(suite, length_hint(responses))
         outcomes = workers.map_batches(
             partial(_score_batch, suite, settings), to_score, batch_sizes=batch_sizes
         )
         return map(partial(_make_record, suite, model), answered, outcomes)
 
-    def record_batches(
+    def score_in_batches(
         self,
         suite: Suite,
         answers: ResponseFile,
         unanswered: Mapping[str, str],
         settings: ScoringOptions,
         finish: Callable[[Record], Record] | None = None,
-        shard: Shard | None = None,
+        shard: RunShard | None = None,
     ) -> Iterator[RecordBatch]:
         """Yield the records of all tasks of a run, ready to be written, a batch at a time.
 
@@ -102,11 +102,14 @@ class Scoring(Workers):
             shard: the part of the tasks to score; None for all tasks.
         """
         suite = suite.adapt_to_answers(response.text for response in answers.responses)
-        items, number = _rows_in_order(suite, answers, unanswered), len(answers.responses) + len(unanswered)
+        items, number = (
+            _list_rows_in_task_order(suite, answers, unanswered),
+            len(answers.responses) + len(unanswered),
+        )
         if shard is not None:
             items, number = shard.select(items), -(-number // shard.of)
-        mark = partial(_add_agent, first=_find_agent(suite.ability, answers))
-        work = partial(_make_batch, suite, settings, answers.model, mark, finish)
+        mark = partial(_add_harness_and_rules, first=_find_harness_and_rules(suite.ability, answers))
+        work = partial(_score_record_batch, suite, settings, answers.model, mark, finish)
         if self._number < 2 or not suite.is_portable:
             sizes = (
                 (1, 1)
@@ -114,12 +117,12 @@ class Scoring(Workers):
                 else (MIN_BATCH_SIZE, MAX_BATCH_RECORDS)
             )
             return (ready for batch in split_batches(items, 1, *sizes) for ready in work(batch))
-        first, largest = self._batch_sizes(suite, number)
+        first, largest = self._choose_batch_sizes(suite, number)
         return self.map_batches(
             work, items, batch_sizes=(min(first, MAX_BATCH_RECORDS), min(largest, MAX_BATCH_RECORDS))
         )
 
-    def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
+    def compute_rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
         """Yield the reward of each answer, in order; None for a task that pays no reward.
 
         Args:
@@ -127,10 +130,10 @@ class Scoring(Workers):
             answers: pairs of a task id and an answer to the task.
         """
         workers = self if reward.suite.is_portable else Scoring()
-        sizes = workers._batch_sizes(reward.suite, length_hint(answers))
-        return workers.map_batches(partial(_reward_batch, reward), answers, batch_sizes=sizes)
+        sizes = workers._choose_batch_sizes(reward.suite, length_hint(answers))
+        return workers.map_batches(partial(_compute_batch_rewards, reward), answers, batch_sizes=sizes)
 
-    def _batch_sizes(self, suite: Suite, number: int) -> tuple[int, int]:
+    def _choose_batch_sizes(self, suite: Suite, number: int) -> tuple[int, int]:
         """Return the size of a worker's first batch, and the maximum size of its batches.
 
         Both are small if a planner may take minutes for an answer. If the number of answers is known, each
@@ -153,10 +156,10 @@ _ScoringResult: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | No
 
 
 def _score_batch(suite: Suite, settings: ScoringOptions, items: Sequence[Response]) -> list[_ScoringResult]:
-    return [_score_item(suite, settings, item) for item in items]
+    return [_score_response(suite, settings, item) for item in items]
 
 
-def _score_item(suite: Suite, settings: ScoringOptions, item: Response) -> _ScoringResult:
+def _score_response(suite: Suite, settings: ScoringOptions, item: Response) -> _ScoringResult:
     explanation = None
     if item.unanswered is not None:
         verdict = suite.score_missing_answer(item.task_id)
@@ -176,7 +179,7 @@ def _score_item(suite: Suite, settings: ScoringOptions, item: Response) -> _Scor
     return verdict, suite.features(item.task_id), explanation
 
 
-def _make_batch(
+def _score_record_batch(
     suite: Suite,
     settings: ScoringOptions,
     model: str,
@@ -184,22 +187,24 @@ def _make_batch(
     finish: Callable[[Record], Record] | None,
     rows: Sequence[ResponseRow],
 ) -> list[RecordBatch]:
-    items = [response_of(row, suite.benchmark.data.task_id_of) for row in rows]
-    records = [marked(_make_record(suite, model, item, _score_item(suite, settings, item))) for item in items]
+    items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
+    records = [
+        marked(_make_record(suite, model, item, _score_response(suite, settings, item))) for item in items
+    ]
     return [make_record_batch(records if finish is None else [*map(finish, records)])]
 
 
-def _reward_batch(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
+def _compute_batch_rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
     return [reward(task_id, text) for task_id, text in items]
 
 
 def find_tasks_without_row(suite: Suite, answers: ResponseFile) -> dict[str, str]:
     """Return the tasks without a row in a response file, each with `NO_ROW` as the reason."""
-    answered = answers.answered
+    answered = answers.answered_task_ids
     return {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
 
 
-def _rows_in_order(
+def _list_rows_in_task_order(
     suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
 ) -> Iterator[ResponseRow]:
     """Yield a response, or a missing answer, for each task of a run, in the order of the data set.
@@ -208,13 +213,13 @@ def _rows_in_order(
     answer.
     """
     missing = {task_id: Response(task_id, "", unanswered=why) for task_id, why in unanswered.items()}
-    if answers.sampled:
-        return chain(answers.rows(), [missing[i] for i in suite.task_ids if i in missing])
+    if answers.has_samples:
+        return chain(answers.read_rows(), [missing[i] for i in suite.task_ids if i in missing])
     by_id = {response.task_id: response for response in answers.responses} | missing
     return (by_id[task_id] for task_id in suite.task_ids if task_id in by_id)
 
 
-def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
+def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
     """Group response files, with their further epochs, by the game rules by which the model played.
 
     Answers by the standard rules come first, under the key None. Empty and unreadable answers fail by any
@@ -231,11 +236,11 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
         return dict.fromkeys(counts or (None,), answers)
     usual = None if None in counts else counts.most_common(1)[0][0]
 
-    def find_rules(text: str) -> str | None:
+    def find_game_rules(text: str) -> str | None:
         agent = made_by(text)
         return usual if agent is None else agent.rules
 
-    epochs_by_rules = [epoch.split(find_rules) for epoch in epochs]
+    epochs_by_rules = [epoch.split_by_key(find_game_rules) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
         first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]
@@ -243,7 +248,7 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
     return files
 
 
-def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
+def _find_harness_and_rules(ability: Ability, answers: ResponseFile) -> Experiment:
     """Return the first harness that the answers name, and the game rules of the first readable answer."""
     declared = get_declaration(ability)
     first: Experiment | None = None
@@ -256,7 +261,7 @@ def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
     return first or Experiment()
 
 
-def _add_agent(record: Record, first: Experiment) -> Record:
+def _add_harness_and_rules(record: Record, first: Experiment) -> Record:
     """Return a record with the harness and rules of its answer, or of the run if the answer names none."""
     agent = get_declaration(record.ability).read_experiment(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
@@ -279,13 +284,13 @@ def score_run(
         on_progress: called after each answer.
     """
     suite = suite.adapt_to_answers(response.text for response in answers.responses)
-    rows = _rows_in_order(suite, answers, unanswered)
-    items = [response_of(row, suite.benchmark.data.task_id_of) for row in rows]
+    rows = _list_rows_in_task_order(suite, answers, unanswered)
+    items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
     records: list[Record] = []
-    first = _find_agent(suite.ability, answers)
+    first = _find_harness_and_rules(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
         for record in scoring._score_responses(suite, answers.model, items, settings):
-            records.append(_add_agent(record, first))
+            records.append(_add_harness_and_rules(record, first))
             if on_progress is not None:
                 on_progress(len(records))
     return records

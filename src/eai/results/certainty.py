@@ -37,7 +37,7 @@ _BISECTION_STEPS = 60
 
 
 @lru_cache(maxsize=1024)
-def two_sided_quantile(level: float, freedom: int) -> float:
+def compute_student_quantile(level: float, freedom: int) -> float:
     """Return the quantile of Student's distribution for a two-sided interval.
 
     The result is in standard errors: the interval from minus to plus the quantile has the given probability.
@@ -49,14 +49,14 @@ def two_sided_quantile(level: float, freedom: int) -> float:
     low, high = 0.0, _MAX_QUANTILE
     for _ in range(_BISECTION_STEPS):
         middle = (low + high) / 2
-        if _share_within(middle, freedom) < level:
+        if _compute_student_probability(middle, freedom) < level:
             low = middle
         else:
             high = middle
     return high
 
 
-def _share_within(width: float, freedom: int) -> float:
+def _compute_student_probability(width: float, freedom: int) -> float:
     """Return the probability of Student's distribution between ``-width`` and ``width``, as a finite series.
 
     The series is Abramowitz & Stegun, 26.7.3-4.
@@ -76,7 +76,7 @@ _PSEUDO_UNITS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _Deviations:
+class _RateDeviations:
     """An estimated rate, or difference of rates, with the contribution of each unit to its error.
 
     Units are tasks, or all tasks of one name. Pseudo-units are explained at the top of this module.
@@ -118,7 +118,7 @@ class _Deviations:
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
 
 
-def deviations_of_rate(sums: Mapping[str, Share]) -> _Deviations | None:
+def compute_rate_deviations(sums: Mapping[str, Share]) -> _RateDeviations | None:
     """Return a rate with the deviations of its units, or None if the denominator is zero.
 
     Args:
@@ -130,7 +130,7 @@ def deviations_of_rate(sums: Mapping[str, Share]) -> _Deviations | None:
         return None
     value = sum(share.numerator for share in parts.values()) / whole
     centre = (value * units + _PSEUDO_UNITS / 2) / (units + _PSEUDO_UNITS)
-    return _Deviations(
+    return _RateDeviations(
         value,
         centre,
         {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
@@ -139,7 +139,7 @@ def deviations_of_rate(sums: Mapping[str, Share]) -> _Deviations | None:
     )
 
 
-def deviations_of_mean(parts: Sequence[tuple[float, _Deviations]]) -> _Deviations:
+def compute_mean_deviations(parts: Sequence[tuple[float, _RateDeviations]]) -> _RateDeviations:
     """Return a weighted mean of rates over equal units, with the deviations of the units.
 
     A pseudo-unit is right in all rates or in none.
@@ -147,30 +147,30 @@ def deviations_of_mean(parts: Sequence[tuple[float, _Deviations]]) -> _Deviation
     Args:
         parts: pairs of the weight and the deviations of a rate; the weights sum to 1.
     """
-    return _Deviations(
+    return _RateDeviations(
         sum(weight * rate.value for weight, rate in parts),
         sum(weight * rate.centre for weight, rate in parts),
-        _sum_weighted([(weight, rate.of_units) for weight, rate in parts]),
+        _sum_weighted_deviations([(weight, rate.of_units) for weight, rate in parts]),
         tuple(sum(weight * rate.of_pseudo_units[case] for weight, rate in parts) for case in (0, 1)),
-        _sum_weighted([(weight, rate.weights) for weight, rate in parts]),
+        _sum_weighted_deviations([(weight, rate.weights) for weight, rate in parts]),
     )
 
 
-def deviations_of_difference(first: _Deviations, second: _Deviations) -> _Deviations:
+def compute_difference_deviations(first: _RateDeviations, second: _RateDeviations) -> _RateDeviations:
     """Return the second rate minus the first, with the deviations of the units.
 
     The two rates of a pseudo-unit are independent.
     """
-    return _Deviations(
+    return _RateDeviations(
         second.value - first.value,
         second.centre - first.centre,
-        _sum_weighted([(1, second.of_units), (-1, first.of_units)]),
+        _sum_weighted_deviations([(1, second.of_units), (-1, first.of_units)]),
         tuple(b - a for a, b in product(first.of_pseudo_units, second.of_pseudo_units)),
-        _sum_weighted([(0.5, first.weights), (0.5, second.weights)]),
+        _sum_weighted_deviations([(0.5, first.weights), (0.5, second.weights)]),
     )
 
 
-def _sum_weighted(parts: Sequence[tuple[float, Mapping[str, float]]]) -> dict[str, float]:
+def _sum_weighted_deviations(parts: Sequence[tuple[float, Mapping[str, float]]]) -> dict[str, float]:
     total: dict[str, float] = {}
     for weight, numbers in parts:
         for unit, number in numbers.items():
@@ -189,7 +189,7 @@ class Interval(NamedTuple):
     high: float
 
 
-class Case(NamedTuple):
+class RateCase(NamedTuple):
     """The contribution of one task to a rate.
 
     Attributes:
@@ -203,11 +203,11 @@ class Case(NamedTuple):
     share: Share
 
 
-Cases: TypeAlias = Sequence[Case]
+Cases: TypeAlias = Sequence[RateCase]
 
 
 @dataclass(frozen=True, slots=True)
-class Certainty:
+class ConfidenceIntervals:
     """Confidence intervals of a rate or difference, with the number of tasks behind it.
 
     Attributes:
@@ -233,21 +233,21 @@ class Certainty:
 
 def sum_by_task(cases: Cases) -> dict[str, Share]:
     """Return a mapping from each task to the numerator and denominator that it adds to a rate."""
-    return _sum_shares([(case.task, case.share) for case in cases])
+    return _sum_shares_by_unit([(case.task, case.share) for case in cases])
 
 
 def sum_by_name(cases: Cases) -> dict[str, Share]:
     """Return a mapping from each name to the numerator and denominator that its tasks add to a rate."""
-    return _sum_shares([(case.name, case.share) for case in cases])
+    return _sum_shares_by_unit([(case.name, case.share) for case in cases])
 
 
-def mean_over_names(cases: Cases) -> float | None:
+def compute_mean_over_names(cases: Cases) -> float | None:
     """Return the mean over names of their rates, in percent; None if there are no cases."""
     rates = [Rate(*share).percent for share in sum_by_name(cases).values() if share.denominator]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
 
-def certainty_of_rate(cases: Cases) -> Certainty | None:
+def compute_rate_intervals(cases: Cases) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a rate, or None if there are no cases.
 
     A task can add more than one to the numerator, such as several errors. Then the rate is divided by the
@@ -255,9 +255,11 @@ def certainty_of_rate(cases: Cases) -> Certainty | None:
     """
     largest = max([1, *(share.numerator / share.denominator for _, _, share in cases if share.denominator)])
     if largest == 1:
-        return _certainty_of_share(cases)
+        return _compute_share_intervals(cases)
     shares = (Share(case.share.numerator / largest, case.share.denominator) for case in cases)
-    certainty = _certainty_of_share([case._replace(share=s) for case, s in zip(cases, shares, strict=True)])
+    certainty = _compute_share_intervals(
+        [case._replace(share=s) for case, s in zip(cases, shares, strict=True)]
+    )
     if certainty is None:
         return None
     by_name, by_task = (
@@ -266,21 +268,21 @@ def certainty_of_rate(cases: Cases) -> Certainty | None:
     return replace(certainty, interval=by_name, by_task=by_task)
 
 
-def _certainty_of_share(cases: Cases) -> Certainty | None:
+def _compute_share_intervals(cases: Cases) -> ConfidenceIntervals | None:
     each_task, each_name = sum_by_task(cases), sum_by_name(cases)
-    tasks = deviations_of_rate(each_task)
-    names = tasks if len(each_name) == len(each_task) else deviations_of_rate(each_name)
+    tasks = compute_rate_deviations(each_task)
+    names = tasks if len(each_name) == len(each_task) else compute_rate_deviations(each_name)
     if tasks is None or names is None:
         return None
     yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
-    return _make_certainty(
-        _binomial_interval_parts(tasks) if yes_no else _scale_interval_parts(tasks),
-        _scale_interval_parts(names),
-        _wilson_interval,
+    return _make_confidence_intervals(
+        _make_binomial_interval_parts(tasks) if yes_no else _make_scaled_interval_parts(tasks),
+        _make_scaled_interval_parts(names),
+        _compute_wilson_interval,
     )
 
 
-def certainty_of_mean(parts: Sequence[tuple[float, Cases]]) -> Certainty | None:
+def compute_mean_intervals(parts: Sequence[tuple[float, Cases]]) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a weighted mean of rates on equal tasks.
 
     It is None if a rate has no cases.
@@ -288,35 +290,37 @@ def certainty_of_mean(parts: Sequence[tuple[float, Cases]]) -> Certainty | None:
     Args:
         parts: pairs of the weight and the cases of a rate; the weights sum to 1.
     """
-    tasks = [(weight, deviations_of_rate(sum_by_task(cases))) for weight, cases in parts]
-    names = [(weight, deviations_of_rate(sum_by_name(cases))) for weight, cases in parts]
+    tasks = [(weight, compute_rate_deviations(sum_by_task(cases))) for weight, cases in parts]
+    names = [(weight, compute_rate_deviations(sum_by_name(cases))) for weight, cases in parts]
     complete = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
     if len(complete[0]) < len(parts):
         return None
-    by_task, by_name = (_scale_interval_parts(deviations_of_mean(rates)) for rates in complete)
-    return _make_certainty(by_task, by_name, _wilson_interval)
+    by_task, by_name = (_make_scaled_interval_parts(compute_mean_deviations(rates)) for rates in complete)
+    return _make_confidence_intervals(by_task, by_name, _compute_wilson_interval)
 
 
-def certainty_of_difference(first: Cases, second: Cases) -> Certainty | None:
+def compute_difference_intervals(first: Cases, second: Cases) -> ConfidenceIntervals | None:
     """Return the confidence intervals of the difference of two rates on equal tasks.
 
     They are in percentage points, symmetric around the second rate minus the first; None if a rate has no
     cases.
     """
     pairs = [
-        (deviations_of_rate(sums(first)), deviations_of_rate(sums(second)))
+        (compute_rate_deviations(sums(first)), compute_rate_deviations(sums(second)))
         for sums in (sum_by_task, sum_by_name)
     ]
     both_parts = [
-        _interval_parts(deviations_of_difference(one, other)) for one, other in pairs if one and other
+        _make_interval_parts(compute_difference_deviations(one, other))
+        for one, other in pairs
+        if one and other
     ]
     if len(both_parts) < len(pairs):
         return None
     by_task, by_name = both_parts
-    return _make_certainty(by_task, by_name, _difference_interval)
+    return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
 
 
-def interval_of_ratio(cases: Cases) -> Interval | None:
+def compute_ratio_interval(cases: Cases) -> Interval | None:
     """Return the confidence interval of the cost of a success, with names as units.
 
     The cost of a success is a ratio of two sums, on a log scale. The interval is None if there is no success,
@@ -331,7 +335,7 @@ def interval_of_ratio(cases: Cases) -> Interval | None:
         return None
     shifts = [unit.numerator / spent - unit.denominator / successes for unit in units]
     variance = len(units) / (len(units) - 1) * sum(shift * shift for shift in shifts)
-    half = two_sided_quantile(LEVEL, len(units) - 1) * math.sqrt(variance)
+    half = compute_student_quantile(LEVEL, len(units) - 1) * math.sqrt(variance)
     return Interval(spent / successes * math.exp(-half), spent / successes * math.exp(half))
 
 
@@ -357,8 +361,8 @@ class _IntervalParts(NamedTuple):
     units: int
 
 
-def _interval_parts(deviations: _Deviations) -> _IntervalParts:
-    quantile = two_sided_quantile(LEVEL, deviations.freedom)
+def _make_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
+    quantile = compute_student_quantile(LEVEL, deviations.freedom)
     return _IntervalParts(
         deviations.value,
         deviations.variance,
@@ -368,19 +372,19 @@ def _interval_parts(deviations: _Deviations) -> _IntervalParts:
     )
 
 
-def _scale_interval_parts(deviations: _Deviations) -> _IntervalParts:
+def _make_scaled_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
     """Return the parts with their variance divided by the variance of a single answer, right or wrong."""
-    parts = _interval_parts(deviations)
+    parts = _make_interval_parts(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
 
 
-def _binomial_interval_parts(deviations: _Deviations) -> _IntervalParts:
+def _make_binomial_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
     """Return the interval parts of independent right or wrong answers, whose variance is not estimated."""
     units = len(deviations.of_units)
     return _IntervalParts(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
 
 
-def _sum_shares(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
+def _sum_shares_by_unit(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
     last = dict(shares)
     if len(last) == len(shares):
         return last
@@ -391,12 +395,12 @@ def _sum_shares(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
     return {unit: Share(numerators[unit], denominators[unit]) for unit in last}
 
 
-def _make_certainty(
+def _make_confidence_intervals(
     tasks: _IntervalParts, names: _IntervalParts, bounds: Callable[[_IntervalParts], Interval]
-) -> Certainty:
+) -> ConfidenceIntervals:
     if names.units == tasks.units:  # no near copies
-        return Certainty(bounds(tasks), bounds(tasks), tasks.units, names.units, 1.0)
-    return Certainty(
+        return ConfidenceIntervals(bounds(tasks), bounds(tasks), tasks.units, names.units, 1.0)
+    return ConfidenceIntervals(
         bounds(names._replace(variance=max(names.variance, tasks.variance))),
         bounds(tasks),
         tasks.units,
@@ -405,7 +409,7 @@ def _make_certainty(
     )
 
 
-def _wilson_interval(parts: _IntervalParts) -> Interval:
+def _compute_wilson_interval(parts: _IntervalParts) -> Interval:
     value, spread = parts.value, parts.quantile**2 * parts.variance
     middle = (value + spread / 2) / (1 + spread)
     half = math.sqrt(spread * (value * (1 - value) + spread / 4)) / (1 + spread)
@@ -415,6 +419,6 @@ def _wilson_interval(parts: _IntervalParts) -> Interval:
     )
 
 
-def _difference_interval(parts: _IntervalParts) -> Interval:
+def _compute_difference_interval(parts: _IntervalParts) -> Interval:
     half = parts.quantile * math.sqrt(parts.variance)
     return Interval(max(-100.0, 100 * (parts.value - half)), min(100.0, 100 * (parts.value + half)))

@@ -28,8 +28,8 @@ from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError
 from eai.base.json_value import Json
-from eai.results.older_records import NAMES, older_experiment, older_summaries
-from eai.results.record import Origin, Record
+from eai.results.older_records import NAMES, read_older_experiment, read_older_summaries
+from eai.results.record import AnswerOrigin, Record
 from eai.tasks.options import describe_misfit
 from eai.tasks.share import GoalTallies
 
@@ -60,7 +60,7 @@ COMMON_FIELDS = (
 T = TypeVar("T")
 
 
-def sha256_of(text: str) -> str:
+def hash_text(text: str) -> str:
     """Return the SHA-256 digest of a text; lone surrogates, which JSON allows, are encoded too."""
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
@@ -76,10 +76,10 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "task_id": record.task_id,
         **({} if record.sample is None else {"sample": record.sample}),
         **({} if record.task is None else {"task": _features_to_json(record.task)}),
-        "response_sha256": sha256_of(record.response),
+        "response_sha256": hash_text(record.response),
         "data_sha256": record.data_sha256,
         **({} if record.errata is None else {"errata": dataclass_to_json(record.errata)}),
-        **_verdict_fields(record.verdict),
+        **_verdict_to_json(record.verdict),
         "repairs": list(record.repairs),
         "unanswered": record.unanswered,
         "suite_size": record.suite_size,
@@ -91,7 +91,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
     if record.origin is not None:
         fields |= dataclass_to_json(record.origin)
     if record.explanation is not None:
-        fields["explanation"] = _to_json(record.explanation)
+        fields["explanation"] = _value_to_json(record.explanation)
     return {**fields, "response": record.response}
 
 
@@ -115,8 +115,8 @@ def experiment_to_json(
     """
     study: dict[str, Json] = {}
     for name, choice in experiment.settings_in_label_order.items():
-        summary = {"summary": _to_json(summaries[name])} if name in summaries else {}
-        study[name] = {"label": choice.label, "options": _to_json(choice.options), **summary}
+        summary = {"summary": _value_to_json(summaries[name])} if name in summaries else {}
+        study[name] = {"label": choice.label, "options": _value_to_json(choice.options), **summary}
     agent = {name: getattr(experiment, name) for name in ("harness", "effort", "rules")}
     fields = (("study", study, study), ("agent", agent, experiment.agent_settings))
     return {name: value for name, value, is_chosen in fields if is_chosen}
@@ -139,7 +139,7 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
     else:
         chosen = {name: values[name] for name in NAMES if values.get(name) is not None}
         names = _parse_value(dict[str, str], chosen, "experiment")
-        experiment = older_experiment(names, _parse_value(AttemptOptions, values, "experiment"))
+        experiment = read_older_experiment(names, _parse_value(AttemptOptions, values, "experiment"))
     positions = enumerate(experiment.study.items())
     ordered = {
         name: replace(choice, label_position=position, summary={}) for position, (name, choice) in positions
@@ -156,12 +156,12 @@ def _read_experiment(values: Mapping[str, Any]) -> Experiment | None:
 
 def _read_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
     if not values.get("study"):
-        return older_summaries(values)
+        return read_older_summaries(values)
     parts = _parse_value(dict[str, dict[str, Any]], values["study"], "study")
     return {name: part["summary"] for name, part in parts.items() if part.get("summary")}
 
 
-def read_summary(record: Record, study: str, kind: type[T]) -> T | None:
+def read_study_summary(record: Record, study: str, kind: type[T]) -> T | None:
     """Return a study's summary of the answer in a record, or None if there is no summary.
 
     Args:
@@ -180,19 +180,19 @@ def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
     explanation = attempt.explanation
     return {
         "prompt_sha256": attempt.prompt_sha256,
-        "response_sha256": sha256_of(attempt.response),
-        **_verdict_fields(attempt.verdict),
+        "response_sha256": hash_text(attempt.response),
+        **_verdict_to_json(attempt.verdict),
         "repairs": [*attempt.answer_repairs, *attempt.verdict.repairs],
         "slipped_at": attempt.slipped_at,
         "goal_held_at": attempt.goal_held_at,
-        "usage": _to_json(attempt.usage),
+        "usage": _value_to_json(attempt.usage),
         "answer_repairs": list(attempt.answer_repairs),
-        **({} if explanation is None else {"explanation": _to_json(explanation)}),
+        **({} if explanation is None else {"explanation": _value_to_json(explanation)}),
         "response": attempt.response,
     }
 
 
-def fields_of(verdict: Verdict) -> dict[str, Json]:
+def verdict_to_record_fields(verdict: Verdict) -> dict[str, Json]:
     """Return the fields of a record that its verdict fills, as a JSON object."""
     fields = dataclass_to_json(verdict)
     reason = fields.pop("excluded")
@@ -210,9 +210,9 @@ def fields_of(verdict: Verdict) -> dict[str, Json]:
     }
 
 
-def _verdict_fields(verdict: Verdict) -> dict[str, Json]:
+def _verdict_to_json(verdict: Verdict) -> dict[str, Json]:
     """Return the fields of a verdict as a JSON object. Each field has one type in all records."""
-    fields = fields_of(verdict)
+    fields = verdict_to_record_fields(verdict)
     return fields | {
         name: _convert_numbers(fields[name], float) for name in _FIELDS_WITH_HALVES if name in fields
     }
@@ -241,19 +241,19 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
     record = _parse_value(
         Record,
         {
-            **{name: values[name] for name in _field_names(Record) if name in values},
+            **{name: values[name] for name in _list_dataclass_fields(Record) if name in values},
             "ability": ability,
             "response": values.get("response") or "",
             "verdict": _read_verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "origin": origin,
-            "explanation": _explanation_values(values.get("explanation")),
+            "explanation": _read_explanation_fields(values.get("explanation")),
             "experiment": _read_experiment(values),
             "summaries": _read_summaries(values),
             "attempts": _read_attempts(values, ability),
         },
     )
     sha256 = _parse_value(str, _require_field(values, "response_sha256"), "response_sha256")
-    if values.get("response") is not None and sha256_of(record.response) != sha256:
+    if values.get("response") is not None and hash_text(record.response) != sha256:
         raise InputError(
             "expected the response that was scored; response_sha256 is the digest of another text"
         )
@@ -262,10 +262,10 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
 
 def dataclass_to_json(value: Any) -> dict[str, Json]:
     """Return a dataclass, such as an explanation or the origin of an answer, as a JSON object."""
-    return {name: _to_json(getattr(value, name)) for name in value.__dataclass_fields__}
+    return {name: _value_to_json(getattr(value, name)) for name in value.__dataclass_fields__}
 
 
-def _to_json(value: Any) -> Json:
+def _value_to_json(value: Any) -> Json:
     kind: Any = type(value)
     return value if kind in _PLAIN_TYPES else _find_encoder(kind)(value)
 
@@ -287,8 +287,8 @@ def _find_encoder(kind: type) -> Callable[[Any], Json]:
     if issubclass(kind, GoalTallies):
         return lambda tallies: dict(zip(GoalTallies._fields, map(list, tallies), strict=True))
     if issubclass(kind, Mapping):
-        return lambda value: {getattr(key, "value", key): _to_json(item) for key, item in value.items()}
-    return dataclass_to_json if is_dataclass(kind) else lambda value: [_to_json(item) for item in value]
+        return lambda value: {getattr(key, "value", key): _value_to_json(item) for key, item in value.items()}
+    return dataclass_to_json if is_dataclass(kind) else lambda value: [_value_to_json(item) for item in value]
 
 
 def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
@@ -302,10 +302,10 @@ def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
 
 
 def _statement_to_json(statement: Statement) -> dict[str, Json]:
-    return {name: _to_json(item) for name, item in statement._asdict().items()}
+    return {name: _value_to_json(item) for name, item in statement._asdict().items()}
 
 
-def _explanation_values(value: Any) -> Any:
+def _read_explanation_fields(value: Any) -> Any:
     """Return the fields of an explanation from JSON; the list of atoms becomes a mapping from their texts."""
     if not isinstance(value, dict) or not isinstance(value.get("atoms"), list):
         return value
@@ -326,13 +326,15 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int)
         raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
     repairs = _parse_value(tuple[str, ...], _require_field(values, "repairs"), "repairs")
     declared: type[Verdict] = get_declaration(ability).verdict
-    fields = {name: values[name] for name in _field_names(declared) if name in values}
+    fields = {name: values[name] for name in _list_dataclass_fields(declared) if name in values}
     fields |= {
         name: _convert_numbers(fields[name], _shorten_number)
         for name in _FIELDS_WITH_HALVES
         if name in fields
     }
-    if "tried_actions" in _field_names(declared) and isinstance(values.get("attempts"), int):  # schema 2
+    if "tried_actions" in _list_dataclass_fields(declared) and isinstance(
+        values.get("attempts"), int
+    ):  # schema 2
         fields["tried_actions"] = values["attempts"]
     return _parse_value(declared, {**fields, "excluded": reason, "repairs": repairs[made_before:]})
 
@@ -348,17 +350,19 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
             tuple[str, ...], values_of_attempt.get("answer_repairs", ()), f"attempts.{number}.answer_repairs"
         )
         fields = {
-            name: values_of_attempt[name] for name in _field_names(Attempt) if name in values_of_attempt
+            name: values_of_attempt[name]
+            for name in _list_dataclass_fields(Attempt)
+            if name in values_of_attempt
         }
-        fields["explanation"] = _explanation_values(values_of_attempt.get("explanation"))
+        fields["explanation"] = _read_explanation_fields(values_of_attempt.get("explanation"))
         verdict = _read_verdict(values_of_attempt, ability, len(made_before))
         attempts.append(_parse_value(Attempt, {**fields, "verdict": verdict}, f"attempts.{number}"))
     return tuple(attempts)
 
 
-def _read_origin(values: Mapping[str, Any]) -> Origin | None:
-    fields = {name: values[name] for name in _field_names(Origin) if name in values}
-    return _parse_value(Origin, fields) if fields else None
+def _read_origin(values: Mapping[str, Any]) -> AnswerOrigin | None:
+    fields = {name: values[name] for name in _list_dataclass_fields(AnswerOrigin) if name in values}
+    return _parse_value(AnswerOrigin, fields) if fields else None
 
 
 def _require_field(values: Mapping[str, Any], name: str) -> Any:
@@ -375,16 +379,16 @@ def _parse_value(kind: type[T], value: object, *path: str) -> T:
     """
     hashable: Any = kind
     try:
-        read: T = _make_adapter(hashable).validate_python(value)
+        read: T = _make_type_adapter(hashable).validate_python(value)
     except ValidationError as error:
         raise InputError(f"field {describe_misfit(error, within=path, whole='the record')}") from error
     return read
 
 
 @cache
-def _make_adapter(kind: Any) -> TypeAdapter[Any]:
+def _make_type_adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _field_names(declared: Any) -> Iterable[str]:
+def _list_dataclass_fields(declared: Any) -> Iterable[str]:
     return tuple(declared.__dataclass_fields__)

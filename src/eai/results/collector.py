@@ -8,7 +8,7 @@ OBJECTS_BETWEEN_COLLECTIONS = 300_000
 """Number of new objects after which the collector runs; Python's default is some hundreds."""
 
 
-def collect_seldom() -> None:
+def reduce_garbage_collection() -> None:
     """Exclude all existing objects from garbage collection, and collect later objects rarely.
 
     This suits a process that keeps its modules, tasks and records until it ends.

@@ -16,10 +16,17 @@ from itertools import compress
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import EMPTY_SHARE, Shares
-from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, sum_by_name, sum_by_task
-from eai.results.rate import Rate, rate_of
+from eai.results.certainty import (
+    Cases,
+    ConfidenceIntervals,
+    RateCase,
+    compute_difference_intervals,
+    sum_by_name,
+    sum_by_task,
+)
+from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
-from eai.results.summary import name_of, shares_by_task
+from eai.results.summary import find_task_name, map_tasks_to_shares
 from eai.tasks.share import Share
 
 SEED = 20240901
@@ -29,7 +36,7 @@ REPETITIONS = 5000
 _ROUNDING = 1e-12
 
 
-def sign_flip_p(differences: Sequence[int]) -> float:
+def compute_sign_flip_p(differences: Sequence[int]) -> float:
     """Return the exact two-sided p value of a sum of differences, if each sign is equally likely.
 
     Args:
@@ -47,7 +54,7 @@ def sign_flip_p(differences: Sequence[int]) -> float:
     return sum(count for total, count in counts.items() if abs(total) >= observed) / sum(counts.values())
 
 
-def exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
+def compute_exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
     """Return the two-sided p value of the difference of two rates, from random exchanges of answers.
 
     It is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed assignment of
@@ -58,10 +65,10 @@ def exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
             first rate.
         second: mapping from the same units to the numerator and denominator for the second rate.
     """
-    sums = (_sum_shares(first), _sum_shares(second))
+    sums = (_add_shares(first), _add_shares(second))
     if not sums[0].denominator or not sums[1].denominator:
         return None
-    observed = _distance(*sums)
+    observed = _compute_rate_distance(*sums)
     gains = [b.numerator - a.numerator for a, b in zip(first, second, strict=True)]
     growths = [b.denominator - a.denominator for a, b in zip(first, second, strict=True)]
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
@@ -71,15 +78,15 @@ def exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
         gain, growth = sum(compress(gains, heads)), sum(compress(growths, heads))
         one = Share(sums[0].numerator + gain, sums[0].denominator + growth)
         other = Share(sums[1].numerator - gain, sums[1].denominator - growth)
-        extreme += _distance(one, other) >= observed - _ROUNDING
+        extreme += _compute_rate_distance(one, other) >= observed - _ROUNDING
     return extreme / (REPETITIONS + 1)
 
 
-def _sum_shares(shares: Sequence[Share]) -> Share:
+def _add_shares(shares: Sequence[Share]) -> Share:
     return Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))
 
 
-def _distance(one: Share, other: Share) -> float:
+def _compute_rate_distance(one: Share, other: Share) -> float:
     """Return the absolute difference of two rates; infinite if a rate has no cases."""
     if not one.denominator or not other.denominator:
         return math.inf
@@ -106,7 +113,7 @@ class MetricDifference:
 
     first: Rate
     second: Rate
-    certainty: Certainty | None
+    certainty: ConfidenceIntervals | None
     p_value: float | None
     p_by_task: float | None
     yes_no: bool
@@ -114,7 +121,7 @@ class MetricDifference:
     only_second: tuple[str, ...] = ()
 
     @property
-    def points(self) -> float | None:
+    def percentage_points(self) -> float | None:
         """Rate of the second run minus rate of the first run, in percentage points."""
         if self.first.percent is None or self.second.percent is None:
             return None
@@ -140,14 +147,14 @@ class RunComparison:
     only_in_second: tuple[str, ...]
 
 
-def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
+def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     """Compare two runs of one ability, domain and protocol, each with at least one record.
 
     A task is left out of the comparison if a run excludes it, if a run has no record of it, or if its id
     names different tasks in the two runs. A missing answer counts as a failure.
     """
-    first_shares, second_shares = shares_by_task(first), shares_by_task(second)
-    named = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
+    first_shares, second_shares = map_tasks_to_shares(first), map_tasks_to_shares(second)
+    named = {record.task_id: find_task_name(record) for record in (*first, *second) if record.task}
     declared = get_declaration(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
     shared = [record for record in second if record.task_id in verdicts]
@@ -174,7 +181,7 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
 
 
 def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:
-    return [Case(task, name, shares[task].get(metric, EMPTY_SHARE)) for task, name in names.items()]
+    return [RateCase(task, name, shares[task].get(metric, EMPTY_SHARE)) for task, name in names.items()]
 
 
 _YES_NO_NUMERATORS = (0, 1)
@@ -199,11 +206,11 @@ def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDiffer
         for case, a, b in zip(first, right_in_first, right_in_second, strict=True)
         if yes_no and a != b
     ]
-    p_value = _sign_flip_p if yes_no else exchange_p
+    p_value = _compute_sign_flip_p_of_shares if yes_no else compute_exchange_p
     return MetricDifference(
-        rate_of(case.share for case in first),
-        rate_of(case.share for case in second),
-        certainty_of_difference(first, second),
+        compute_rate(case.share for case in first),
+        compute_rate(case.share for case in second),
+        compute_difference_intervals(first, second),
         p_value([*sum_by_name(first).values()], [*sum_by_name(second).values()]),
         p_value([*sum_by_task(first).values()], [*sum_by_task(second).values()]),
         yes_no,
@@ -212,5 +219,5 @@ def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDiffer
     )
 
 
-def _sign_flip_p(first: Sequence[Share], second: Sequence[Share]) -> float:
-    return sign_flip_p([round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)])
+def _compute_sign_flip_p_of_shares(first: Sequence[Share], second: Sequence[Share]) -> float:
+    return compute_sign_flip_p([round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)])

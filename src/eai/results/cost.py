@@ -15,10 +15,10 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.base.files import parse_toml
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
-from eai.results.certainty import Case, Cases, interval_of_ratio
-from eai.results.rate import rate_of
+from eai.results.certainty import Cases, RateCase, compute_ratio_interval
+from eai.results.rate import compute_rate
 from eai.results.record import Record
-from eai.results.summary import name_of, outcome_of
+from eai.results.summary import find_answer_outcome, find_task_name
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -56,7 +56,7 @@ class Spending:
             self.unpriced_answers + other.unpriced_answers,
         )
 
-    def apply_price(self, price: _Price | None) -> Spending:
+    def apply_price(self, price: _TokenPrice | None) -> Spending:
         """Return the spending with the dollars of the answers that had no price, by a given price."""
         if price is None or not self.unpriced_answers:
             return self
@@ -64,7 +64,7 @@ class Spending:
         return Spending(self.answers, self.usage + Usage(cost=dollars))
 
 
-class _Price(Options):
+class _TokenPrice(Options):
     """Prices of a model in dollars for a million tokens; cached tokens cost as much as other tokens."""
 
     model_config = ConfigDict(strict=True)
@@ -87,7 +87,7 @@ class PriceList(Options):
 
     date: date
     source: str = Field(min_length=1)
-    models: Mapping[str, _Price]
+    models: Mapping[str, _TokenPrice]
 
 
 class _PaperCost(Options):
@@ -112,7 +112,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
     return Spending(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
 
 
-def cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
+def make_cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
     """Return the cost of each answer and whether it is a success, by unit of cost.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
@@ -120,22 +120,24 @@ def cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
     """
     scored = (record for record in records if record.verdict.excluded is None)
     answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]
-    cases_by_amount = group_pairs(pair for record, usage in answers for pair in _list_amounts(record, usage))
+    cases_by_amount = group_pairs(
+        pair for record, usage in answers for pair in _list_cost_amounts(record, usage)
+    )
     return {name: cases for name, cases in cases_by_amount.items() if len(cases) == len(answers)}
 
 
-def _list_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
-    won = outcome_of(record) is AnswerOutcome.SUCCESS
+def _list_cost_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, RateCase]]:
+    won = find_answer_outcome(record) is AnswerOutcome.SUCCESS
     for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:
-            yield name, Case(record.task_id, name_of(record), Share(amount, won))
+            yield name, RateCase(record.task_id, find_task_name(record), Share(amount, won))
 
 
 def cost_cases_to_json(cases_by_amount: Mapping[str, Cases]) -> dict[str, Json]:
     """Return costs of a success as in ``summary.json``: sums, ratio and interval; null without success."""
     amounts: dict[str, Json] = {}
     for name, cases in cases_by_amount.items():
-        rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)
+        rate, interval = compute_rate(case.share for case in cases), compute_ratio_interval(cases)
         between = None if interval is None else list(interval)
         amounts[name] = {**rate.to_json(), "value": rate.share, "interval": between}
     return amounts

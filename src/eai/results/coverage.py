@@ -13,7 +13,7 @@ from eai.base.json_value import Json
 
 
 @dataclass(frozen=True, slots=True)
-class Coverage:
+class TaskCoverage:
     """Numbers of tasks of a suite in a run: asked, answered, and counted in rates.
 
     Attributes:
@@ -33,7 +33,7 @@ class Coverage:
     raised: int = 0
 
     @property
-    def ranked(self) -> bool:
+    def is_ranked(self) -> bool:
         """Whether the run has a record of every task, and no missing answer is left out of rates."""
         return self.asked == self.tasks and not self.left_out
 
@@ -45,7 +45,7 @@ class Coverage:
                 "The records do not say how many tasks the suite has: score the answers again to rank them."
             )
         parts = tuple(self._describe_gaps(self.tasks))
-        end = "." if self.ranked else "; the run is not ranked."
+        end = "." if self.is_ranked else "; the run is not ranked."
         return "; ".join(parts) + end if parts else None
 
     def _describe_gaps(self, tasks: int) -> Iterable[str]:
@@ -64,10 +64,10 @@ class Coverage:
             treatment = f"counted as failed where they are in the statistics ({self.failed})"
         yield f"{missing} of {self.asked} tasks without an answer, {treatment}"
 
-    def __add__(self, other: Coverage) -> Coverage:
+    def __add__(self, other: TaskCoverage) -> TaskCoverage:
         """Return the coverage of two suites together."""
         tasks = None if self.tasks is None or other.tasks is None else self.tasks + other.tasks
-        return Coverage(
+        return TaskCoverage(
             self.asked + other.asked,
             self.answered + other.answered,
             self.failed + other.failed,
@@ -88,15 +88,15 @@ class Coverage:
             "counted_as_failures": self.failed,
             "left_out": self.left_out,
             "not_asked": None if self.tasks is None else self.tasks - self.asked,
-            "ranked": self.ranked,
+            "ranked": self.is_ranked,
             **({"raised": self.raised} if self.raised else {}),
         }
 
 
-def combine_coverage(coverages: Iterable[Coverage]) -> Coverage | None:
+def combine_coverage(coverages: Iterable[TaskCoverage]) -> TaskCoverage | None:
     """Return the sum of the coverage of several suites, or None without suites."""
     coverages_of_suites = tuple(coverages)
-    return reduce(Coverage.__add__, coverages_of_suites) if coverages_of_suites else None
+    return reduce(TaskCoverage.__add__, coverages_of_suites) if coverages_of_suites else None
 
 
 @dataclass(frozen=True, slots=True)

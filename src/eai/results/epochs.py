@@ -30,21 +30,21 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, score_run
 from eai.results.certainty import Cases
-from eai.results.codec import dataclass_to_json, sha256_of
-from eai.results.cost import cost_cases, cost_cases_to_json
+from eai.results.codec import dataclass_to_json, hash_text
+from eai.results.cost import cost_cases_to_json, make_cost_cases
 from eai.results.options import ScoringOptions
-from eai.results.record import Origin, Record
+from eai.results.record import AnswerOrigin, Record
 from eai.results.records import make_record_batch, write_record_batches
-from eai.results.repeats import find_success_metric, pass_cases, pass_cases_to_json
-from eai.results.responses import Response, ResponseFile, attempt_name, write_responses
-from eai.results.summary import cases_of, summarise_by_attempt
-from eai.results.totals import Totals
-from eai.results.trials import Answer, AnswerKey, Trials, make_trial_record
+from eai.results.repeats import find_success_metric, make_pass_cases, pass_cases_to_json
+from eai.results.responses import Response, ResponseFile, format_attempt_name, write_responses
+from eai.results.summary import compute_rates_by_attempt, make_cases_by_metric
+from eai.results.totals import RunTotals
+from eai.results.trials import Answer, AnswerKey, TrialSet, make_trial_record
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.task import Task
 
 
-def majority_index(answers: Sequence[str], ability: Ability) -> int:
+def find_majority_index(answers: Sequence[str], ability: Ability) -> int:
     """Return the index of the first answer with the most frequent meaning.
 
     If several meanings are equally frequent, the first of these meanings counts. If no answer can be read,
@@ -94,7 +94,7 @@ SUBGOALS = "subgoals"
 
 
 @dataclass(frozen=True, slots=True)
-class BeliefSet:
+class StatedBeliefs:
     """The beliefs that questions state instead of the facts: goals in a pipeline, or perceived scenes.
 
     Attributes:
@@ -114,14 +114,14 @@ class BeliefSet:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: ScenePerception | None = None
 
-    def combine(self, goals: BeliefSet) -> BeliefSet:
+    def add_goals(self, goals: StatedBeliefs) -> StatedBeliefs:
         """Combine the scenes of this set with the goals of another set, for the tasks that both sets have.
 
         Raises:
             InputError: both sets change the same choice of the run.
         """
         shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
-        return BeliefSet(
+        return StatedBeliefs(
             {i: self.beliefs[i].adopt_goals(goals.beliefs[i]) for i in shared},
             self.experiment.combine(goals.experiment),
             f"{self.missing_reason}, or {goals.missing_reason}",
@@ -134,11 +134,11 @@ class BeliefSet:
         )
 
     @property
-    def goals(self) -> dict[str, Task]:
+    def tasks_with_stated_goals(self) -> dict[str, Task]:
         """Mapping from ids to tasks with the goals that questions state instead of the tasks' own."""
         return {i: belief.task for i, belief in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
-    def prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
+    def make_prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
         """Return a mapping from ids of tasks with a belief to their questions.
 
         Raises:
@@ -148,7 +148,7 @@ class BeliefSet:
         prompts = library.open(suite.benchmark, suite.ability, beliefs)
         return {task_id: prompts[task_id] for task_id in beliefs}
 
-    def mark(self, record: Record) -> Record:
+    def add_belief_to_record(self, record: Record) -> Record:
         """Return a record with the choices of this run and the summaries of its question's belief."""
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_summaries(record.summaries, self.summaries.get(record.task_id, {}))
@@ -161,9 +161,9 @@ def _merge_summaries(
     return {name: {**one.get(name, {}), **other.get(name, {})} for name in {**one, **other}}
 
 
-def finish_record(record: Record, believed: BeliefSet | None, experiment: Experiment) -> Record:
+def add_run_to_record(record: Record, believed: StatedBeliefs | None, experiment: Experiment) -> Record:
     """Return a record with the beliefs that its question stated, and with the choices of its run."""
-    return (record if believed is None else believed.mark(record)).add_experiment(experiment)
+    return (record if believed is None else believed.add_belief_to_record(record)).add_experiment(experiment)
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,9 +192,9 @@ class ModelAnswers:
     answers: Mapping[AnswerKey, Answer]
     failures: Mapping[AnswerKey, str]
     epochs: int
-    trials: Trials | None = None
+    trials: TrialSet | None = None
     attempts: Mapping[AnswerKey, Sequence[Attempt]] = field(default_factory=dict)
-    beliefs: BeliefSet | None = None
+    beliefs: StatedBeliefs | None = None
     experiment: Experiment = field(default_factory=Experiment)
     summarize: Callable[[Record], Record] = replace
     log: Path = Path()
@@ -216,7 +216,7 @@ class SuiteResult:
     model: str
     folder: Path
     suite: Suite
-    totals: Totals
+    totals: RunTotals
     records: Sequence[Record]
     by_epoch: Sequence[SuiteResult] = ()
 
@@ -224,57 +224,63 @@ class SuiteResult:
     def failures(self) -> dict[str, list[str]]:
         """Mapping from each reason for missing answers to the tasks that lack one."""
         unanswered = [
-            (record.unanswered, record.task_id) for record in self._counted if record.unanswered is not None
+            (record.unanswered, record.task_id)
+            for record in self._counted_records
+            if record.unanswered is not None
         ]
         return group_pairs(dict.fromkeys(unanswered))
 
     @property
-    def truncated(self) -> int:
+    def truncated_count(self) -> int:
         """Number of answers that a length limit cut off."""
-        return sum(bool(record.origin and record.origin.truncated) for record in self._counted)
+        return sum(bool(record.origin and record.origin.truncated) for record in self._counted_records)
 
     @property
     def usage(self) -> Usage:
         """The tokens, cost and time of all answers."""
-        origins = [record.origin for record in self.records_by_key().values()]
+        origins = [record.origin for record in self.map_keys_to_records().values()]
         return sum([origin.usage for origin in origins if origin and origin.usage], Usage())
 
     @property
-    def _counted(self) -> Collection[Record]:
+    def _counted_records(self) -> Collection[Record]:
         """The records from which the metrics are computed.
 
         If a task counts by the mean over epochs, these are the records of all epochs.
         """
         averaged = get_declaration(self.suite.ability).combine_epochs is not None
-        return self.records_by_key().values() if averaged else self.records
+        return self.map_keys_to_records().values() if averaged else self.records
 
-    def records_by_key(self) -> dict[AnswerKey, Record]:
+    def map_keys_to_records(self) -> dict[AnswerKey, Record]:
         """Return a mapping from task and epoch to the record of the requested answer."""
         epochs = enumerate(self.by_epoch or (self,), 1)
         return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}
 
-    def epochs_shown(self) -> dict[str, int]:
+    def find_shown_epochs(self) -> dict[str, int]:
         """Return a mapping from each task to the epoch whose answer is in its record."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
-        for (task_id, epoch), record in self.records_by_key().items():
+        for (task_id, epoch), record in self.map_keys_to_records().items():
             if record.response == responses[task_id]:
                 shown.setdefault(task_id, epoch)
         return shown
 
-    def effort(self) -> dict[str, Json]:
+    def make_effort_fields(self) -> dict[str, Json]:
         """Return the fields of ``summary.json`` that are not metrics, such as usage and missing answers."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
-            "truncated": self.truncated,
+            "truncated": self.truncated_count,
             "usage": dataclass_to_json(self.usage),
-            "per_success": cost_cases_to_json(cost_cases([*self.records_by_key().values()])),
-            **({"passes": pass_cases_to_json(pass_cases(self.right_by_epoch))} if self.by_epoch else {}),
+            "per_success": cost_cases_to_json(make_cost_cases([*self.map_keys_to_records().values()])),
+            **(
+                {"passes": pass_cases_to_json(make_pass_cases(self.success_cases_by_epoch))}
+                if self.by_epoch
+                else {}
+            ),
         }
 
     @property
-    def right_by_epoch(self) -> Sequence[Cases]:
+    def success_cases_by_epoch(self) -> Sequence[Cases]:
         """For each epoch, whether each answer is right, as cases of the success metric.
 
         It is empty without epochs, or without a metric for whole answers.
@@ -283,7 +289,7 @@ class SuiteResult:
         metric = find_success_metric(ability)
         if metric is None:
             return ()
-        return [cases_of(result.records, ability).get(metric, ()) for result in self.by_epoch]
+        return [make_cases_by_metric(result.records, ability).get(metric, ()) for result in self.by_epoch]
 
 
 def score_answers(
@@ -300,26 +306,32 @@ def score_answers(
     """
     epoch_results = [
         score_answers(
-            _select_epoch(model_answers, epoch), folder / f"epoch_{epoch}", suite, scoring, progressed
+            _select_answers_of_epoch(model_answers, epoch),
+            folder / f"epoch_{epoch}",
+            suite,
+            scoring,
+            progressed,
         )
         for epoch in range(1, model_answers.epochs + 1)
         if model_answers.epochs > 1
     ]
     average = get_declaration(suite.ability).combine_epochs
     if epoch_results and average is not None:
-        means = average_records([result_of_epoch.records for result_of_epoch in epoch_results], average)
+        means = average_records_over_epochs(
+            [result_of_epoch.records for result_of_epoch in epoch_results], average
+        )
         records = [replace(record, model=model_answers.name) for record in means]
     else:
-        records = _make_records(model_answers, folder, suite, scoring, progressed)
+        records = _score_model_answers(model_answers, folder, suite, scoring, progressed)
     batch = make_record_batch(records)
     result = SuiteResult(model_answers.model, folder, suite, batch[1], records, epoch_results)
     digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
-    run_fields = {"prompts_sha256": sha256_of(json.dumps(digests)), **result.effort()}
-    write_record_batches(folder, [batch], run_fields, summarise_by_attempt(records))
+    run_fields = {"prompts_sha256": hash_text(json.dumps(digests)), **result.make_effort_fields()}
+    write_record_batches(folder, [batch], run_fields, compute_rates_by_attempt(records))
     return result
 
 
-def _select_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
+def _select_answers_of_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
     """Return the answers of one epoch, in the form of a run without other epochs."""
     answers = {key: answer for key, answer in model_answers.answers.items() if key[1] == epoch}
     failures = {key: reason for key, reason in model_answers.failures.items() if key[1] == epoch}
@@ -327,7 +339,7 @@ def _select_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
     return replace(model_answers, name=name, answers=answers, failures=failures, epochs=1)
 
 
-def average_records(
+def average_records_over_epochs(
     of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
     """Return one record for each task, with the mean of each metric over its epochs."""
@@ -343,22 +355,23 @@ def _average_records_of_task(
     return replace(shown, verdict=average([record.verdict for record in (shown, *others)]))
 
 
-def _choose_answers(model_answers: ModelAnswers, ability: Ability) -> dict[str, Answer]:
+def _choose_majority_answers(model_answers: ModelAnswers, ability: Ability) -> dict[str, Answer]:
     in_order = sorted(model_answers.answers.values(), key=attrgetter("epoch"))
     by_task = group_pairs((answer.task_id, answer) for answer in in_order)
     return {
-        i: given[majority_index([answer.text for answer in given], ability)] for i, given in by_task.items()
+        i: given[find_majority_index([answer.text for answer in given], ability)]
+        for i, given in by_task.items()
     }
 
 
-def _make_records(
+def _score_model_answers(
     model_answers: ModelAnswers,
     folder: Path,
     suite: Suite,
     scoring: ScoringOptions,
     progressed: ProgressCallback | None,
 ) -> list[Record]:
-    answers = _choose_answers(model_answers, suite.ability)
+    answers = _choose_majority_answers(model_answers, suite.ability)
     failed = {task_id: reason for (task_id, _), reason in model_answers.failures.items()}
     why = {
         i: failed.get(i, "the run ended before")
@@ -375,13 +388,15 @@ def _make_records(
         records = _make_trial_records(model_answers, model_answers.trials, answers, unanswered)
         if not scoring.explanations:
             records = [record.drop_explanations() for record in records]
-        _write_attempts(folder, model_answers.name, records)
-    records = [finish_record(record, model_answers.beliefs, model_answers.experiment) for record in records]
-    return [model_answers.summarize(_add_origin(record, model_answers, answers)) for record in records]
+        _write_attempt_files(folder, model_answers.name, records)
+    records = [
+        add_run_to_record(record, model_answers.beliefs, model_answers.experiment) for record in records
+    ]
+    return [model_answers.summarize(_add_answer_origin(record, model_answers, answers)) for record in records]
 
 
 def _make_trial_records(
-    model_answers: ModelAnswers, trials: Trials, answers: Mapping[str, Answer], unanswered: Iterable[Record]
+    model_answers: ModelAnswers, trials: TrialSet, answers: Mapping[str, Answer], unanswered: Iterable[Record]
 ) -> list[Record]:
     """Return the records of an experiment. ``answers`` has the last answer of each trial that counts."""
     suite, options = trials.suite, trials.options
@@ -392,22 +407,22 @@ def _make_trial_records(
     return [by_task[task_id] for task_id in suite.task_ids if task_id in by_task]
 
 
-def _add_origin(record: Record, model_answers: ModelAnswers, answers: Mapping[str, Answer]) -> Record:
+def _add_answer_origin(record: Record, model_answers: ModelAnswers, answers: Mapping[str, Answer]) -> Record:
     """Return the record with the source of its answer, and with the tokens and cost of all attempts."""
     answer, prompt = answers.get(record.task_id), model_answers.prompts.get(record.task_id)
     if answer is None:
-        return replace(record, origin=Origin(None if prompt is None else prompt.sha256))
+        return replace(record, origin=AnswerOrigin(None if prompt is None else prompt.sha256))
     spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
     usage = sum(spent, Usage())
     fields = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
     if answer.truncated and record.protocol is DEFAULT_PROTOCOL:
         verdict, explanation = mark_as_cut_off(record.verdict, record.explanation)
         record = replace(record, verdict=verdict, explanation=explanation)
-    return replace(record, origin=Origin(*fields))
+    return replace(record, origin=AnswerOrigin(*fields))
 
 
-def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:
+def _write_attempt_files(folder: Path, name: str, records: Sequence[Record]) -> None:
     for number in range(max((len(record.attempts) for record in records), default=0)):
         made = [(r.task_id, r.attempts[number].response) for r in records if number < len(r.attempts)]
         responses = tuple([Response(task_id, text) for task_id, text in made])
-        write_responses(folder, ResponseFile(attempt_name(name, number + 1), responses))
+        write_responses(folder, ResponseFile(format_attempt_name(name, number + 1), responses))

@@ -26,7 +26,7 @@ _MAX_LINES_PER_PAGE = 38
 """Maximum number of lines of numbers in a table on one page."""
 
 
-def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
+def format_latex_table(table: Table, *, label: str, intervals: bool = True) -> str:
     """Return a table in LaTeX, split into tables that each fit a page; the last one has the footnotes.
 
     The caption is the table's definition.
@@ -42,7 +42,7 @@ def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
     )
     caption = f"{escape_latex(table.definition)}{interval_note}."
     return "\n".join(
-        _format_environment(
+        _format_table_environment(
             replace(table, rows=tuple(rows), notes=table.notes if number == len(parts) else ()),
             caption if number == 1 else f"{caption} (continued)",
             label if number == 1 else f"{label}:{number}",
@@ -70,7 +70,7 @@ def _split_pages(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]
     yield page
 
 
-def _format_environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
+def _format_table_environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
     columns = table.full_columns
     parts = [
         r"\begin{table}[htbp]",
@@ -85,7 +85,7 @@ def _format_environment(table: Table, caption: str, label: str, *, intervals: bo
         *(line for row in table.rows for line in _format_row(columns, row, intervals=intervals)),
         r"\bottomrule",
         r"\end{tabular}}",
-        *_format_notes(table.notes),
+        *_format_footnotes(table.notes),
         r"\end{table}",
     ]
     return "\n".join(parts) + "\n"
@@ -104,7 +104,9 @@ def _format_heading(columns: Sequence[Column]) -> Iterator[str]:
         start += width
     yield _format_line(groups)
     yield "".join(rules)
-    yield _format_line([escape_latex(column.heading) + _format_marks(column.notes) for column in columns])
+    yield _format_line(
+        [escape_latex(column.heading) + _format_footnote_marks(column.notes) for column in columns]
+    )
 
 
 def _format_row(columns: Sequence[Column], row: Sequence[Cell], *, intervals: bool) -> Iterator[str]:
@@ -126,10 +128,10 @@ def _format_cell(column: Column, cell: Cell) -> str:
             return ""
         case Estimate():
             number = cell.format_number(column, "--")
-            return (rf"\textbf{{{number}}}" if cell.best else number) + _format_marks(cell.notes)
+            return (rf"\textbf{{{number}}}" if cell.best else number) + _format_footnote_marks(cell.notes)
         case Label(text=text, origin=origin, notes=notes):
             name = escape_latex(text)
-            return (rf"\emph{{{name}}} ({origin})" if origin else name) + _format_marks(notes)
+            return (rf"\emph{{{name}}} ({origin})" if origin else name) + _format_footnote_marks(notes)
         case _:
             return escape_latex(str(cell))
 
@@ -138,15 +140,15 @@ def _format_interval(cell: Estimate) -> str:
     return "" if cell.low is None else f"{cell.low:.1f}--{cell.high:.1f}"
 
 
-def _format_marks(numbers: Sequence[int]) -> str:
+def _format_footnote_marks(numbers: Sequence[int]) -> str:
     return rf"\textsuperscript{{{','.join(map(str, numbers))}}}" if numbers else ""
 
 
-def _format_notes(texts: Sequence[str]) -> Iterator[str]:
+def _format_footnotes(texts: Sequence[str]) -> Iterator[str]:
     if texts:
         yield r"\par\smallskip\begin{minipage}{\linewidth}\footnotesize"
         for number, text in enumerate(texts, 1):
-            yield rf"{_format_marks((number,))} {escape_latex(text)}\par"
+            yield rf"{_format_footnote_marks((number,))} {escape_latex(text)}\par"
         yield r"\end{minipage}"
 
 

@@ -1,8 +1,8 @@
 """Lines of tidy tables (answers, steps, goals, atoms, clauses), and their grouping by suite and model.
 
 The first columns of every line name its run and task, so that any two tables can be joined. A value that is
-unknown, or has no meaning for an ability, is None. `shares_by_kind` counts answers by outcome, errors by
-failed check, and wrong goals by reason.
+unknown, or has no meaning for an ability, is None. `estimate_share_of_each_kind` counts answers by outcome,
+errors by failed check, and wrong goals by reason.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, FULL_SHARE, ZERO_SHARE
 from eai.base.grouping import group_pairs
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 
@@ -290,7 +290,7 @@ def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str]
             yield (*suite, model), of_model
 
 
-def score_share(answer: AnswerLine) -> Share:
+def compute_score_share(answer: AnswerLine) -> Share:
     """Return an answer's contribution to the main score of its ability: success, or F1 without success."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
@@ -299,12 +299,12 @@ def score_share(answer: AnswerLine) -> Share:
     return Share(2 * answer.hits, 2 * answer.hits + answer.extras + answer.misses)
 
 
-def execution_share(answer: AnswerLine) -> Share:
+def compute_execution_share(answer: AnswerLine) -> Share:
     """Return the contribution of an answer with a plan or subgoals to the share of executed answers."""
     return EMPTY_SHARE if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
-def goal_share(answer: AnswerLine) -> Share:
+def compute_goal_share(answer: AnswerLine) -> Share:
     """Return the contribution of an answer with a plan or subgoals to the share of goals reached."""
     if answer.success is None:
         return EMPTY_SHARE
@@ -313,15 +313,15 @@ def goal_share(answer: AnswerLine) -> Share:
     return Share(sum(count or 0 for count in met), sum(count or 0 for count in total))
 
 
-def make_case(line: TidyLine, share: Share) -> Case:
+def make_case(line: TidyLine, share: Share) -> RateCase:
     """Return the case that a line adds to a rate."""
-    return Case(line.task, line.name, share)
+    return RateCase(line.task, line.name, share)
 
 
 MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
-    "score": score_share,
-    "executable": execution_share,
-    "goals": goal_share,
+    "score": compute_score_share,
+    "executable": compute_execution_share,
+    "goals": compute_goal_share,
 }
 """Mapping from each measure to the function that returns an answer's contribution to it."""
 
@@ -329,7 +329,7 @@ MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
 K = TypeVar("K")
 
 
-def shares_by_kind(
+def estimate_share_of_each_kind(
     lines: Sequence[TidyLine], kinds: Sequence[K], requested: Iterable[K]
 ) -> Iterator[tuple[K, Estimate]]:
     """Yield each requested kind of line with its share of all lines.

@@ -5,32 +5,32 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from eai.base.files import escape_unprintable
-from eai.results.table import Cell, Column, Estimate, Label, Table, short_number, superscript
+from eai.results.table import Cell, Column, Estimate, Label, Table, format_short_number, format_superscript
 
 NO_NUMBER_MARK = "–"
 """Mark that replaces a missing number."""
 
 
-def table_markdown(table: Table) -> str:
+def format_markdown_table(table: Table) -> str:
     """Return a table and its footnotes as Markdown.
 
     Below a row with intervals stands a row with these intervals.
     """
     columns = table.full_columns
     lines = [line for row in table.rows for line in _format_row(columns, row)]
-    notes = [f"{superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
+    notes = [f"{format_superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
     return "\n".join([*_format_grid(columns, lines), *([""] if notes else []), *notes]) + "\n"
 
 
-def rows_markdown(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> Iterator[str]:
+def format_markdown_rows(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> Iterator[str]:
     """Yield the Markdown lines of a table, one for each row.
 
     Each number stands with its fraction and interval.
     """
-    return _format_grid(columns, [[_inline_text(cell) for cell in row] for row in rows])
+    return _format_grid(columns, [[_format_plain_cell(cell) for cell in row] for row in rows])
 
 
-def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+def format_text_grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     """Yield the lines of a Markdown table whose cells are texts.
 
     All columns from the third on hold numbers, aligned right.
@@ -48,7 +48,7 @@ def escape_markdown(text: str) -> str:
 
 def _format_grid(columns: Sequence[Column], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     headings = [column.heading_without_group or column.heading or column.name for column in columns]
-    marks = [superscript(column.notes) for column in columns]
+    marks = [format_superscript(column.notes) for column in columns]
     yield _format_line([f"{heading}{mark}" for heading, mark in zip(headings, marks, strict=True)])
     yield _format_line(["--:" if column.is_number else "---" for column in columns])
     yield from map(_format_line, rows)
@@ -68,9 +68,9 @@ def _format_row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list
 
 def _format_cell(column: Column, cell: Cell) -> str:
     if not isinstance(cell, Estimate):
-        return _inline_text(cell)
+        return _format_plain_cell(cell)
     number = cell.format_number(column, NO_NUMBER_MARK)
-    return (f"**{number}**" if cell.best else number) + superscript(cell.notes)
+    return (f"**{number}**" if cell.best else number) + format_superscript(cell.notes)
 
 
 def _format_interval(cell: Cell) -> str:
@@ -79,16 +79,16 @@ def _format_interval(cell: Cell) -> str:
     return f"{cell.low:.1f}–{cell.high:.1f}"
 
 
-def _inline_text(cell: Cell) -> str:
+def _format_plain_cell(cell: Cell) -> str:
     match cell:
         case None:
             return ""
         case bool():
             return "yes" if cell else "no"
         case float():
-            return short_number(cell)
+            return format_short_number(cell)
         case Label(text=text, target=target, origin=origin):
             name = escape_markdown(text) if target is None else f"[{escape_markdown(text)}]({target})"
-            return f"{name}{f' *({origin})*' if origin else ''}{superscript(cell.notes)}"
+            return f"{name}{f' *({origin})*' if origin else ''}{format_superscript(cell.notes)}"
         case _:
             return escape_unprintable(str(cell)).replace("|", "\\|").replace("\n", " ")

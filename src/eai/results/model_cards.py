@@ -14,20 +14,20 @@ from eai.results.table import Label, Row, Table, make_table
 _UNKNOWN = "unknown"
 
 
-def model_cards() -> Table:
+def make_model_table() -> Table:
     """Return a table of the paper's models, one row each, in the paper's order; footnotes name sources."""
-    notes = tuple([f"Size: {text}." for text in _read()["sizes"].values()])
-    return replace(_cards(), notes=notes)
+    notes = tuple([f"Size: {text}." for text in _read_model_data()["sizes"].values()])
+    return replace(_make_model_rows(), notes=notes)
 
 
 @make_table("model_cards", ("model", "creator", "identifier", "release", "parameters", "host"))
-def _cards() -> Iterator[Row]:
+def _make_model_rows() -> Iterator[Row]:
     """The paper's models.
 
     Creator, identifier, release and host are those of the paper's appendix.
     """
-    sources = list(_read()["sizes"])
-    for card in _read()["card"]:
+    sources = list(_read_model_data()["sizes"])
+    for card in _read_model_data()["card"]:
         size = card.get("size")
         marks = () if size is None else (1 + sources.index(card["size_source"]),)
         yield (
@@ -41,6 +41,6 @@ def _cards() -> Iterator[Row]:
 
 
 @cache
-def _read() -> dict[str, Any]:
+def _read_model_data() -> dict[str, Any]:
     file = resources.files("eai.results") / "paper" / "model_cards.toml"
     return parse_toml(file.read_text(encoding="utf-8"))

@@ -30,7 +30,7 @@ _STATED = (
 )
 
 
-def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
+def read_older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
     """Return the experiment of an older record, from its named options and its options of attempts."""
     study: dict[str, StudySettings] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
     for option, (name, kind) in _OPTIONS.items():
@@ -44,7 +44,7 @@ def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Expe
     return Experiment(ordered, **{name: names[name] for name in _AGENT if name in names})
 
 
-def older_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+def read_older_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     """Return a mapping from the name of each study to its summary of the answer in an older record."""
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}

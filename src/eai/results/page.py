@@ -25,23 +25,25 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, 
         sends: whether the page sends requests to its server.
     """
 
-    def read(name: str) -> str:
+    def read_resource(name: str) -> str:
         return (resources.files(package) / folder / name).read_text(encoding="utf-8")
 
-    style = read("style.css")
-    program = "(() => {\n'use strict';\n" + "\n".join(map(read, scripts)) + "\n})();\n"
+    style = read_resource("style.css")
+    program = "(() => {\n'use strict';\n" + "\n".join(map(read_resource, scripts)) + "\n})();\n"
     policy = "; ".join(
         (
             "default-src 'none'",
-            f"style-src '{_digest(style)}'",
-            f"script-src '{_digest(program)}'",
+            f"style-src '{_hash_for_policy(style)}'",
+            f"script-src '{_hash_for_policy(program)}'",
             "base-uri 'none'",
             "form-action 'none'",
             *(["connect-src 'self'", "img-src data:"] if sends else []),
         )
     )
     parts = {"policy": policy, "name": folder, "style": style, "program": program, "data": data}
-    page = (resources.files("eai.results") / "page.html").read_text(encoding="utf-8") + read("page.html")
+    page = (resources.files("eai.results") / "page.html").read_text(encoding="utf-8") + read_resource(
+        "page.html"
+    )
     for name, text in parts.items():
         before, _, after = page.partition(f"{{{{{name}}}}}")
         page = f"{before}{text}{after}"
@@ -59,5 +61,5 @@ def encode_for_script(content: Json) -> str:
     return text
 
 
-def _digest(text: str) -> str:
+def _hash_for_policy(text: str) -> str:
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

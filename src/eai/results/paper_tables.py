@@ -20,8 +20,8 @@ from pydantic import TypeAdapter
 
 from eai.base.files import parse_toml, to_file_name
 from eai.base.grouping import group_pairs
-from eai.results.coverage import Coverage
-from eai.results.rate import Rate, total
+from eai.results.coverage import TaskCoverage
+from eai.results.rate import Rate, compute_rates
 from eai.tasks.share import Share
 
 
@@ -51,7 +51,7 @@ class PaperTable:
     rows: Mapping[str, Mapping[PaperColumn, float | None]]
     notes: Mapping[tuple[str, PaperColumn], Sequence[str]] = field(default_factory=dict)
 
-    def figure(self, model: str, column: PaperColumn) -> float | None:
+    def find_figure(self, model: str, column: PaperColumn) -> float | None:
         """Return a figure in percent, or None if the table does not have it."""
         return self.rows.get(model, {}).get(column)
 
@@ -84,7 +84,7 @@ class _PaperSetting:
 @cache
 def read_paper_setting() -> _PaperSetting:
     """Return the paper's protocol and the names of its tables."""
-    return TypeAdapter(_PaperSetting).validate_python(parse_toml(_text("setting.toml")))
+    return TypeAdapter(_PaperSetting).validate_python(parse_toml(_read_paper_text("setting.toml")))
 
 
 def read_paper_table(name: str) -> PaperTable:
@@ -96,23 +96,23 @@ def read_paper_table(name: str) -> PaperTable:
 @cache
 def read_paper_models() -> Mapping[str, str]:
     """Return a mapping from the names of published response files to the paper's names of their models."""
-    return parse_toml(_text("models.toml"))
+    return parse_toml(_read_paper_text("models.toml"))
 
 
 @cache
 def _read_table(name: str) -> PaperTable:
-    content = json.loads(_text(f"{name}.json"))
+    content = json.loads(_read_paper_text(f"{name}.json"))
     columns = tuple(PaperColumn(*text.split("/")) for text in content["columns"])
     rows = {model: dict(zip(columns, row, strict=True)) for model, row in content["rows"].items()}
     return PaperTable(name, content["title"], columns, rows)
 
 
-def _text(name: str) -> str:
-    return _content(name).decode()
+def _read_paper_text(name: str) -> str:
+    return _read_paper_file(name).decode()
 
 
 def _read_notes(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
-    for note in parse_toml(_text("notes.toml"))["note"]:
+    for note in parse_toml(_read_paper_text("notes.toml"))["note"]:
         if table.name in _to_list(note["table"]):
             fields = {key: note[key] for key in PaperColumn._fields if key in note}
             for column in table.columns:
@@ -131,8 +131,12 @@ def _find_contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperCo
         return
     for other in [_read_table(name) for name in full if name != table.name]:
         for model, column in product(table.rows, table.columns):
-            printed = other.figure(model, column)
-            if column in other.columns and model in other.rows and printed != table.figure(model, column):
+            printed = other.find_figure(model, column)
+            if (
+                column in other.columns
+                and model in other.rows
+                and printed != table.find_figure(model, column)
+            ):
                 yield (model, column), f"The table “{other.title}” prints {printed}."
 
 
@@ -181,14 +185,14 @@ class PublishedSuite:
     models: Mapping[str, _PublishedAnswers]
     notes: tuple[str, ...] = ()
 
-    def rates(self, model: str) -> Mapping[str, Rate]:
+    def find_rates(self, model: str) -> Mapping[str, Rate]:
         """Return the rates of a model's answers, by metric."""
-        return total([dict(zip(self.metrics, self.models[model].rates, strict=True))])
+        return compute_rates([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
-    def coverage(self, model: str) -> Coverage:
+    def find_coverage(self, model: str) -> TaskCoverage:
         """Return how many tasks of the suite a model's answers cover; missing answers count as failures."""
         answered = self.models[model].answered
-        return Coverage(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
+        return TaskCoverage(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,10 +218,10 @@ def is_null_model(name: str) -> bool:
 @cache
 def read_published_scores(protocol: str) -> _PublishedScores:
     """Return the scores of the public answers of the paper's models under a protocol."""
-    return TypeAdapter(_PublishedScores).validate_json(_content(published_file_name(protocol)))
+    return TypeAdapter(_PublishedScores).validate_json(_read_paper_file(format_published_file_name(protocol)))
 
 
-def published_file_name(protocol: str) -> str:
+def format_published_file_name(protocol: str) -> str:
     """Return the name of the file with the scores of published answers under a protocol."""
     return f"published_{protocol}.json"
 
@@ -225,10 +229,10 @@ def published_file_name(protocol: str) -> str:
 @cache
 def read_null_scores(protocol: str) -> _PublishedScores:
     """Return the scores of the null models under a protocol."""
-    return TypeAdapter(_PublishedScores).validate_json(_content(null_file_name(protocol)))
+    return TypeAdapter(_PublishedScores).validate_json(_read_paper_file(format_null_file_name(protocol)))
 
 
-def null_file_name(protocol: str) -> str:
+def format_null_file_name(protocol: str) -> str:
     """Return the name of the file with the scores of the null models under a protocol."""
     return f"null_models_{protocol}.json"
 
@@ -236,8 +240,8 @@ def null_file_name(protocol: str) -> str:
 @cache
 def hash_published_scores(protocol: str) -> str:
     """Return the SHA-256 digest of the file with the scores of published answers under a protocol."""
-    return hashlib.sha256(_content(published_file_name(protocol))).hexdigest()
+    return hashlib.sha256(_read_paper_file(format_published_file_name(protocol))).hexdigest()
 
 
-def _content(table: str) -> bytes:
+def _read_paper_file(table: str) -> bytes:
     return (resources.files("eai.results") / "paper" / table).read_bytes()

@@ -22,7 +22,7 @@ So a few bytes can unpack to many bytes.
 """
 
 
-def parquet() -> Any:
+def import_parquet() -> Any:
     """Return the module ``pyarrow.parquet``.
 
     Raises:
@@ -47,7 +47,7 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
         EaiError: pyarrow is not installed.
         InputError: the file cannot be read, lacks a column, or unpacks to far more bytes than it has.
     """
-    reader = parquet()
+    reader = import_parquet()
     require_file(path)
     try:
         metadata = reader.read_metadata(path)
@@ -56,16 +56,16 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
             if name not in columns_in_file:
                 raise InputError(f'{path}: the column "{name}" is missing')
         columns = [*names, *(name for name in also if name in columns_in_file)]
-        is_prefixed = _require_bounded(path, metadata, columns)
+        is_prefixed = _check_row_group_size(path, metadata, columns)
         with reader.ParquetFile(path, read_dictionary=[] if is_prefixed else columns) as file:
             for batch in file.iter_batches(1 if is_prefixed else _BATCH_ROWS, columns=columns):
-                texts = [_values(batch.column(name)) for name in columns]
+                texts = [_read_column_values(batch.column(name)) for name in columns]
                 yield from (dict(zip(columns, row, strict=True)) for row in zip(*texts, strict=True))
     except (OSError, ValueError, OverflowError, MemoryError) as error:
         raise InputError(f"{path}: expected a Parquet file ({str(error).splitlines()[0]})") from error
 
 
-def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
+def _check_row_group_size(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows unpacks to too many bytes.
 
     Return whether texts are stored without beginnings that they share. Then a row may be much larger
@@ -84,7 +84,7 @@ def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     return is_prefixed
 
 
-def _values(column: Any) -> list[object]:
+def _read_column_values(column: Any) -> list[object]:
     """Return the values of a column in a batch of rows; equal texts of its dictionary are one object."""
     if not hasattr(column, "dictionary"):
         return list(column.to_pylist())

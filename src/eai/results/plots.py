@@ -58,17 +58,20 @@ _LAST_FONT_CHARACTER = "\u058f"
 def wrap_label(name: str) -> str:
     """Return a name as a label of up to three lines, so that the name of a check can be read in full."""
     return textwrap.fill(
-        _drawable(name), _MAX_LABEL_CHARACTERS, max_lines=_MAX_LABEL_LINES, placeholder="..."
+        _replace_undrawable_characters(name),
+        _MAX_LABEL_CHARACTERS,
+        max_lines=_MAX_LABEL_LINES,
+        placeholder="...",
     )
 
 
 def clip_label(name: str) -> str:
     """Return a name as a short label on one line, with only characters of the plots' font."""
-    text = _drawable(name)
+    text = _replace_undrawable_characters(name)
     return text if len(text) <= _MAX_LABEL_CHARACTERS else f"{text[: _MAX_LABEL_CHARACTERS - 3]}..."
 
 
-def _drawable(name: str) -> str:
+def _replace_undrawable_characters(name: str) -> str:
     return "".join(c if c.isprintable() and c <= _LAST_FONT_CHARACTER else "?" for c in name)
 
 
@@ -142,7 +145,7 @@ def add_caption(figure: Figure, text: str) -> None:
     figure.suptitle(text, x=0.01, y=y, ha="left", va="top", fontsize=7.5)
 
 
-def write(
+def write_figure(
     figure: Figure, path: Path, formats: Sequence[str] = FORMATS, *, clips: bool = True
 ) -> tuple[Path, ...]:
     """Write a figure as ``path.svg`` and so on, without the date and the program's version.
@@ -171,11 +174,11 @@ def write(
     for artist in () if clips else artists:
         artist.set_clip_on(False)
     for file_format in formats:
-        figure.savefig(_target(path, file_format), **_SAVE_OPTIONS[file_format])
-    return tuple(_target(path, file_format) for file_format in formats)
+        figure.savefig(_make_figure_path(path, file_format), **_SAVE_OPTIONS[file_format])
+    return tuple(_make_figure_path(path, file_format) for file_format in formats)
 
 
-def _target(path: Path, file_format: str) -> Path:
+def _make_figure_path(path: Path, file_format: str) -> Path:
     return path.with_name(f"{path.name}.{file_format}")
 
 
@@ -205,22 +208,22 @@ _DARK_PERCENT = 55.0
 """Rate in percent above which the letters in a cell are white instead of dark."""
 
 
-def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
+def group_rows_by_suite(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
     """Return a mapping from each suite to its rows of a table; a row maps column names to values."""
     return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 
-def value_of(cell: Cell | None) -> float:
+def read_estimate(cell: Cell | None) -> float:
     """Return the number of an estimate, or NaN for a missing number."""
     return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
 
 
-def denominator_of(cell: Cell | None) -> int:
+def read_denominator(cell: Cell | None) -> int:
     """Return the denominator of an estimate: the number of its cases."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
-def numerator_of(cell: Cell | None) -> int:
+def read_numerator(cell: Cell | None) -> int:
     """Return the numerator of an estimate: its number of successes."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
@@ -258,16 +261,18 @@ def draw_line(
         properties: further properties of the line.
     """
     properties = {"linewidth": 1.2, "markersize": 4, **properties}
-    panel.plot(positions, [value_of(cell) for cell in cells], style, color=color, **properties)
+    panel.plot(positions, [read_estimate(cell) for cell in cells], style, color=color, **properties)
     for position, cell in zip(positions, cells, strict=True):
         if intervals and isinstance(cell, Estimate) and cell.low is not None and cell.high is not None:
             panel.vlines(position, cell.low, cell.high, color=color, linewidth=0.8)
         if position in hollow:
-            mark = panel.plot(position, value_of(cell), style[0], color=color, markersize=4, zorder=3)[0]
+            mark = panel.plot(position, read_estimate(cell), style[0], color=color, markersize=4, zorder=3)[0]
             mark.set_markerfacecolor("white")
 
 
-def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:
+def draw_rates_by_name(
+    rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str
+) -> Figure | None:
     """Draw rates by name with intervals, one line of the plot for each name.
 
     Return None if there are no cases. The label of a name states its number of cases, or the number that
@@ -280,13 +285,13 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
         label: label of the axis of rates.
     """
     first = rows[0]["model"] if rows else None
-    shown = [row for row in rows if row["model"] == first and not math.isnan(value_of(row[rate]))]
-    shown = sorted(shown, key=lambda row: -denominator_of(row[rate]))[:_MAX_NAMES]
+    shown = [row for row in rows if row["model"] == first and not math.isnan(read_estimate(row[rate]))]
+    shown = sorted(shown, key=lambda row: -read_denominator(row[rate]))[:_MAX_NAMES]
     if not shown:
         return None
-    shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
-    one_whole = len({denominator_of(row[rate]) for row in shown}) == 1
-    count_of = numerator_of if one_whole else denominator_of
+    shown.sort(key=lambda row: (-read_estimate(row[rate]), str(row[column])))
+    one_whole = len({read_denominator(row[rate]) for row in shown}) == 1
+    count_of = read_numerator if one_whole else read_denominator
     labels = [
         f"{wrap_label(str(row[column]).replace('_', ' '))}\u2002{count_of(row[rate]):,}" for row in shown
     ]
@@ -296,7 +301,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     figure = make_figure(COLUMN, 0.7 + 0.17 * ends[-1])
     panel = figure.subplots()
     for height, row in zip(middles, shown, strict=True):
-        few = denominator_of(row[rate]) < FEW_CASES
+        few = read_denominator(row[rate]) < FEW_CASES
         draw_estimate(panel, height, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
     panel.set_yticks(middles, labels=labels, fontsize=6.5, linespacing=1.0)
     panel.set_ylim(ends[-1], 0)
@@ -309,7 +314,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     return figure
 
 
-def draw_matrix(
+def draw_rate_matrix(
     rows: Sequence[Mapping[str, Cell]],
     levels: Sequence[str],
     rate: str,
@@ -331,13 +336,13 @@ def draw_matrix(
         across: the column of models, or another column in its place.
         zeros: whether rates of zero are written as numbers; if not, their cells are blank.
     """
-    cells = {(_name(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
+    cells = {(_make_row_label(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
     row_names, column_names = (list(dict.fromkeys(pair[axis] for pair in cells)) for axis in (0, 1))
     if not cells:
         return None
     is_turned = len(column_names) > len(row_names)
     case_counts = {
-        column_name: {denominator_of(cell) for (_, model), cell in cells.items() if model == column_name}
+        column_name: {read_denominator(cell) for (_, model), cell in cells.items() if model == column_name}
         for column_name in column_names
     }
     if all(len(counts) == 1 for counts in case_counts.values()):
@@ -353,7 +358,7 @@ def draw_matrix(
     figure = make_figure(_LABEL_INCHES + width, 1.3 + 0.19 * len(row_names))
     panel = figure.subplots()
     grid = [[cells.get((name, column_name)) for column_name in column_names] for name in row_names]
-    shades = [[value_of(cell) for cell in line] for line in grid]
+    shades = [[read_estimate(cell) for cell in line] for line in grid]
     panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
     panel.set_xticks(
         range(len(column_names)), labels=map(clip_label, column_names), rotation=55, ha="right", fontsize=6.5
@@ -364,30 +369,30 @@ def draw_matrix(
     panel.spines[:].set_visible(False)
     for y, line in enumerate(grid):
         for x, cell in enumerate(line):
-            value = value_of(cell)
+            value = read_estimate(cell)
             if isinstance(cell, int) or value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK_PERCENT else INK
                 style = {"ha": "center", "va": "center", "color": color, "fontsize": 6, "in_layout": False}
-                figure.text(x, y, _number_text(cell), style, transform=panel.transData)
+                figure.text(x, y, _format_cell_number(cell), style, transform=panel.transData)
     if any(text.get_text().startswith("(") for text in figure.texts):
         figure.supxlabel(f"in brackets: of fewer than {FEW_CASES}", x=0.01, ha="left", fontsize=6)
     return figure
 
 
-def _number_text(cell: Cell | None) -> str:
+def _format_cell_number(cell: Cell | None) -> str:
     if isinstance(cell, int):
         return f"{cell:,}"
-    value = value_of(cell)
+    value = read_estimate(cell)
     text = f"{value:.0f}" if value >= 0.5 or not value else "<1"
-    return f"({text})" if denominator_of(cell) < FEW_CASES else text
+    return f"({text})" if read_denominator(cell) < FEW_CASES else text
 
 
-def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
+def _make_row_label(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
     parts = [str(row[level]).replace("_", " ") for level in levels if row[level]]
     return ", ".join(parts[1:] or parts) if len(levels) > 1 else parts[0]
 
 
-def draw_band(
+def draw_flow_band(
     panel: Axes, stage: float, band: tuple[float, float, float], color: str, alpha: float = 0.9
 ) -> None:
     """Draw a curved band from one stage to the next, as in a flow diagram.

@@ -38,43 +38,43 @@ NOTHING = Rate(0, 0)
 """A rate without any case."""
 
 
-def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
+def compute_rates(contributions: Iterable[Shares]) -> dict[str, Rate]:
     """Return a mapping from each metric to its rate: its sum of numerators over its sum of denominators.
 
     Metrics come in the order in which they first occur.
     """
     sums: dict[str, tuple[Exact, Exact]] = {}
     for contribution in contributions:
-        add_up(sums, contribution)
-    return rates_of(sums)
+        add_contributions(sums, contribution)
+    return make_rates(sums)
 
 
 Exact: TypeAlias = "int | Fraction"
 """A sum as an exact fraction: it does not depend on the order in which numbers are added."""
 
 
-def add_up(
+def add_contributions(
     sums: dict[str, tuple[Exact, Exact]], more: Mapping[str, tuple[float | Exact, float | Exact]]
 ) -> None:
     """Add an answer's contributions, or the sums over other answers, to the running sum of each metric."""
     for name, (numerator, denominator) in more.items():
         if numerator or denominator or name not in sums:
             before = sums.get(name, (0, 0))
-            sums[name] = before[0] + _exact(numerator), before[1] + _exact(denominator)
+            sums[name] = before[0] + _to_exact_number(numerator), before[1] + _to_exact_number(denominator)
 
 
-def rates_of(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
+def make_rates(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
     """Return a mapping from each metric to its rate, from pairs of exact sums."""
     return {name: Rate(_shorten_number(more), _shorten_number(of)) for name, (more, of) in sums.items()}
 
 
-def _exact(number: float | Exact) -> Exact:
+def _to_exact_number(number: float | Exact) -> Exact:
     if isinstance(number, float):
         return int(number) if number.is_integer() else Fraction(number)
     return number
 
 
-def rate_of(shares: Iterable[Share]) -> Rate:
+def compute_rate(shares: Iterable[Share]) -> Rate:
     """Return the rate of several answers' contributions to one metric."""
     numerator = denominator = 0.0
     for more, of in shares:

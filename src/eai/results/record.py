@@ -23,7 +23,7 @@ The run is then not ranked.
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class AnswerOrigin:
     """The source of an answer in a run: its prompt, and how the model's reply ended.
 
     A task without an answer has a source, too, which states the prompt.
@@ -76,7 +76,7 @@ class Record:
     data_sha256: str
     verdict: Verdict
     explanation: Explanation | None = None
-    origin: Origin | None = None
+    origin: AnswerOrigin | None = None
     task: TaskFeatures | None = None
     unanswered: str | None = None
     suite_size: int | None = None

@@ -21,7 +21,7 @@ from eai.base.json_value import Json
 from eai.results.codec import READABLE_SCHEMAS, experiment_to_json, record_from_json, record_to_json
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 
 if TYPE_CHECKING:
     from eai.benchmarks.suite import Suite
@@ -46,7 +46,7 @@ def make_record(
     )
 
 
-def record_line(record: Record) -> str:
+def format_record_line(record: Record) -> str:
     """Return a record as a line of a file, without the line feed."""
     return json.dumps(record_to_json(record), ensure_ascii=True)
 
@@ -58,14 +58,14 @@ def read_records(path: Path) -> Iterator[Record]:
         InputError: the file cannot be read, a line is not a record, or its answer is not the one that was
             scored.
     """
-    for number, line in enumerate(_lines(path), 1):
+    for number, line in enumerate(_read_lines_of_records(path), 1):
         if line.strip():
             with prefix_errors(f"{path}, line {number}"):
-                record = _parse(line)
+                record = _parse_record(line)
             yield record
 
 
-def _lines(path: Path) -> Iterator[str]:
+def _read_lines_of_records(path: Path) -> Iterator[str]:
     require_file(path)
     try:
         with path.open(encoding="utf-8") as file:
@@ -74,7 +74,7 @@ def _lines(path: Path) -> Iterator[str]:
         raise InputError(f"{path}: expected a readable records.jsonl ({error})") from error
 
 
-def _parse(line: str) -> Record:
+def _parse_record(line: str) -> Record:
     try:
         values = _load_json(line)
     except (ValueError, RecursionError) as error:
@@ -104,15 +104,15 @@ MAX_BATCH_RECORDS = 256
 """Maximum number of records that are prepared at a time."""
 
 
-RecordBatch: TypeAlias = tuple[bytes, Totals]
+RecordBatch: TypeAlias = tuple[bytes, RunTotals]
 """Consecutive records of a run: their lines as bytes, and their totals."""
 
 
 def make_record_batch(records: Sequence[Record]) -> RecordBatch:
     """Return records as a batch that is ready to be written."""
-    return b"".join([record_line(record).encode() + b"\n" for record in records]), Totals.from_records(
-        records
-    )
+    return b"".join(
+        [format_record_line(record).encode() + b"\n" for record in records]
+    ), RunTotals.from_records(records)
 
 
 def write_record_batches(
@@ -120,7 +120,7 @@ def write_record_batches(
     batches: Iterable[RecordBatch],
     run: Mapping[str, Json] | None = None,
     stages: Sequence[Mapping[str, Rate]] = (),
-) -> Totals:
+) -> RunTotals:
     """Write the records of one model in one suite, and their summary.
 
     Batches are written as they come and not kept.
@@ -134,17 +134,17 @@ def write_record_batches(
     Raises:
         InputError: the folder cannot be written.
     """
-    totals = Totals()
+    totals = RunTotals()
 
-    def lines() -> Iterator[bytes]:
+    def write_lines() -> Iterator[bytes]:
         for batch_lines, batch_totals in batches:
-            totals.merge(batch_totals)
+            totals.add_later_totals(batch_totals)
             yield batch_lines
 
-    def summary() -> Iterator[str]:
-        yield json.dumps(_summary(totals, run or {}, stages), indent=2) + "\n"
+    def write_summary() -> Iterator[str]:
+        yield json.dumps(_make_summary_fields(totals, run or {}, stages), indent=2) + "\n"
 
-    write_files_atomically({folder / RECORDS: lines(), folder / SUMMARY: summary()})
+    write_files_atomically({folder / RECORDS: write_lines(), folder / SUMMARY: write_summary()})
     return totals
 
 
@@ -152,10 +152,10 @@ _OPTIONAL_FIELDS = frozenset({"planner", "run", "by_attempt"})
 """Fields of ``summary.json`` that are left out if they are empty."""
 
 
-def _summary(
-    totals: Totals, run: Mapping[str, Json], stages: Sequence[Mapping[str, Rate]]
+def _make_summary_fields(
+    totals: RunTotals, run: Mapping[str, Json], stages: Sequence[Mapping[str, Rate]]
 ) -> Mapping[str, Json]:
-    first, errata = totals.first, totals.errata
+    first, errata = totals.first_record, totals.errata
     fields: dict[str, Json] = {
         "protocol": first.protocol.value,
         "domain": first.domain,
@@ -180,14 +180,14 @@ _SHARD_TEXT = re.compile(r"([0-9]+)/([0-9]+)")
 _SHARD_FILE = re.compile(r"records\.shard-([0-9]+)-of-([0-9]+)\.jsonl")
 
 
-class Shard(NamedTuple):
+class RunShard(NamedTuple):
     """One of several equal parts of a run: every ``of``-th task, from the ``number``-th (from 1) on."""
 
     number: int
     of: int
 
     @staticmethod
-    def parse(text: str) -> Shard:
+    def parse(text: str) -> RunShard:
         """Parse a text such as ``2/8`` as a shard.
 
         Raises:
@@ -196,7 +196,7 @@ class Shard(NamedTuple):
         match = _SHARD_TEXT.fullmatch(text)
         if match is None or not 1 <= int(match[1]) <= int(match[2]):
             raise InputError(f"{text!r} is no shard: expected I/N, such as 2/8, from 1/8 to 8/8")
-        return Shard(int(match[1]), int(match[2]))
+        return RunShard(int(match[1]), int(match[2]))
 
     def select(self, items: Iterable[T]) -> Iterator[T]:
         """Yield the items of this shard from the items of all shards."""
@@ -208,7 +208,7 @@ class Shard(NamedTuple):
         return f"records.shard-{self.number}-of-{self.of}.jsonl"
 
 
-def write_shard(folder: Path, shard: Shard, parts: Iterable[RecordBatch]) -> None:
+def write_shard(folder: Path, shard: RunShard, parts: Iterable[RecordBatch]) -> None:
     """Write the records of a shard; its file appears only when it is complete.
 
     Raises:
@@ -223,11 +223,11 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
     Raises:
         InputError: there are no shards, or a folder lacks a shard or has shards of two runs.
     """
-    folders: dict[Path, dict[Shard, Path]] = {}
+    folders: dict[Path, dict[RunShard, Path]] = {}
     for file in find_files_below(path, "records.shard-*.jsonl"):
         match = _SHARD_FILE.fullmatch(file.name)
         if match is not None:
-            folders.setdefault(file.parent, {})[Shard(int(match[1]), int(match[2]))] = file
+            folders.setdefault(file.parent, {})[RunShard(int(match[1]), int(match[2]))] = file
     if not folders:
         raise InputError(f"{path}: expected a folder with records.shard-I-of-N.jsonl below, found none")
     for folder, files in folders.items():
@@ -236,13 +236,13 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
             named = " and of ".join(map(str, sorted(numbers)))
             raise InputError(f"{folder}: expected the shards of one run, found some of {named}")
         of = numbers.pop()
-        missing = [str(number) for number in range(1, of + 1) if Shard(number, of) not in files]
+        missing = [str(number) for number in range(1, of + 1) if RunShard(number, of) not in files]
         if missing:
             raise InputError(f"{folder}: of {of} shards these are missing: {', '.join(missing)}; score them")
     return {folder: [files[shard] for shard in sorted(files)] for folder, files in folders.items()}
 
 
-def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
+def merge_shards(folder: Path, files: Sequence[Path]) -> RunTotals:
     """Write the records and the summary of a run from all of its shards.
 
     The files equal the files of a run that was not split, byte by byte.
@@ -250,26 +250,26 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
     Raises:
         InputError: a file has no records or is of another run, or the folder cannot be written.
     """
-    counts = [sum(not line.isspace() for line in _lines(file)) for file in files]
+    counts = [sum(not line.isspace() for line in _read_lines_of_records(file)) for file in files]
     if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
         raise InputError(f"{folder}: expected equal shards, found {', '.join(map(str, counts))} records")
-    return write_record_batches(folder, map(make_record_batch, _interleave(files, folder)))
+    return write_record_batches(folder, map(make_record_batch, _interleave_shards(files, folder)))
 
 
-def _interleave(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
+def _interleave_shards(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
     """Yield the records of all shards in the original order: groups with one record from each shard."""
     first: Record | None = None
     for dealt in zip_longest(*map(read_records, files)):
         round_ = [record for record in dealt if record is not None]
         first = first or round_[0]
         for record in round_:
-            if _run_identity(record) != _run_identity(first):
+            if _identify_run(record) != _identify_run(first):
                 raise InputError(
                     f"{folder}: expected the shards of one run, found {first.model}, {record.model}"
                 )
         yield round_
 
 
-def _run_identity(record: Record) -> tuple[str, str, str | None]:
+def _identify_run(record: Record) -> tuple[str, str, str | None]:
     """Return the values that all records of a run share: model, digest of data, and version of errata."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version

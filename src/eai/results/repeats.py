@@ -13,8 +13,8 @@ from math import comb
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
-from eai.results.certainty import Case, Cases, certainty_of_rate
-from eai.results.rate import rate_of
+from eai.results.certainty import Cases, RateCase, compute_rate_intervals
+from eai.results.rate import compute_rate
 from eai.results.table import Column, Estimate, Label, Row, make_table
 from eai.tasks.share import Share
 
@@ -25,7 +25,7 @@ def find_success_metric(ability: Ability) -> str | None:
     return next((metric for metric in declared.overview_headings if metric in declared.yes_no_metrics), None)
 
 
-def pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:
+def make_pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:
     """Return a mapping from ``pass@k`` and ``pass^k`` to each task's contribution.
 
     k runs from 1 to the number of answers to a task.
@@ -42,11 +42,11 @@ def pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:
     for k in range(1, len(epochs) + 1):
         counts_of_tasks = [(task, name, n, c) for (task, name), (n, c) in counts.items() if n >= k]
         cases_by_metric[f"pass@{k}"] = [
-            Case(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
+            RateCase(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
             for task, name, n, c in counts_of_tasks
         ]
         cases_by_metric[f"pass^{k}"] = [
-            Case(task, name, Share(comb(c, k) / comb(n, k), 1)) for task, name, n, c in counts_of_tasks
+            RateCase(task, name, Share(comb(c, k) / comb(n, k), 1)) for task, name, n, c in counts_of_tasks
         ]
     return cases_by_metric
 
@@ -55,7 +55,7 @@ _SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "
 
 
 @make_table("passes", ("run", "n", "k", *_SHARES))
-def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
+def make_pass_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
     """Several answers to each task.
 
     Of n answers to a task c are right. `pass@k` is the mean over tasks of 1 - C(n - c, k) / C(n, k): at least
@@ -63,7 +63,7 @@ def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
     right answers. Percent
     """
     for name, epochs in runs.items():
-        n, cases = len(epochs), pass_cases(epochs)
+        n, cases = len(epochs), make_pass_cases(epochs)
         for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, 2, 4, ... and n
             yield (
                 Label(name),
@@ -83,8 +83,8 @@ def pass_cases_to_json(cases_by_metric: Mapping[str, Cases]) -> dict[str, Json]:
     """Return pass@k and pass^k as in ``summary.json``: rates with their intervals."""
     rates: dict[str, Json] = {}
     for name, cases in cases_by_metric.items():
-        certainty = certainty_of_rate(cases)
+        certainty = compute_rate_intervals(cases)
         interval = None if certainty is None else list(certainty.interval)
-        rate = rate_of(case.share for case in cases)
+        rate = compute_rate(case.share for case in cases)
         rates[name] = {**rate.to_json(), "interval": interval}
     return rates

@@ -60,7 +60,7 @@ class Response:
 
 
 ResponseRow: TypeAlias = Response | bytes | Mapping[str, object]
-"""An answer, or an unparsed row of a file that another process will parse (`response_of`)."""
+"""An answer, or an unparsed row of a file that another process will parse (`read_response`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,35 +80,37 @@ class ResponseFile:
     further_epochs: tuple[ResponseFile, ...] = ()
 
     @property
-    def sampled(self) -> bool:
+    def has_samples(self) -> bool:
         """Whether a task may have several answers."""
-        return isinstance(self.responses, _Samples)
+        return isinstance(self.responses, _StoredSamples)
 
     @property
-    def answered(self) -> Collection[str]:
+    def answered_task_ids(self) -> Collection[str]:
         """Ids of the tasks with an answer."""
-        if isinstance(self.responses, _Samples):
+        if isinstance(self.responses, _StoredSamples):
             return self.responses.answered
         return {response.task_id for response in self.responses}
 
-    def rows(self) -> Iterator[ResponseRow]:
-        """Yield the answers in order, for `response_of` to read."""
-        return self.responses.rows() if isinstance(self.responses, _Samples) else iter(self.responses)
+    def read_rows(self) -> Iterator[ResponseRow]:
+        """Yield the answers in order, for `read_response` to read."""
+        return (
+            self.responses.read_rows() if isinstance(self.responses, _StoredSamples) else iter(self.responses)
+        )
 
-    def split(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
+    def split_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
         """Return a mapping from a key, computed from each text, to the answers with it.
 
         Further epochs are left out.
         """
-        if isinstance(self.responses, _Samples):
-            parts: dict[T, Collection[Response]] = {**self.responses.split(key)}
+        if isinstance(self.responses, _StoredSamples):
+            parts: dict[T, Collection[Response]] = {**self.responses.split_by_key(key)}
         else:
             parts = {**group_pairs((key(response.text), response) for response in self.responses)}
         return {value: replace(self, responses=part, further_epochs=()) for value, part in parts.items()}
 
 
 @dataclass(frozen=True, slots=True)
-class _Samples(Collection[Response]):
+class _StoredSamples(Collection[Response]):
     """The answers of a file with several answers to a task, which are read anew at each iteration.
 
     Attributes:
@@ -125,16 +127,18 @@ class _Samples(Collection[Response]):
     task_id_of: Callable[[str], str | None]
     skipped: Collection[int]
 
-    def rows(self) -> Iterator[ResponseRow]:
-        return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.skipped)
+    def read_rows(self) -> Iterator[ResponseRow]:
+        return (
+            row for number, row in enumerate(_read_response_rows(self.path), 1) if number not in self.skipped
+        )
 
-    def split(self, key: Callable[[str], T]) -> dict[T, _Samples]:
+    def split_by_key(self, key: Callable[[str], T]) -> dict[T, _StoredSamples]:
         """Return a mapping from a key, computed from each text, to the answers with this key."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
-        for number, row in enumerate(_rows(self.path), 1):
+        for number, row in enumerate(_read_response_rows(self.path), 1):
             if number not in self.skipped:
-                response = response_of(row, self.task_id_of)
+                response = read_response(row, self.task_id_of)
                 value = key(response.text)
                 numbers.setdefault(value, set()).add(number)
                 tasks.setdefault(value, set()).add(response.task_id)
@@ -152,7 +156,7 @@ class _Samples(Collection[Response]):
         }
 
     def __iter__(self) -> Iterator[Response]:
-        return (response_of(row, self.task_id_of) for row in self.rows())
+        return (read_response(row, self.task_id_of) for row in self.read_rows())
 
     def __len__(self) -> int:
         return self.number
@@ -204,7 +208,9 @@ def read_responses(
     checked_rows = _check_rows(path, task_ids, task_id_of)
     first = next(checked_rows, None)
     sampled = samples and first is not None and first.sample is not None
-    file = _read(path, chain(() if first is None else (first,), checked_rows), task_id_of, sampled=sampled)
+    file = _read_checked_rows(
+        path, chain(() if first is None else (first,), checked_rows), task_id_of, sampled=sampled
+    )
     if not file.responses:
         rows = f"{file.skipped_rows:,} for tasks that are not in the data set"
         raise InputError(
@@ -213,7 +219,7 @@ def read_responses(
     return file
 
 
-class _CheckedRow(NamedTuple):
+class _CheckedResponseRow(NamedTuple):
     """A row of a file: its number from 1, its location for messages, and its task (None if left out)."""
 
     number: int
@@ -225,11 +231,11 @@ class _CheckedRow(NamedTuple):
 
 def _check_rows(
     path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str | None]
-) -> Iterator[_CheckedRow]:
+) -> Iterator[_CheckedResponseRow]:
     known_ids = frozenset(task_ids)
-    for number, row in enumerate(_values(path), 1):
+    for number, row in enumerate(_read_parsed_rows(path), 1):
         location = f"{path}, row {number}"
-        identifier, text, sample = _read_fields(location, row)
+        identifier, text, sample = _read_row_fields(location, row)
         task_id = task_id_of(identifier)
         if task_id is not None and task_id not in known_ids:
             shown_id = task_id[:_MAX_SHOWN_CHARACTERS]
@@ -237,11 +243,11 @@ def _check_rows(
                 did_you_mean(shown_id, task_ids) or f", which have ids such as {next(iter(task_ids), '')!r}"
             )
             raise InputError(f"{location}: identifier {shown_id!r} is not one of the tasks{hint}")
-        yield _CheckedRow(number, location, task_id, text, sample)
+        yield _CheckedResponseRow(number, location, task_id, text, sample)
 
 
-def _read(
-    path: Path, rows: Iterable[_CheckedRow], task_id_of: Callable[[str], str | None], *, sampled: bool
+def _read_checked_rows(
+    path: Path, rows: Iterable[_CheckedResponseRow], task_id_of: Callable[[str], str | None], *, sampled: bool
 ) -> ResponseFile:
     """Return the answers in the rows of a file. If tasks have several answers, the answers stay on disk."""
     samples_of_task: dict[str, bytearray] = {}
@@ -257,7 +263,7 @@ def _read(
         if row.task_id is None:
             skipped.add(row.number)
             continue
-        if not _is_new(samples_of_task.setdefault(row.task_id, bytearray()), sample):
+        if not _add_sample_number(samples_of_task.setdefault(row.task_id, bytearray()), sample):
             sample_text = f"sample {sample} of " if sampled else ""
             shown_id = row.task_id[:_MAX_SHOWN_CHARACTERS]
             raise InputError(
@@ -265,11 +271,11 @@ def _read(
             )
         number += 1
         answers += [] if sampled else [Response(row.task_id, row.text)]
-    samples = _Samples(path, number, frozenset(samples_of_task), task_id_of, frozenset(skipped))
-    return ResponseFile(model_name(path), samples if sampled else tuple(answers), len(skipped))
+    samples = _StoredSamples(path, number, frozenset(samples_of_task), task_id_of, frozenset(skipped))
+    return ResponseFile(read_model_name(path), samples if sampled else tuple(answers), len(skipped))
 
 
-def _is_new(seen: bytearray, sample: int) -> bool:
+def _add_sample_number(seen: bytearray, sample: int) -> bool:
     """Add a number to a bit set of answer numbers. Return whether the set did not contain it before."""
     byte, bit = sample // 8, 1 << sample % 8
     seen.extend(bytes(max(0, byte + 1 - len(seen))))
@@ -278,12 +284,12 @@ def _is_new(seen: bytearray, sample: int) -> bool:
     return is_new
 
 
-def response_of(row: ResponseRow, task_id_of: Callable[[str], str | None]) -> Response:
+def read_response(row: ResponseRow, task_id_of: Callable[[str], str | None]) -> Response:
     """Return the answer in a row of a file that `read_responses` has read."""
     if isinstance(row, Response):
         return row
     value = json.loads(row, strict=False) if isinstance(row, bytes) else row
-    identifier, text, sample = _read_fields("a row", value)
+    identifier, text, sample = _read_row_fields("a row", value)
     return Response(task_id_of(identifier) or identifier, text, sample)
 
 
@@ -297,7 +303,7 @@ def write_responses(folder: Path, file: ResponseFile) -> None:
     write_files_atomically({folder / f"{file.model}{SUFFIX}": json.dumps(rows, indent=1) + "\n"})
 
 
-def model_name(path: Path) -> str:
+def read_model_name(path: Path) -> str:
     """Return the name of the model that a response file's name begins with.
 
     Raises:
@@ -310,28 +316,28 @@ def model_name(path: Path) -> str:
     return name
 
 
-def attempt_name(name: str, attempt: int) -> str:
+def format_attempt_name(name: str, attempt: int) -> str:
     """Return a model's name with the number of an attempt, from 1, as in names of response files."""
     return f"{name}_attempt_{attempt}"
 
 
-def _rows(path: Path) -> Iterator[ResponseRow]:
+def _read_response_rows(path: Path) -> Iterator[ResponseRow]:
     """Yield the rows of a response file. Rows of JSON lines are not parsed yet."""
     if path.suffix == Path(PARQUET).suffix:
         return read_columns(path, COLUMNS, (SAMPLE,))
     if path.suffix == Path(LINES).suffix:
-        return (line for _, line in _lines(path))
-    return iter(_read_list(path))
+        return (line for _, line in _read_numbered_lines(path))
+    return iter(_read_json_list(path))
 
 
-def _values(path: Path) -> Iterator[object]:
+def _read_parsed_rows(path: Path) -> Iterator[object]:
     """Yield the rows of a response file, parsed."""
     if path.suffix == Path(LINES).suffix:
-        return (_parse_json(path, line, number) for number, line in _lines(path))
-    return _rows(path)
+        return (_parse_json(path, line, number) for number, line in _read_numbered_lines(path))
+    return _read_response_rows(path)
 
 
-def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
+def _read_numbered_lines(path: Path) -> Iterator[tuple[int, bytes]]:
     """Yield the nonblank lines of a file, numbered from 1. Only a line feed ends a line."""
     require_file(path)
     try:
@@ -341,10 +347,12 @@ def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-def _read_list(path: Path) -> list[Any]:
+def _read_json_list(path: Path) -> list[Any]:
     rows = _parse_json(path, read_content(path))
     if not isinstance(rows, list):
-        raise InputError(f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_kind(rows)}')
+        raise InputError(
+            f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_name_json_type(rows)}'
+        )
     return rows
 
 
@@ -359,20 +367,20 @@ def _parse_json(path: Path, content: bytes, line: int = 1) -> object:
     return value
 
 
-def _read_fields(location: str, row: object) -> tuple[str, str, Any]:
+def _read_row_fields(location: str, row: object) -> tuple[str, str, Any]:
     if not isinstance(row, dict):
-        raise InputError(f'{location}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
+        raise InputError(f'{location}: expected {{"identifier", "llm_output"}}, not {_name_json_type(row)}')
     for key in COLUMNS:
         if key not in row:
             raise InputError(f'{location}: the key "{key}" is missing')
     identifier, text, sample = row["identifier"], row["llm_output"], row.get(SAMPLE)
     if not isinstance(identifier, str):
-        raise InputError(f'{location}: "identifier" must be a string, not {_kind(identifier)}')
+        raise InputError(f'{location}: "identifier" must be a string, not {_name_json_type(identifier)}')
     if not isinstance(text, str | None):
-        raise InputError(f'{location}: "llm_output" must be a string, not {_kind(text)}')
+        raise InputError(f'{location}: "llm_output" must be a string, not {_name_json_type(text)}')
     return identifier, text or "", sample
 
 
-def _kind(value: object) -> str:
+def _name_json_type(value: object) -> str:
     names = {dict: "an object", list: "a list", str: "a string", bool: "a truth value", type(None): "null"}
     return names.get(type(value), "a number")

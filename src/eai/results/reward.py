@@ -58,7 +58,7 @@ class Shaping(str, Enum):
     """
 
 
-def pay_for(credit: Credit, shaping: Shaping) -> float:
+def compute_reward_of_credit(credit: Credit, shaping: Shaping) -> float:
     """Return the reward for a credit under any shaping except `REPAIR`, which needs the steps of the plan.
 
     Raises:
@@ -82,7 +82,7 @@ def pay_for(credit: Credit, shaping: Shaping) -> float:
     return pay / (1 + credit.added_actions)
 
 
-def credit_of(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
+def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
     """Return the credit of an answer, or None if its task pays nothing.
 
     A task pays nothing if it is excluded from statistics, has no goals, or has only goals that hold at the
@@ -156,7 +156,7 @@ class Reward:
             raise InputError(f"answers to {suite.ability.value} are not paid: choose another ability")
         self.limit = limit
         self._at_start = cache(self._find_goals_at_start)
-        self._met_at_start = cache(self._partial_at_start)
+        self._met_at_start = cache(self._find_partial_success_at_start)
 
     def __reduce__(self) -> tuple[Callable[..., Reward], tuple[Suite, Shaping]]:
         return partial(Reward, limit=self.limit), (self.suite, self.shaping)
@@ -167,7 +167,9 @@ class Reward:
         Raises:
             InputError: the task id is unknown.
         """
-        return self._pay(task_id, text, self._compute_credit(task_id, self._verdict(task_id, text)))
+        return self._compute_reward(
+            task_id, text, self._compute_credit(task_id, self._score_within_limit(task_id, text))
+        )
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
         """Return the reward of each answer, in order.
@@ -184,13 +186,13 @@ class Reward:
         Raises:
             InputError: the task id is unknown.
         """
-        verdict = self._verdict(task_id, text)
+        verdict = self._score_within_limit(task_id, text)
         credit = self._compute_credit(task_id, verdict)
-        return Grade(self._pay(task_id, text, credit), metrics_of(credit), verdict)
+        return Grade(self._compute_reward(task_id, text, credit), make_credit_metrics(credit), verdict)
 
-    def _pay(self, task_id: str, text: str, credit: Credit | None) -> float | None:
+    def _compute_reward(self, task_id: str, text: str, credit: Credit | None) -> float | None:
         if credit is None or self.shaping is not Shaping.REPAIR:
-            return None if credit is None else pay_for(credit, self.shaping)
+            return None if credit is None else compute_reward_of_credit(credit, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(
@@ -204,7 +206,7 @@ class Reward:
             _LOG.warning("an answer to %s earns nothing: %s", task_id, exception_text(error))
             return 0.0
 
-    def _verdict(self, task_id: str, text: str) -> Verdict:
+    def _score_within_limit(self, task_id: str, text: str) -> Verdict:
         if len(text) <= self.limit:
             return self.suite.score(task_id, text)
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
@@ -212,8 +214,8 @@ class Reward:
 
     def _compute_credit(self, task_id: str, verdict: Verdict) -> Credit | None:
         if not self.suite.has_plans:
-            return credit_of(verdict)
-        credit = credit_of(verdict, self._at_start(task_id))
+            return compute_credit(verdict)
+        credit = compute_credit(verdict, self._at_start(task_id))
         if credit is None or not isinstance(verdict, PlanVerdict) or verdict.declines:
             return credit
         if self.suite.tasks[task_id].has_no_plan:
@@ -228,7 +230,7 @@ class Reward:
         task = self.suite.tasks[task_id]
         return GoalTest(task).find_reached(task.initial, ())
 
-    def _partial_at_start(self, task_id: str) -> Share:
+    def _find_partial_success_at_start(self, task_id: str) -> Share:
         """Return the share of goal conditions that a plan without steps meets: its partial success."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).find_partial_success(task.initial, (), self._at_start(task_id))
@@ -284,7 +286,7 @@ def _drop_planner(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def metrics_of(credit: Credit | None) -> dict[str, float]:
+def make_credit_metrics(credit: Credit | None) -> dict[str, float]:
     """Return a mapping from the names of a grade's metrics to their values, for any credit or None."""
     if credit is None:
         return dict.fromkeys(METRICS, 0.0)

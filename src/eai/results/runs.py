@@ -59,7 +59,7 @@ class RunKey(NamedTuple):
         return SuiteKey(self.protocol.value, self.domain, self.ability.value)
 
     @property
-    def cells(self) -> tuple[str, str, str, str]:
+    def table_cells(self) -> tuple[str, str, str, str]:
         """Names of the run in a row of a table: the columns `SUITE` and `MODEL`."""
         return (*self.suite, self.name)
 
@@ -69,7 +69,7 @@ class RunKey(NamedTuple):
         return self.experiment is None or self.experiment.has_no_settings
 
     @property
-    def order(self) -> tuple[int, int, str, int, str, str]:
+    def sort_key(self) -> tuple[int, int, str, int, str, str]:
         """Sort key of runs; unknown domains come last."""
         names_of_domains = list_benchmarks()
         position = (
@@ -169,7 +169,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
     """
     sources: dict[RunKey, Path] = {}
     for path in find_record_files(paths):
-        runs = group_pairs((_key(record), record) for record in read_records(path))
+        runs = group_pairs((_make_run_key(record), record) for record in read_records(path))
         if not runs:
             raise InputError(f"{path}: expected at least one record, found none")
         for key, records in runs.items():
@@ -181,7 +181,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
                 raise InputError(f"{path}: {key} has several samples a task; reports take one answer a task")
             if times > 1:
                 raise InputError(f"{path}: the run {key} has {times} records of task {task_id}; keep one")
-            yield Run(key, tuple(records), _log_beside(path))
+            yield Run(key, tuple(records), _open_log_samples(path))
 
 
 def write_log_samples(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
@@ -193,7 +193,7 @@ def write_log_samples(folder: Path, log: Path, epoch: int | Mapping[str, int]) -
     write_files_atomically({folder / _LOG_FILE: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
 
 
-def _log_beside(records: Path) -> LogSamples | None:
+def _open_log_samples(records: Path) -> LogSamples | None:
     path = records.with_name(_LOG_FILE)
     try:
         content = json.loads(read_content(path)) if path.exists() else None
@@ -206,13 +206,13 @@ def _log_beside(records: Path) -> LogSamples | None:
         raise InputError(f'{path}: expected a JSON object {{"log": ..., "epoch": ...}}') from error
 
 
-def explorer_address(record: Record) -> str:
+def make_explorer_address(record: Record) -> str:
     """Return the fragment of a web address that shows a record in the explorer of a report."""
     agent = get_declaration(record.ability).read_experiment(record.response)
-    key = _key(record if agent is None else record.add_experiment(agent))
+    key = _make_run_key(record if agent is None else record.add_experiment(agent))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"
 
 
-def _key(record: Record) -> RunKey:
+def _make_run_key(record: Record) -> RunKey:
     return RunKey(record.protocol, record.domain, record.ability, record.model, record.experiment)

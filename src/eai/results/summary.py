@@ -19,8 +19,8 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import EMPTY_SHARE as NO_SHARE
 from eai.abilities.verdict import ZERO_SHARE, PlanVerdict, Shares, Verdict, share_of_one
 from eai.base.grouping import group_pairs
-from eai.results.certainty import Case
-from eai.results.rate import NOTHING, Rate, rate_of, total
+from eai.results.certainty import RateCase
+from eai.results.rate import NOTHING, Rate, compute_rate, compute_rates
 from eai.results.record import Record
 from eai.results.repeats import find_success_metric
 from eai.results.table import Estimate
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorVerdict
 
 
-def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
+def compute_metric_rates(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
     """Return a mapping from the metrics of the paper's tables for an ability to their rates.
 
     Excluded verdicts do not count. Metrics without any verdict are present as rates without cases.
     """
     declared = get_declaration(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
-    return {**nothing, **total(contributions(verdicts, ability))}
+    return {**nothing, **compute_rates(compute_contributions(verdicts, ability))}
 
 
-def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
+def compute_contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
     """Yield the contributions of each verdict to all metrics, in order. Excluded verdicts do not count.
 
     They are yielded one by one to save memory in long runs.
@@ -54,39 +54,42 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
     return ({**share, **void} for share in shares) if void else shares
 
 
-def shares_by_task(records: Sequence[Record]) -> dict[str, Shares]:
+def map_tasks_to_shares(records: Sequence[Record]) -> dict[str, Shares]:
     """Return a mapping from each task to the contributions of its records. Excluded records do not count."""
     return {record.task_id: shares for record, shares in _pair_contributions(records, records[0].ability)}
 
 
-def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
+def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[RateCase]]:
     """Return a mapping from each metric to the cases that a run's records add.
 
     Excluded records do not count.
     """
     return group_pairs(
-        (metric, Case(task, name, share))
+        (metric, RateCase(task, name, share))
         for record, shares in _pair_contributions(records, ability)
-        for task, name in [(record.task_id, name_of(record))]
+        for task, name in [(record.task_id, find_task_name(record))]
         for metric, share in shares.items()
     )
 
 
 def _pair_contributions(records: Sequence[Record], ability: Ability) -> Iterator[tuple[Record, Shares]]:
     scored = [record for record in records if record.verdict.excluded is None]
-    return zip(scored, contributions([record.verdict for record in scored], ability), strict=True)
+    return zip(scored, compute_contributions([record.verdict for record in scored], ability), strict=True)
 
 
-def name_of(record: Record) -> str:
+def find_task_name(record: Record) -> str:
     """Return the name that near copies of a task share; the task's id if the name is unknown."""
     return record.task_id if record.task is None else record.task.name
 
 
-def share_of(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
+def estimate_share(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
     """Return the share of records that satisfy a condition."""
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
-        [Case(record.task_id, name_of(record), share_of_one(is_counted)) for record, is_counted in cases]
+        [
+            RateCase(record.task_id, find_task_name(record), share_of_one(is_counted))
+            for record, is_counted in cases
+        ]
     )
 
 
@@ -98,7 +101,9 @@ AbilityMetric: TypeAlias = tuple[Ability, str]
 """An ability and the name of one of its metrics."""
 
 
-def average_weights(values: Mapping[AbilityMetric, float | None] | None = None) -> dict[AbilityMetric, float]:
+def make_average_weights(
+    values: Mapping[AbilityMetric, float | None] | None = None,
+) -> dict[AbilityMetric, float]:
     """Return each metric's weight in the average: a quarter for an ability, halved if it has two metrics.
 
     Args:
@@ -115,7 +120,7 @@ def average_weights(values: Mapping[AbilityMetric, float | None] | None = None) 
     return weights
 
 
-def average_performance(values: Mapping[AbilityMetric, float | None]) -> float | None:
+def compute_average_performance(values: Mapping[AbilityMetric, float | None]) -> float | None:
     """Return the mean over the four abilities in percent, or None unless all are known.
 
     ``(goal F1 + subgoal task success + action task success + (operator F1 + planner success) / 2) / 4``: the
@@ -125,12 +130,12 @@ def average_performance(values: Mapping[AbilityMetric, float | None]) -> float |
     Args:
         values: mapping from ability and metric to percent.
     """
-    weights = average_weights(values)
+    weights = make_average_weights(values)
     parts = [weight * value for key, weight in weights.items() if (value := values.get(key)) is not None]
     return sum(parts) if len(parts) == len(weights) else None
 
 
-def keep_attempts(record: Record, attempts: int) -> Record:
+def drop_later_attempts(record: Record, attempts: int) -> Record:
     """Return the record that the task would have with at most some attempts.
 
     Records without attempts do not change.
@@ -148,7 +153,7 @@ def keep_attempts(record: Record, attempts: int) -> Record:
     )
 
 
-def max_attempts(records: Sequence[Record]) -> int:
+def count_max_attempts(records: Sequence[Record]) -> int:
     """Return the maximum number of attempts at a task of a run; 0 if answers were not carried out."""
     if not any(record.attempts for record in records):
         return 0
@@ -156,15 +161,17 @@ def max_attempts(records: Sequence[Record]) -> int:
     return max([1 + options.replans for options in options_of_records if options is not None])
 
 
-def summarise_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
+def compute_rates_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
     """Return the metrics of a run with at most 1, 2, ... attempts at each task.
 
     Errors are those of the last attempt. Success never falls, because a task is not tried again after a
     success.
     """
     return [
-        summarise([keep_attempts(record, number).verdict for record in records], records[0].ability)
-        for number in range(1, max_attempts(records) + 1)
+        compute_metric_rates(
+            [drop_later_attempts(record, number).verdict for record in records], records[0].ability
+        )
+        for number in range(1, count_max_attempts(records) + 1)
     ]
 
 
@@ -181,7 +188,7 @@ _OUTCOMES_BEFORE_STAGE = {
 
 
 @dataclass(frozen=True, slots=True)
-class Breakdown:
+class AnswerBreakdown:
     """The answers of one run by their outcomes.
 
     Attributes:
@@ -202,13 +209,13 @@ class Breakdown:
 
     outcomes: Mapping[AnswerOutcome, int]
     flow: Mapping[str, int] | None
-    by_goals: Mapping[int, Sequence[Case]]
-    by_length: Mapping[int, Sequence[Case]]
+    by_goals: Mapping[int, Sequence[RateCase]]
+    by_length: Mapping[int, Sequence[RateCase]]
     by_action: Mapping[str, Rate]
     by_predicate: Mapping[str, Rate]
 
 
-def outcome_of(record: Record) -> AnswerOutcome:
+def find_answer_outcome(record: Record) -> AnswerOutcome:
     """Return the outcome of an answer. Missing answers and excluded answers have outcomes of their own."""
     if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
@@ -217,7 +224,7 @@ def outcome_of(record: Record) -> AnswerOutcome:
     return get_declaration(record.ability).outcome(record.verdict)
 
 
-def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
+def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBreakdown:
     """Return the breakdown of a run's records, all of one ability.
 
     Missing and excluded answers count only as outcomes. Records without the features of their tasks are left
@@ -226,30 +233,32 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     declared = get_declaration(ability)
     metric = None if declared.combine_epochs is None else find_success_metric(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
-    by_goals: dict[int, list[Case]] = {}
-    by_length: dict[int, list[Case]] = {}
+    by_goals: dict[int, list[RateCase]] = {}
+    by_length: dict[int, list[RateCase]] = {}
     by_action: dict[str, list[Share]] = {}
     by_predicate: dict[str, list[Share]] = {}
     for record in records:
-        answer_outcome = outcome_of(record)
+        answer_outcome = find_answer_outcome(record)
         outcomes[answer_outcome] += 1
         if answer_outcome in _NO_ANSWER:
             continue
-        success = Case(record.task_id, name_of(record), _find_success(record, answer_outcome, metric))
+        success = RateCase(
+            record.task_id, find_task_name(record), _find_success(record, answer_outcome, metric)
+        )
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
             if declared.has_plans and record.task.annotated_steps is not None:
                 by_length.setdefault(record.task.annotated_steps, []).append(success)
         if declared.interaction.uses_operator_tasks:
             _break_down_operators(cast("OperatorVerdict", record.verdict), by_action, by_predicate)
-        for report, reached in goals_of(record):
+        for report, reached in list_judged_goals(record):
             for name in report.predicates:
                 by_predicate.setdefault(name, []).append(share_of_one(reached))
-        for _, step in steps_of(record) if declared.has_plans else ():
+        for _, step in list_reported_steps(record) if declared.has_plans else ():
             by_action.setdefault(step.call.name, []).append(share_of_one(step.outcome == EXECUTED))
-    return Breakdown(
+    return AnswerBreakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
-        _count_flow(outcomes) if declared.has_plans else None,
+        _count_outcome_flow(outcomes) if declared.has_plans else None,
         dict(sorted(by_goals.items())),
         dict(sorted(by_length.items())),
         _sum_rates(by_action),
@@ -264,7 +273,7 @@ def _find_success(record: Record, answer_outcome: AnswerOutcome, metric: str | N
     return get_declaration(record.ability).contributions(record.verdict)[metric]
 
 
-def _count_flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
+def _count_outcome_flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
     flow = {"answers": sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)}
     remaining = flow["answers"]
     for stage, answer_outcome in _OUTCOMES_BEFORE_STAGE.items():
@@ -273,7 +282,7 @@ def _count_flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
     return {**flow, "executed": reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0), "reached": reached}
 
 
-def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
+def list_judged_goals(record: Record) -> Iterator[tuple[GoalReport, bool]]:
     """Yield each goal in the explanation of a record, with whether it counts as reached."""
     reports = () if record.explanation is None else record.explanation.goals
     counted = record.verdict.goals_satisfied if isinstance(record.verdict, PlanVerdict) else ()
@@ -281,7 +290,7 @@ def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
     yield from zip(reports, reached, strict=True)
 
 
-def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
+def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
     """Yield the number of each step at which an action was tried, from 0, and the step's explanation."""
     steps = () if record.explanation is None else record.explanation.steps
     yield from ((number, step) for number, step in enumerate(steps) if record.verdict.is_action(number))
@@ -309,4 +318,4 @@ _MATCH = Share(2, 2)
 
 
 def _sum_rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
-    return {name: rate_of(shares_of_name) for name, shares_of_name in sorted(shares.items())}
+    return {name: compute_rate(shares_of_name) for name, shares_of_name in sorted(shares.items())}

@@ -14,8 +14,8 @@ from functools import wraps
 from inspect import signature
 from typing import ParamSpec, TypeAlias
 
-from eai.results.certainty import Cases, certainty_of_difference, certainty_of_rate
-from eai.results.rate import Rate, rate_of
+from eai.results.certainty import Cases, compute_difference_intervals, compute_rate_intervals
+from eai.results.rate import Rate, compute_rate
 
 P = ParamSpec("P")
 
@@ -49,15 +49,15 @@ class Estimate:
     @classmethod
     def from_cases(cls, cases: Cases) -> Estimate:
         """Return the estimate of a rate in percent from cases; its interval has tasks' names as units."""
-        rate, certainty = rate_of(case.share for case in cases), certainty_of_rate(cases)
+        rate, certainty = compute_rate(case.share for case in cases), compute_rate_intervals(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
     def from_difference(cls, before: Cases, after: Cases) -> Estimate:
         """Return the estimate of the second rate minus the first, in percentage points."""
-        percents = [rate_of(case.share for case in cases).percent for cases in (before, after)]
-        certainty = certainty_of_difference(before, after)
+        percents = [compute_rate(case.share for case in cases).percent for cases in (before, after)]
+        certainty = compute_difference_intervals(before, after)
         if percents[0] is None or percents[1] is None:
             return cls(None)
         return cls(percents[1] - percents[0], *((None, None) if certainty is None else certainty.interval))
@@ -75,14 +75,18 @@ class Estimate:
         """Return the number as text with the column's number of digits, or another text without a number."""
         if self.value is None:
             return nothing
-        return short_number(self.value) if column.digits is None else f"{self.value:.{column.digits}f}"
+        return format_short_number(self.value) if column.digits is None else f"{self.value:.{column.digits}f}"
 
     def __str__(self) -> str:
         if self.value is None:
             return ""
         made_of = "" if self.denominator is None else f" ({self.numerator:g}/{self.denominator:g})"
-        bounds = "" if self.low is None else f" [{short_number(self.low)}, {short_number(self.high)}]"
-        return f"{short_number(self.value)}{made_of}{bounds}"
+        bounds = (
+            ""
+            if self.low is None
+            else f" [{format_short_number(self.low)}, {format_short_number(self.high)}]"
+        )
+        return f"{format_short_number(self.value)}{made_of}{bounds}"
 
 
 ESTIMATE_PARTS = ("value", "low", "high", "numerator", "denominator")
@@ -185,7 +189,7 @@ class Table:
         names = self.names
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
-    def select(self, columns: Sequence[str]) -> Table:
+    def select_columns(self, columns: Sequence[str]) -> Table:
         """Return the table with only some columns, in the table's order."""
         indices = [index for index, name in enumerate(self.names) if name in columns]
         selected = tuple([self.columns[index] for index in indices])
@@ -193,14 +197,14 @@ class Table:
             self, columns=selected, rows=tuple(tuple(row[i] for i in indices) for row in self.rows)
         )
 
-    def drop(self, columns: Collection[str]) -> Table:
+    def drop_columns(self, columns: Collection[str]) -> Table:
         """Return the table without some columns."""
-        return self.select([name for name in self.names if name not in columns])
+        return self.select_columns([name for name in self.names if name not in columns])
 
     def flat_columns(self) -> list[str]:
         """Return the names of the columns in CSV: an estimate has a column for each of its parts."""
         parts = zip(self.names, self._has_estimates(), strict=True)
-        return [name for column, is_estimate in parts for name in _parts(column, is_estimate)]
+        return [name for column, is_estimate in parts for name in _name_flat_columns(column, is_estimate)]
 
     def flat_rows(self) -> Iterator[list[Plain]]:
         """Yield the rows of the table as in CSV, with a cell for each part of an estimate."""
@@ -256,7 +260,7 @@ def make_table(
     return decorate
 
 
-def short_number(number: float | None) -> str:
+def format_short_number(number: float | None) -> str:
     """Return a number as a short text: a whole number without point, else one digit from 10 on, else two."""
     if number is None or math.isnan(number):
         return ""
@@ -269,12 +273,12 @@ def short_number(number: float | None) -> str:
     )
 
 
-def superscript(numbers: Sequence[int]) -> str:
+def format_superscript(numbers: Sequence[int]) -> str:
     """Return the numbers of footnotes as superscript characters."""
     return ",".join(map(str, numbers)).translate(_SUPERSCRIPTS)
 
 
-def _parts(column: str, is_estimate: bool) -> list[str]:
+def _name_flat_columns(column: str, is_estimate: bool) -> list[str]:
     if not is_estimate:
         return [column]
     return [column if part == "value" else f"{column}_{part}" for part in ESTIMATE_PARTS]

@@ -15,8 +15,8 @@ from eai.base.errors import InputError
 from eai.base.files import escape_unprintable, write_files_atomically
 from eai.base.json_value import Json
 from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyLine
-from eai.results.markdown import rows_markdown
-from eai.results.parquet import parquet
+from eai.results.markdown import format_markdown_rows
+from eai.results.parquet import import_parquet
 from eai.results.table import Cell, Estimate, Label, Plain, Table
 
 _FORMULA = re.compile(r"[=+\-@\t\r].")
@@ -35,7 +35,7 @@ def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequ
     Raises:
         InputError: the folder cannot be written.
     """
-    contents = {f"{table.name}.csv": csv_text(table.flat_columns(), table.flat_rows()) for table in tables}
+    contents = {f"{table.name}.csv": format_csv(table.flat_columns(), table.flat_rows()) for table in tables}
     contents[f"{name}.json"] = (
         json.dumps(_tables_to_json(tables, remarks), indent=1, ensure_ascii=False) + "\n"
     )
@@ -53,7 +53,7 @@ def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
     return [folder / file for file in contents]
 
 
-def csv_text(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
+def format_csv(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
     """Return a table as the text of a CSV file: ``true``, ``false``, and empty fields for unknown values.
 
     Texts that spreadsheets read as formulas, such as ``=1+1``, get an apostrophe in front.
@@ -61,20 +61,20 @@ def csv_text(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([_csv_value(value) for value in row] for row in rows)
+    writer.writerows([_escape_csv_value(value) for value in row] for row in rows)
     return file.getvalue()
 
 
-def rows_csv(rows: Iterable[Mapping[str, Plain]]) -> str:
+def format_rows_as_csv(rows: Iterable[Mapping[str, Plain]]) -> str:
     """Return rows with equal columns as the text of a CSV file; without rows the text is empty."""
     row_list = list(rows)
-    return csv_text(list(row_list[0]) if row_list else [], (list(row.values()) for row in row_list))
+    return format_csv(list(row_list[0]) if row_list else [], (list(row.values()) for row in row_list))
 
 
-def lines_csv(kind: type[TidyLine], lines: Iterable[TidyLine]) -> str:
+def format_lines_as_csv(kind: type[TidyLine], lines: Iterable[TidyLine]) -> str:
     """Return the lines of a tidy table as the text of a CSV file."""
     columns = [column.name for column in fields(kind)]
-    return csv_text(columns, ([getattr(line, name) for name in columns] for line in lines))
+    return format_csv(columns, ([getattr(line, name) for name in columns] for line in lines))
 
 
 def write_parquet(path: Path, kind: type[TidyLine], lines: Sequence[TidyLine]) -> None:
@@ -84,7 +84,7 @@ def write_parquet(path: Path, kind: type[TidyLine], lines: Sequence[TidyLine]) -
         EaiError: pyarrow is not installed.
         InputError: the file cannot be written.
     """
-    pq = parquet()
+    pq = import_parquet()
     import pyarrow as pa
 
     kinds = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
@@ -136,7 +136,7 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
                 i for i, column in columns_of_table if not heading or column.name not in (*SUITE, MODEL)
             ]
             columns = [table.full_columns[index] for index in indices]
-            lines += [*rows_markdown(columns, ([row[index] for index in indices] for row in rows)), ""]
+            lines += [*format_markdown_rows(columns, ([row[index] for index in indices] for row in rows)), ""]
         if not table.rows:
             lines += ["Nothing.", ""]
     return "\n".join(lines)
@@ -157,7 +157,7 @@ def _select_shown_rows(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
     return {heading: rows for heading, rows in shown.items() if rows}
 
 
-def _csv_value(value: Plain) -> Plain:
+def _escape_csv_value(value: Plain) -> Plain:
     if isinstance(value, bool):
         return str(value).lower()
     if not isinstance(value, str):

@@ -26,7 +26,7 @@ from eai.world.frame import Frame
 from eai.world.state import State
 
 
-class TaskBook:
+class TaskLookup:
     """Looks up tasks of a benchmark in its data set, on demand; tasks of other benchmarks are unknown."""
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
@@ -36,16 +36,16 @@ class TaskBook:
         self._spellings = {word for word, _ in self._words}
         self._names = cache(lambda task_id: benchmark.notation.goals.list_object_names(self._tasks[task_id]))
         self._states = cache(self._find_plan_states)
-        self.features = cache(self._features)
-        self.reason = cache(self._reason)
+        self.features = cache(self._read_features)
+        self.reason = cache(self._find_wrong_goal_reason)
 
-    def _features(self, task_id: str) -> Mapping[str, int | None]:
+    def _read_features(self, task_id: str) -> Mapping[str, int | None]:
         """Return the features of a task by column; empty if the task is unknown."""
         return (
             asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
         )
 
-    def _reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
+    def _find_wrong_goal_reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
         """Return the reason why an answer may state a wrong goal; None if the task is unknown.
 
         Args:
@@ -57,10 +57,10 @@ class TaskBook:
         if call.arguments is None:
             if call.name not in self._domain.arities:
                 return "unknown"
-            return "other" if call.name in self._requested else "procedural"
+            return "other" if call.name in self._actions_of_goals else "procedural"
         if call.name not in self._spellings:
             return "unknown"
-        held = self._find_truth(task_id, call)
+        held = self._find_truth_in_plan_states(task_id, call)
         if not any(held):
             return "other"
         if held[0]:
@@ -68,7 +68,7 @@ class TaskBook:
         return "final" if held[-1] else "intermediate"
 
     @cached_property
-    def _requested(self) -> frozenset[str]:
+    def _actions_of_goals(self) -> frozenset[str]:
         """The actions that are goals of any task of the benchmark."""
         goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in alternative_actions(goal))
@@ -78,7 +78,7 @@ class TaskBook:
         valid_steps = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
         return execute(self._domain, task.initial, valid_steps).states
 
-    def _find_truth(self, task_id: str, call: Statement) -> list[bool]:
+    def _find_truth_in_plan_states(self, task_id: str, call: Statement) -> list[bool]:
         """Return for each state of the data set's own plan whether a stated goal holds in it.
 
         It holds if objects with the stated names satisfy it, and never if its predicate is unknown.
@@ -89,7 +89,7 @@ class TaskBook:
         held = [False] * len(states)
         if predicate is None or vocabulary.arity(predicate) != len(arguments):
             return held
-        for objects in product(*(self._objects_named(task_id, name) for name in arguments)):
+        for objects in product(*(self._find_objects_named(task_id, name) for name in arguments)):
             frame = Frame()
             truth = ConditionCompiler(vocabulary, frame).compile_test(
                 Atom(predicate, objects), wanted=call.positive
@@ -98,7 +98,7 @@ class TaskBook:
             held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]
         return held
 
-    def _objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
+    def _find_objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
         """Yield the objects of a task with a given name, either their full name or their name in answers."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:

@@ -11,7 +11,7 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from eai.results.table import Cell, Column, Estimate, Label, Table, superscript
+from eai.results.table import Cell, Column, Estimate, Label, Table, format_superscript
 
 _PrintedColumn: TypeAlias = tuple[Column, Sequence[Text]]
 """A column with its cells as printed texts."""
@@ -97,6 +97,6 @@ def _format_cell(column: Column, cell: Cell) -> Text:
             return text
         case Label(origin=origin, notes=notes):
             style = "bold" if cell.bold else "dim" if cell.dim or origin else ""
-            return Text(f"{cell}{superscript(notes)}", style=style)
+            return Text(f"{cell}{format_superscript(notes)}", style=style)
         case _:
             return Text(str(cell))

@@ -14,12 +14,18 @@ from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, Shares
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.record import Record
-from eai.results.summary import goals_of, name_of, outcome_of, shares_by_task, steps_of
+from eai.results.summary import (
+    find_answer_outcome,
+    find_task_name,
+    list_judged_goals,
+    list_reported_steps,
+    map_tasks_to_shares,
+)
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict
     from eai.abilities.transition_modeling.verdict import OperatorVerdict
-    from eai.results.task_book import TaskBook
+    from eai.results.task_book import TaskLookup
     from eai.tasks.source import Source
 
 
@@ -42,14 +48,14 @@ class TidyTables:
         self.clauses: list[ClauseLine] = []
         self._source = source
         self._features = features
-        self._book = cache(self._open_book)
+        self._book = cache(self._open_task_lookup)
 
-    def add(self, records: Sequence[Record]) -> None:
+    def add_records(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
         book = self._book(records[0].domain) if self._features else None
-        shares = shares_by_task(records)
+        shares = map_tasks_to_shares(records)
         for record in records:
-            key = first_columns(record)
+            key = make_first_columns(record)
             self.answers.append(_make_answer_line(record, key, shares.get(record.task_id, {}), book))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
@@ -58,10 +64,10 @@ class TidyTables:
             self.atoms.extend(_make_atom_lines(record, key, book))
             self.clauses.extend(_make_clause_lines(record, key))
 
-    def _open_book(self, domain: str) -> TaskBook | None:
-        from eai.results.task_book import TaskBook
+    def _open_task_lookup(self, domain: str) -> TaskLookup | None:
+        from eai.results.task_book import TaskLookup
 
-        return TaskBook(find_benchmark(domain), self._source) if domain in list_benchmarks() else None
+        return TaskLookup(find_benchmark(domain), self._source) if domain in list_benchmarks() else None
 
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
@@ -70,7 +76,7 @@ FirstColumns: TypeAlias = dict[str, Any]
 """Mapping from the names of the columns that every line has (`TidyLine`) to their values."""
 
 
-def first_columns(record: Record) -> FirstColumns:
+def make_first_columns(record: Record) -> FirstColumns:
     """Return the first columns of every line of a record."""
     rules = "" if record.experiment is None else record.experiment.rules_text
     return {
@@ -82,28 +88,30 @@ def first_columns(record: Record) -> FirstColumns:
         "effort": None if record.experiment is None else record.experiment.effort,
         "experiment": None if record.experiment is None else record.experiment.study_label or None,
         "task": record.task_id,
-        "name": name_of(record),
+        "name": find_task_name(record),
     }
 
 
-def _make_answer_line(record: Record, key: FirstColumns, shares: Shares, book: TaskBook | None) -> AnswerLine:
+def _make_answer_line(
+    record: Record, key: FirstColumns, shares: Shares, book: TaskLookup | None
+) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     is_explained = record.explanation is not None and _has_plans(record)
     values: dict[str, Any] = {
         **key,
-        "outcome": outcome_of(record).value,
+        "outcome": find_answer_outcome(record).value,
         "success": _find_success(record, shares),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
         "error_step": None if error is None else error.step,
         "error_objects": None if error is None else " ".join(error.objects),
-        "steps_tried": len(list(steps_of(record))) if is_explained else None,
+        "steps_tried": len(list(list_reported_steps(record))) if is_explained else None,
         **_count_matches(record.ability, shares),
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,
-        **_features(record, book),
+        **_read_task_features(record, book),
         **verdict.columns,
     }
     columns: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
@@ -126,7 +134,11 @@ def _find_success(record: Record, shares: Shares) -> bool | None:
     if share is None:
         return None
     yes_no = (0, share.denominator)
-    return bool(share.numerator) if share.numerator in yes_no else outcome_of(record) is AnswerOutcome.SUCCESS
+    return (
+        bool(share.numerator)
+        if share.numerator in yes_no
+        else find_answer_outcome(record) is AnswerOutcome.SUCCESS
+    )
 
 
 def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
@@ -140,7 +152,7 @@ def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
     return {}
 
 
-def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]:
+def _read_task_features(record: Record, book: TaskLookup | None) -> Mapping[str, int | None]:
     """Return the features of a record's task: those of the data set, overridden by those of the record."""
     features = {} if book is None else book.features(record.task_id)
     if record.task is None:
@@ -151,7 +163,7 @@ def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]
 def _make_step_lines(record: Record, key: FirstColumns) -> Iterator[StepLine]:
     if not _has_plans(record):
         return
-    for number, step in steps_of(record):
+    for number, step in list_reported_steps(record):
         call = step.call
         yield StepLine(
             **key,
@@ -166,14 +178,14 @@ def _make_step_lines(record: Record, key: FirstColumns) -> Iterator[StepLine]:
 def _make_goal_lines(record: Record, key: FirstColumns) -> Iterator[GoalLine]:
     if not isinstance(record.verdict, PlanVerdict):
         return
-    for number, (report, satisfied) in enumerate(goals_of(record)):
+    for number, (report, satisfied) in enumerate(list_judged_goals(record)):
         names = " ".join(report.predicates)
         yield GoalLine(
             **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied
         )
 
 
-def _make_atom_lines(record: Record, key: FirstColumns, book: TaskBook | None) -> Iterator[AtomLine]:
+def _make_atom_lines(record: Record, key: FirstColumns, book: TaskLookup | None) -> Iterator[AtomLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)

@@ -8,15 +8,15 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import RAISED
-from eai.results.coverage import Coverage, ErrataEffect
-from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
+from eai.results.coverage import ErrataEffect, TaskCoverage
+from eai.results.rate import NOTHING, Exact, Rate, add_contributions, make_rates
 from eai.results.record import NOT_ANSWERED, Record
 
 _ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED = 1, 2, 4, 8, 16
 """Bits of a task's status; the statuses of several answers to the task are combined by OR."""
 
 
-def _status_bits(record: Record) -> int:
+def _make_status_bits(record: Record) -> int:
     excluded, errata, error = record.verdict.excluded, record.errata, record.verdict.error
     return (
         _ANSWERED * (record.unanswered is None)
@@ -28,7 +28,7 @@ def _status_bits(record: Record) -> int:
 
 
 @dataclass(slots=True)
-class Totals:
+class RunTotals:
     """The rates and the coverage of a run; the order of addition does not matter.
 
     Attributes:
@@ -55,14 +55,14 @@ class Totals:
     left: Counter[str] = field(default_factory=Counter)
 
     @staticmethod
-    def from_records(records: Iterable[Record]) -> Totals:
+    def from_records(records: Iterable[Record]) -> RunTotals:
         """Return the totals of some records of a run."""
-        totals = Totals()
+        totals = RunTotals()
         for record in records:
-            totals.add(record)
+            totals.add_record(record)
         return totals
 
-    def add(self, record: Record) -> None:
+    def add_record(self, record: Record) -> None:
         """Add a record."""
         verdict = record.verdict
         if self.head is None:
@@ -75,13 +75,13 @@ class Totals:
             self.judges[verdict.planner_used] += 1
         if verdict.second_planner_outcome is not None:
             self.left[verdict.second_planner_outcome] += 1
-        self._add_statuses({record.task_id: _status_bits(record)})
+        self._add_statuses({record.task_id: _make_status_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)
             self.void.update(declared.missing_metrics(verdict))
-            add_up(self.sums, declared.contributions(verdict))
+            add_contributions(self.sums, declared.contributions(verdict))
 
-    def merge(self, later: Totals) -> None:
+    def add_later_totals(self, later: RunTotals) -> None:
         """Add the totals of later records of the run."""
         self.head = self.head or later.head
         self.number += later.number
@@ -91,14 +91,14 @@ class Totals:
         self.judges += later.judges
         self.left += later.left
         self._add_statuses(later.statuses)
-        add_up(self.sums, later.sums)
+        add_contributions(self.sums, later.sums)
 
     def _add_statuses(self, statuses: Mapping[str, int]) -> None:
         for task_id, status in statuses.items():
             self.statuses[task_id] = self.statuses.get(task_id, 0) | status
 
     @property
-    def first(self) -> Record:
+    def first_record(self) -> Record:
         """First record of the run, without explanations and texts.
 
         Raises:
@@ -109,20 +109,20 @@ class Totals:
         return self.head
 
     @property
-    def counted(self) -> dict[str, Rate]:
+    def counted_rates(self) -> dict[str, Rate]:
         """The rates of the metrics to which a record contributes; empty if all records are excluded."""
-        return {**rates_of(self.sums), **dict.fromkeys(self.void, NOTHING)}
+        return {**make_rates(self.sums), **dict.fromkeys(self.void, NOTHING)}
 
     @property
     def rates(self) -> dict[str, Rate]:
         """Rates of all metrics of the ability, also of metrics without cases."""
-        declared = get_declaration(self.first.ability)
-        return {**dict.fromkeys(declared.contributions(declared.verdict()), NOTHING), **self.counted}
+        declared = get_declaration(self.first_record.ability)
+        return {**dict.fromkeys(declared.contributions(declared.verdict()), NOTHING), **self.counted_rates}
 
     @property
-    def agent(self) -> tuple[str, ...]:
+    def agent_labels(self) -> tuple[str, ...]:
         """Harness and effort of the model, and the rules of the game, if they are not standard."""
-        experiment = self.first.experiment
+        experiment = self.first_record.experiment
         if experiment is None:
             return ()
         return tuple(filter(None, (experiment.harness, experiment.effort, experiment.rules_text)))
@@ -133,10 +133,10 @@ class Totals:
         return tuple(sorted(self.judges))
 
     @property
-    def coverage(self) -> Coverage:
+    def coverage(self) -> TaskCoverage:
         """Coverage of the suite by the run."""
         unanswered = [status for status in self.statuses.values() if not status & _ANSWERED]
-        return Coverage(
+        return TaskCoverage(
             asked=len(self.statuses),
             answered=len(self.statuses) - len(unanswered),
             failed=sum(bool(status & _SCORED) for status in unanswered),

@@ -79,7 +79,7 @@ def select_verified_rows(answers: Iterable[TrainingRow], minimum: float) -> Iter
     """Yield the rows of answers with at least a minimum reward, without repeated answers to a task."""
     seen: set[tuple[str, str]] = set()
     for row in answers:
-        key = (row["task"], _get_text(row))
+        key = (row["task"], _get_completion_text(row))
         if row["reward"] >= minimum and key not in seen:
             seen.add(key)
             yield row
@@ -96,7 +96,7 @@ def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Itera
     """
     by_task: dict[str, dict[str, TrainingRow]] = {}
     for row in answers:
-        by_task.setdefault(row["task"], {}).setdefault(_get_text(row), row)
+        by_task.setdefault(row["task"], {}).setdefault(_get_completion_text(row), row)
     for task, distinct in by_task.items():
         best = max(distinct.values(), key=itemgetter("reward"))
         for other in distinct.values():
@@ -111,7 +111,7 @@ def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Itera
                 }
 
 
-def _get_text(row: TrainingRow) -> str:
+def _get_completion_text(row: TrainingRow) -> str:
     text: str = row["completion"][0]["content"]
     return text
 

@@ -130,7 +130,7 @@ def describe_attempts(attempts: Iterable[Attempt], answers: Iterable[Answer]) ->
 
 
 @dataclass(frozen=True)
-class Trials:
+class TrialSet:
     """Attempts at the tasks of a suite in an experiment; made by `open_trials`.
 
     Attributes:
@@ -155,7 +155,7 @@ class Trials:
         )
 
 
-def replay(
+def replay_answers(
     suite: Suite, options: AttemptOptions, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
     """Carry out recorded answers to a task again, and return the attempts with their outcomes.
@@ -216,11 +216,11 @@ def open_trials(
     asker: QuestionWriter,
     task_ids: Iterable[str],
     stated: Mapping[str, Task] | None = None,
-) -> Trials:
+) -> TrialSet:
     """Return the trials of some tasks of a suite.
 
-    Questions may state other goals (`Trials.stated`). Some protocols decide from all answers how to read each
-    one. Trials cannot wait for all answers: they decide from the examples in the questions.
+    Questions may state other goals (`TrialSet.stated`). Some protocols decide from all answers how to read
+    each one. Trials cannot wait for all answers: they decide from the examples in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.
@@ -230,4 +230,4 @@ def open_trials(
             f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
         )
     suite_of_questions = suite.adapt_to_answers([asker.prompt_of(task_id).user for task_id in task_ids])
-    return Trials(suite_of_questions, options, asker, stated or {})
+    return TrialSet(suite_of_questions, options, asker, stated or {})

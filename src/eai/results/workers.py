@@ -35,7 +35,7 @@ from typing import Any, TypeVar
 from typing_extensions import Self
 
 from eai.base.errors import EaiError
-from eai.results.collector import collect_seldom
+from eai.results.collector import reduce_garbage_collection
 
 ENDED_STATUS = 128 + signal.SIGTERM
 """Exit status of a worker that ends because a signal asked it to, as in shells."""
@@ -44,7 +44,7 @@ CLEANING_SECONDS = 1
 """Seconds that a worker may take to end its planners and remove their files before it is killed."""
 
 
-def serve(connection: Connection, folder: str) -> None:
+def run_worker(connection: Connection, folder: str) -> None:
     """Work on batches until the sender ends or closes the connection. It is the main function of a worker.
 
     The results of a batch are sent as one pickle, which has an exception instead if the work raised one.
@@ -57,18 +57,18 @@ def serve(connection: Connection, folder: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _raise_exit)
     tempfile.tempdir = folder
-    collect_seldom()
+    reduce_garbage_collection()
     given: SimpleQueue[bytes] = SimpleQueue()
-    threading.Thread(target=_receive, args=(connection, given), daemon=True).start()
+    threading.Thread(target=_queue_received_batches, args=(connection, given), daemon=True).start()
     while True:
-        result = _work_on(given.get())
+        result = _process_pickled_batch(given.get())
         try:
             connection.send_bytes(result)
         except OSError:  # the receiver has ended
             return
 
 
-def _receive(connection: Connection, given: SimpleQueue[bytes]) -> None:
+def _queue_received_batches(connection: Connection, given: SimpleQueue[bytes]) -> None:
     """Queue incoming batches, so that the sender never waits; end this process when the connection closes."""
     try:
         while True:
@@ -84,14 +84,14 @@ def _raise_exit(number: int, frame: FrameType | None) -> None:
     sys.exit(ENDED_STATUS)
 
 
-def _work_on(content: bytes) -> bytes:
+def _process_pickled_batch(content: bytes) -> bytes:
     """Return the pickled results of the work on a batch.
 
     Plain pickle is twice as fast as the connection's own pickling.
     """
     try:
         work, items = pickle.loads(content)  # noqa: S301 - of a process of this program
-        return pickle.dumps(load_work(work)(items))
+        return pickle.dumps(unpickle_work(work)(items))
     except Exception as error:
         return _pickle_error(error)
 
@@ -107,7 +107,7 @@ def _pickle_error(error: Exception) -> bytes:
 
 
 @lru_cache(maxsize=8)
-def load_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
+def unpickle_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
     """Unpickle a function that works on batches; cached, because it opens tasks, which takes long."""
     work_function: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
     return work_function
@@ -136,7 +136,7 @@ MAX_DEATHS = 3
 
 
 @dataclass(slots=True, eq=False)
-class _Batch:
+class _WorkBatch:
     """A batch: items of a stream, the pickled function that works on them, and the pickled results."""
 
     work: bytes
@@ -158,15 +158,15 @@ class _Batch:
 
 
 @dataclass(slots=True, eq=False)
-class _Worker:
+class _WorkerProcess:
     """A worker process, and its batches in the order in which results will arrive."""
 
     process: BaseProcess
     connection: Connection
-    pending: deque[_Batch] = field(default_factory=deque)
+    pending: deque[_WorkBatch] = field(default_factory=deque)
 
 
-class Workers:
+class WorkerPool:
     """Worker processes for streams of items, which stay until they are closed.
 
     Results come in the order of the items. Only a few batches are read ahead, so memory does not grow with
@@ -180,8 +180,8 @@ class Workers:
 
     def __init__(self, workers: int = 1) -> None:
         self._number = workers
-        self._workers: list[_Worker] = []
-        self._waiting: deque[_Batch] = deque()
+        self._workers: list[_WorkerProcess] = []
+        self._waiting: deque[_WorkBatch] = deque()
         self._folder: TemporaryDirectory[str] | None = None
 
     def __enter__(self) -> Self:
@@ -234,17 +234,17 @@ class Workers:
             return
         content = pickle.dumps(work)
         upcoming = split_batches(items, self._number, *batch_sizes)
-        in_progress: deque[_Batch] = deque()
+        in_progress: deque[_WorkBatch] = deque()
         try:
             while True:
                 for batch_items in islice(upcoming, self._number * MAX_BATCHES_AHEAD - len(in_progress)):
-                    in_progress.append(_Batch(content, batch_items))
+                    in_progress.append(_WorkBatch(content, batch_items))
                     self._waiting.append(in_progress[-1])
                     self._send_batches()
                 if not in_progress:
                     return
                 while in_progress[0].result is None:
-                    self._receive()
+                    self._receive_result()
                 yield from in_progress.popleft().results()
         finally:
             self._waiting = deque([batch for batch in self._waiting if batch not in in_progress])
@@ -261,7 +261,7 @@ class Workers:
             with self._discard_on_cut(worker):
                 worker.connection.send_bytes(content)
 
-    def _receive(self) -> None:
+    def _receive_result(self) -> None:
         """Wait for a result or for a worker's death, and send waiting batches to workers."""
         by_connection = {worker.connection: worker for worker in self._workers}
         for connection in wait(list(by_connection)):
@@ -272,7 +272,7 @@ class Workers:
         self._send_batches()
 
     @contextmanager
-    def _discard_on_cut(self, worker: _Worker) -> Iterator[None]:
+    def _discard_on_cut(self, worker: _WorkerProcess) -> Iterator[None]:
         """Discard a worker if its message was cut off, because it died or this process was interrupted."""
         try:
             yield
@@ -281,7 +281,7 @@ class Workers:
             if not isinstance(error, EOFError | OSError):
                 raise
 
-    def _find_least_busy(self) -> _Worker:
+    def _find_least_busy(self) -> _WorkerProcess:
         """Return an idle worker, or a new worker if more are allowed, or else the least busy worker."""
         worker_with_least = min(self._workers, key=lambda worker: len(worker.pending), default=None)
         if worker_with_least is None or (worker_with_least.pending and len(self._workers) < self._number):
@@ -289,7 +289,7 @@ class Workers:
             self._workers.append(worker_with_least)
         return worker_with_least
 
-    def _start_worker(self) -> _Worker:
+    def _start_worker(self) -> _WorkerProcess:
         """Start a new process that inherits no state of this process's threads."""
         methods = multiprocessing.get_all_start_methods()
         context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
@@ -303,11 +303,11 @@ class Workers:
             self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
         connection, theirs = context.Pipe()
         with theirs:
-            process = context.Process(target=serve, args=(theirs, self._folder.name), daemon=True)
+            process = context.Process(target=run_worker, args=(theirs, self._folder.name), daemon=True)
             process.start()
-        return _Worker(process, connection)
+        return _WorkerProcess(process, connection)
 
-    def _discard_worker(self, worker: _Worker) -> None:
+    def _discard_worker(self, worker: _WorkerProcess) -> None:
         """Remove a dead worker; its batches are done again, unless a batch has killed too many workers."""
         self._workers.remove(worker)
         worker.connection.close()
@@ -318,7 +318,7 @@ class Workers:
         current = worker.pending[0]
         current.deaths += 1
         if current.deaths == MAX_DEATHS:
-            current.result = pickle.dumps(EaiError(_death_message(current.items)))
+            current.result = pickle.dumps(EaiError(_describe_worker_deaths(current.items)))
             worker.pending.popleft()
         self._waiting.extendleft(reversed(worker.pending))
 
@@ -355,7 +355,7 @@ def _hold_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _death_message(items: Sequence[Any]) -> str:
+def _describe_worker_deaths(items: Sequence[Any]) -> str:
     hint = "is there enough memory, and does the program begin below `if __name__ == '__main__':`?"
     first = str(items[0])[:100]
     return f"workers died {MAX_DEATHS} times at the same {len(items)} items from {first!r} on; {hint}"

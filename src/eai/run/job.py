@@ -19,8 +19,8 @@ from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import answer_form
 from eai.benchmarks.suite import Suite
-from eai.results.codec import sha256_of
-from eai.results.trials import Conversation, Trials
+from eai.results.codec import hash_text
+from eai.results.trials import Conversation, TrialSet
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import Endpoint
 from eai.tasks.options import Options
@@ -147,7 +147,7 @@ class QuestionJob:
     epochs: int = 1
     decoding: DecodingOptions = field(default_factory=DecodingOptions)
     pace: RequestOptions = field(default_factory=RequestOptions)
-    trials: Trials | None = None
+    trials: TrialSet | None = None
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     experiment: Experiment | None = None
 
@@ -158,7 +158,7 @@ class QuestionJob:
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
             decisive.append([self.trials.options.label, self.trials.suite.protocol.value])
-        return sha256_of(json.dumps(decisive))
+        return hash_text(json.dumps(decisive))
 
     def start_conversation(self, task_id: str, epoch: int) -> Conversation:
         """Return the conversation of a task in one epoch: its questions, one after the other."""
@@ -194,4 +194,4 @@ class QuestionJob:
             *((schema,) if schema is not None else ()),
             *((setting,) if (setting := self.metadata.get(task_id, {}).get(AGENT)) else ()),
         )
-        return sha256_of(json.dumps(decisive))
+        return hash_text(json.dumps(decisive))

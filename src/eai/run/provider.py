@@ -260,13 +260,16 @@ class _BuiltInModel(ModelAPI):
 
         On average, equally many facts are lost and misplaced.
         """
-        from eai.studies.perception.belief import scene_words
-        from eai.studies.perception.noise import Noise, perceive
+        from eai.studies.perception.belief import open_scene_words
+        from eai.studies.perception.noise import PerceptionNoise, perceive_with_noise
 
         half = self._given.rate / 2
-        noise, stream = Noise(missing=half, misplaced=half, seed=self._given.seed), str(question.epoch)
+        noise, stream = (
+            PerceptionNoise(missing=half, misplaced=half, seed=self._given.seed),
+            str(question.epoch),
+        )
         task = question.benchmark.tasks_for(question.ability, question.source)[question.task_id]
-        return perceive(task, scene_words(question.benchmark), noise, stream).text
+        return perceive_with_noise(task, open_scene_words(question.benchmark), noise, stream).json_text
 
     def _corrupt_answer(self, book: AnswerBook, question: _ModelQuestion) -> WrittenAnswer:
         """Return a corrupted answer to a question.
@@ -302,9 +305,9 @@ def _adapt_benchmark_to_question(question: _ModelQuestion) -> Benchmark:
     if question.done:
         benchmark = execute_actions(benchmark, task_id, question.done)
     if question.scene is not None:
-        from eai.studies.perception.belief import apply_scene_graphs, scene_words
+        from eai.studies.perception.belief import apply_scene_graphs, open_scene_words
 
-        graph = read_scene_graph(question.scene, scene_words(benchmark).arities)
+        graph = read_scene_graph(question.scene, open_scene_words(benchmark).written_arities)
         benchmark = apply_scene_graphs(benchmark, {task_id: graph})
     if question.stated is not None:
         benchmark = replace_goals(benchmark, {task_id: question.stated})

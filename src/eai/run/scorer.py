@@ -43,15 +43,15 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import Scoring
 from eai.results.codec import experiment_from_json, record_from_json, record_to_json
-from eai.results.epochs import majority_index
+from eai.results.epochs import find_majority_index
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.results.runs import explorer_address
-from eai.results.summary import outcome_of, summarise
-from eai.results.trials import make_trial_record, replay
+from eai.results.runs import make_explorer_address
+from eai.results.summary import compute_metric_rates, find_answer_outcome
+from eai.results.trials import make_trial_record, replay_answers
 from eai.run.acting import read_episode_text
 from eai.run.solver import ANSWERS
-from eai.studies.registry import add_summaries
+from eai.studies.registry import add_study_summaries
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 _MARK = {True: "✓", False: "✗"}
@@ -78,7 +78,7 @@ def explain_record(record: Record) -> str:
 
 
 def _write_headline(record: Record) -> str:
-    verdict, answer_outcome = record.verdict, outcome_of(record)
+    verdict, answer_outcome = record.verdict, find_answer_outcome(record)
     if answer_outcome is AnswerOutcome.EXCLUDED:
         return f"Excluded: {verdict.excluded}"
     label = get_display_name(answer_outcome.value)
@@ -127,7 +127,9 @@ def make_paper_metric(ability: str) -> Metric:
             )
         else:
             verdicts = [average([_read_verdict(score) for score in of_task]) for of_task in by_task]
-        shares = {name: rate.share for name, rate in summarise(verdicts, ability_of_scores).items()}
+        shares = {
+            name: rate.share for name, rate in compute_metric_rates(verdicts, ability_of_scores).items()
+        }
         return shares if scores else dict.fromkeys(shares, nan)
 
     return pool_scores
@@ -174,7 +176,7 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
         answer = Response(task_id, text)
     else:  # Inspect also scores samples of failed requests
         answer = Response(task_id, "", unanswered="the request failed")
-    record = next(Scoring().records(suite, model, [answer], explanations=answer.unanswered is None))
+    record = next(Scoring().score_records(suite, model, [answer], explanations=answer.unanswered is None))
     return apply_experiment(record, suite.adapt_to_answers([state.input_text]), state.metadata, state.epoch)
 
 
@@ -213,9 +215,9 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
         return replace(record, experiment=experiment)
     options = AttemptOptions.from_experiment(experiment)
     if options is not None:
-        attempts = replay(suite, options, task_id, metadata[ANSWERS], epoch)
+        attempts = replay_answers(suite, options, task_id, metadata[ANSWERS], epoch)
         record = make_trial_record(suite, options, record.model, task_id, attempts)
-    return add_summaries(replace(record, experiment=experiment), suite, metadata)
+    return add_study_summaries(replace(record, experiment=experiment), suite, metadata)
 
 
 LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
@@ -240,13 +242,13 @@ def make_logged_record(
 
 def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
     """Return the Inspect score of a record; an excluded answer is unscored, with the reason."""
-    answer_outcome = outcome_of(record)
+    answer_outcome = find_answer_outcome(record)
     fields = record_to_json(record.drop_explanations())
     score = Score.unscored(
         reason=record.verdict.excluded,
         answer=str(fields.pop("response")),
         explanation=explain_record(record),
-        metadata={"epoch": epoch, "answered": answered, "explorer": explorer_address(record), **fields},
+        metadata={"epoch": epoch, "answered": answered, "explorer": make_explorer_address(record), **fields},
     )
     if answer_outcome is not AnswerOutcome.EXCLUDED:
         score.value = CORRECT if answer_outcome is AnswerOutcome.SUCCESS else INCORRECT
@@ -270,7 +272,9 @@ def _select_answered_scores(scores: Iterable[SampleScore]) -> list[SampleScore]:
 def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
     """Return the score of the answer that counts for a task, from its scores in all epochs."""
     answered_scores = _select_answered_scores(scores) or scores
-    return answered_scores[majority_index([score.score.answer or "" for score in answered_scores], ability)]
+    return answered_scores[
+        find_majority_index([score.score.answer or "" for score in answered_scores], ability)
+    ]
 
 
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:

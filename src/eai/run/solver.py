@@ -34,7 +34,7 @@ from inspect_ai.util import JSONSchema
 
 from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
-from eai.results.trials import Answer, AnswerKey, Conversation, Trials
+from eai.results.trials import Answer, AnswerKey, Conversation, TrialSet
 from eai.run.job import QuestionJob
 from eai.run.journal import RunState
 from eai.run.request_errors import (
@@ -189,7 +189,7 @@ def ask_open_questions(run: RunState) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def ask_without_journal(trials: Trials | None) -> Solver:
+def ask_without_journal(trials: TrialSet | None) -> Solver:
     """Return a solver for runs without a journal, with the stop sequences of the sample's metadata.
 
     Args:

@@ -26,7 +26,7 @@ from eai.benchmarks.registry import REFERENCES
 from eai.results.options import ScoringOptions
 from eai.run.job import DecodingOptions, RequestOptions
 from eai.studies.registry import list_run_studies
-from eai.studies.variation import Endpoint, Variation, combine
+from eai.studies.variation import Endpoint, VariationOptions, combine_variations
 from eai.tasks.options import Arguments, Options
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
 
@@ -177,7 +177,7 @@ class RunSpec(Options):
     requests: RequestOptions = RequestOptions()
     scoring: ScoringOptions = ScoringOptions()
     agent: AgentSetting = STANDARD
-    studies: Mapping[str, Variation] = {}
+    studies: Mapping[str, VariationOptions] = {}
 
     @model_validator(mode="after")
     def _check_contradictions(self) -> Self:
@@ -188,19 +188,26 @@ class RunSpec(Options):
         return self
 
     @property
-    def variation(self) -> Variation:
+    def variation(self) -> VariationOptions:
         """Options of the chosen studies, combined.
 
         Raises:
             InputError: two studies contradict each other.
         """
-        return combine([self.studies[study.key] for study in list_run_studies() if study.key in self.studies])
+        return combine_variations(
+            [
+                self.studies[study.section_name]
+                for study in list_run_studies()
+                if study.section_name in self.studies
+            ]
+        )
 
     @property
     def experiment(self) -> Experiment:
         """Choices of studies for records, without choices that depend on the answers of an earlier stage."""
         variations_by_study = {
-            variation.name: self.studies.get(variation.key, Variation()) for variation in list_run_studies()
+            variation.name: self.studies.get(variation.section_name, VariationOptions())
+            for variation in list_run_studies()
         }
         choices = {
             name: variation.record_choice(name)
@@ -224,7 +231,7 @@ _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items
 
 def list_sections() -> Mapping[str, type[Options]]:
     """Return a mapping from names to sections of a specification, with those of studies last."""
-    return {**_CORE, **{study.key: study.options for study in list_run_studies()}}
+    return {**_CORE, **{study.section_name: study.options for study in list_run_studies()}}
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
@@ -248,7 +255,7 @@ def find_study_of_option(name: str) -> str:
         InputError: no study has the option.
     """
     study_of_option = {
-        option: study.key for study in list_run_studies() for option in study.options.model_fields
+        option: study.section_name for study in list_run_studies() for option in study.options.model_fields
     }
     _refuse_unknown_name(name, study_of_option)
     return study_of_option[name]

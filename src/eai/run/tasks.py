@@ -46,10 +46,10 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
-from eai.results.epochs import BeliefSet, ModelAnswers, SuiteResult, majority_index
+from eai.results.epochs import ModelAnswers, StatedBeliefs, SuiteResult, find_majority_index
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.trials import AnswerKey, Trials, open_trials
+from eai.results.trials import AnswerKey, TrialSet, open_trials
 from eai.run.acting import offer_task_tools, play_open_episodes, player, read_episode_text
 from eai.run.job import ERRATA, PROVIDER, QuestionJob
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
@@ -200,8 +200,8 @@ def make_trials(
     library: Library,
     suite: Suite,
     asked: Mapping[str, Prompt],
-    believed: BeliefSet | None,
-) -> Trials | None:
+    believed: StatedBeliefs | None,
+) -> TrialSet | None:
     """Return the trials that carry out answers, or None if each question is sent once.
 
     Raises:
@@ -209,7 +209,7 @@ def make_trials(
     """
     if options is None:
         return None
-    look, goals = (None, {}) if believed is None else (believed.look, believed.goals)
+    look, goals = (None, {}) if believed is None else (believed.look, believed.tasks_with_stated_goals)
     asker = library.asker(suite.benchmark, suite.ability, asked, look)
     return open_trials(suite, options, asker, asked, goals)
 
@@ -253,7 +253,7 @@ def _refuse_to_ask_model(*_: object, **__: object) -> SuiteResult:
 
 def _run_first_stage(
     stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
-) -> tuple[Mapping[str, Prompt], BeliefSet]:
+) -> tuple[Mapping[str, Prompt], StatedBeliefs]:
     """Return questions that state results of an earlier stage (goals or scenes), and these results.
 
     Raises:
@@ -396,7 +396,7 @@ def _read_question(sample: EvalSample) -> str:
 
 
 def _select_majority_sample(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
-    return samples[majority_index([read_episode_text(sample) for sample in samples], ability)]
+    return samples[find_majority_index([read_episode_text(sample) for sample in samples], ability)]
 
 
 def _read_log(path: Path, *, header_only: bool = False) -> EvalLog:

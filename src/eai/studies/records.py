@@ -27,7 +27,7 @@ def _ignore_note(line: str) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Records:
+class StudyRecords:
     """Records for an analysis, read as runs or as tidy tables, with functions that report progress and notes.
 
     Attributes:
@@ -45,7 +45,7 @@ class Records:
     progress: Callable[[str, int], AbstractContextManager[ReportDone]] = _hide_progress
     _cached_tables: MutableMapping[bool, TidyTables] = field(default_factory=dict)
 
-    def runs(self) -> Iterator[Run]:
+    def read_runs(self) -> Iterator[Run]:
         """Yield the runs file by file, so that memory holds the records of one file at a time.
 
         Raises:
@@ -53,7 +53,7 @@ class Records:
         """
         return read_runs(self.paths)
 
-    def tables(self, *, features: bool = True) -> TidyTables:
+    def make_plain_tables(self, *, features: bool = True) -> TidyTables:
         """Return the tidy tables of comparable runs: of plain runs (without study options), if any exist.
 
         The tables are built once. If there are plain runs, other runs are left out, with a note.
@@ -68,11 +68,11 @@ class Records:
         if True in self._cached_tables or features in self._cached_tables:
             return self._cached_tables.get(True) or self._cached_tables[features]
         by_label: dict[str, TidyTables] = {}
-        for run in self.runs():
+        for run in self.read_runs():
             label = "" if run.key.experiment is None else run.key.experiment.study_label
             if label not in by_label:
-                by_label[label] = self._empty_tables(features=features)
-            by_label[label].add(run.records)
+                by_label[label] = self._make_empty_tables(features=features)
+            by_label[label].add_records(run.records)
         labels = sorted(by_label)
         if "" in by_label and len(labels) > 1:
             self.note(f"left out because they are experiments: runs with {', '.join(labels[1:])}")
@@ -81,26 +81,26 @@ class Records:
         self._cached_tables[features] = by_label[labels[0]]
         return self._cached_tables[features]
 
-    def all_tables(self) -> TidyTables:
+    def make_all_tables(self) -> TidyTables:
         """Return the tidy tables of all runs, including runs with options of studies.
 
         Raises:
             InputError: there are no records, or a record is unusable.
         """
-        made = self._empty_tables(features=True)
-        for run in self.runs():
-            made.add(run.records)
+        made = self._make_empty_tables(features=True)
+        for run in self.read_runs():
+            made.add_records(run.records)
         return made
 
-    def _empty_tables(self, *, features: bool) -> TidyTables:
+    def _make_empty_tables(self, *, features: bool) -> TidyTables:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
-    def for_subfolder(self, name: str) -> Records:
+    def change_to_subfolder(self, name: str) -> StudyRecords:
         """Return these records for an analysis whose results go into a subfolder."""
         return replace(self, folder=self.folder / name)
 
 
 def group_comparable_runs(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
     """Return the runs of each suite (protocol, domain and ability), by suite and model, all sorted."""
-    ordered = sorted(runs, key=lambda run: run.key.order)
+    ordered = sorted(runs, key=lambda run: run.key.sort_key)
     return group_pairs(((*run.key.suite, run.key.model), run) for run in ordered)

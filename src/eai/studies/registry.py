@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import InputError, did_you_mean
 from eai.studies.study import Study
-from eai.studies.variation import Variation
+from eai.studies.variation import VariationOptions
 
 if TYPE_CHECKING:
     from eai.benchmarks.suite import Suite
@@ -42,13 +42,13 @@ _LISTED_FIRST = (
 
 
 @cache
-def _find_entries() -> Mapping[str, EntryPoint]:
+def _find_study_entry_points() -> Mapping[str, EntryPoint]:
     return get_entry_points(GROUP, _LISTED_FIRST)
 
 
-def study_names() -> tuple[str, ...]:
+def list_study_names() -> tuple[str, ...]:
     """Return the names of all registered studies. Studies of this package come first."""
-    return tuple(_find_entries())
+    return tuple(_find_study_entry_points())
 
 
 @cache
@@ -58,18 +58,18 @@ def find_study(name: str) -> Study:
     Raises:
         InputError: no study has the name, or the entry point does not lead to a study.
     """
-    if name not in _find_entries():
-        known = ", ".join(_find_entries())
+    if name not in _find_study_entry_points():
+        known = ", ".join(_find_study_entry_points())
         raise InputError(
-            f"{name!r} is no study: expected one of {known}{did_you_mean(name, _find_entries())}"
+            f"{name!r} is no study: expected one of {known}{did_you_mean(name, _find_study_entry_points())}"
         )
-    value = _find_entries()[name].load()
+    value = _find_study_entry_points()[name].load()
     if not isinstance(value, Study):
         raise InputError(f"{name}: expected a Study, found {type(value).__name__}")
     return value
 
 
-def add_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
+def add_study_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
     """Return a record to which the studies of its run have added summaries of the answer.
 
     Summaries that the record has already are kept.
@@ -82,7 +82,7 @@ def add_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Rec
     if record.unanswered is not None:
         return record
     summaries = {**record.summaries}
-    for name in record.study.keys() & _find_entries().keys() - summaries.keys():
+    for name in record.study.keys() & _find_study_entry_points().keys() - summaries.keys():
         summarize = find_study(name).summarize
         summary = None if summarize is None else summarize(record, suite, about)
         if summary:
@@ -93,4 +93,10 @@ def add_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Rec
 @cache
 def list_run_studies() -> tuple[Study, ...]:
     """Return the studies that have options for runs, not only for analyses."""
-    return tuple([study for study in map(find_study, _find_entries()) if study.options is not Variation])
+    return tuple(
+        [
+            study
+            for study in map(find_study, _find_study_entry_points())
+            if study.options is not VariationOptions
+        ]
+    )

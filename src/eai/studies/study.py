@@ -11,7 +11,7 @@ from eai.benchmarks.registry import title_of
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import PaperTable, read_paper_setting
 from eai.results.plots import add_title, clip_label
-from eai.studies.variation import Variation
+from eai.studies.variation import VariationOptions
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from eai.results.record import Record
     from eai.results.runs import RunKey
     from eai.results.table import Table
-    from eai.studies.records import Records
+    from eai.studies.records import StudyRecords
 
 Figures: TypeAlias = "Iterable[tuple[str, Figure | None]]"
 """File names with figures, drawn one after the other. A figure without anything to show is None."""
@@ -73,20 +73,20 @@ class Study:
 
     name: str
     title: str
-    options: type[Variation] = Variation
+    options: type[VariationOptions] = VariationOptions
     section: str = ""
     choices: type[Options] = Options
-    analyze: Callable[[Records, Any], Iterator[Analysis]] | None = None
+    analyze: Callable[[StudyRecords, Any], Iterator[Analysis]] | None = None
     summarize: Callable[[Record, Suite, Mapping[str, Any]], Mapping[str, Json]] | None = None
     included_in_all: bool = False
 
     @property
-    def key(self) -> str:
+    def section_name(self) -> str:
         """Name of the study's section in a run's specification."""
         return self.section or self.name
 
 
-def suite_heading(suite: SuiteKey) -> str:
+def format_suite_heading(suite: SuiteKey) -> str:
     """Return the heading of a suite, with the title of its benchmark."""
     return str(suite._replace(domain=title_of(suite.domain)))
 
@@ -94,7 +94,7 @@ def suite_heading(suite: SuiteKey) -> str:
 def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
     """Set the title of a figure to that of a suite. Return the name of the figure's file, and the figure."""
     if figure is not None:
-        add_title(figure, suite_heading(suite))
+        add_title(figure, format_suite_heading(suite))
     return f"{name}-{suite.file_name}", figure
 
 
@@ -104,11 +104,11 @@ def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, F
     Return the name of the figure's file, and the figure.
     """
     if figure is not None:
-        add_title(figure, f"{suite_heading(key.suite)}, {clip_label(key.model)}")
+        add_title(figure, f"{format_suite_heading(key.suite)}, {clip_label(key.model)}")
     return name, figure
 
 
-def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
+def write_paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
     """Return remarks for readers on the paper's figures beside runs under a protocol."""
     on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
     remarks = [note for notes in on_columns for note in notes]
@@ -131,6 +131,6 @@ def choose_metric(ability: Ability, chosen: str | None) -> str:
     return chosen or next(iter(metrics))
 
 
-def split_commas(given: object) -> object:
+def split_option_values(given: object) -> object:
     """Return the values of an option that takes several values. A text is split at its commas."""
     return tuple(given.split(",")) if isinstance(given, str) else given

@@ -19,7 +19,7 @@ from eai.tasks.options import Options
 if TYPE_CHECKING:
     from eai.benchmarks.prompt_library import Library
     from eai.benchmarks.suite import Suite
-    from eai.results.epochs import BeliefSet, SuiteResult
+    from eai.results.epochs import StatedBeliefs, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
 
 
@@ -64,14 +64,14 @@ class FirstStage:
     library: Library
     task_ids: Mapping[str, Collection[str]]
     ask: AskModel
-    believe: Callable[[FirstStage, Endpoint, Suite], BeliefSet]
+    believe: Callable[[FirstStage, Endpoint, Suite], StatedBeliefs]
     previous: FirstStage | None = None
     results: list[SuiteResult] = field(default_factory=list, init=False)
-    found_beliefs: dict[tuple[str, ...], BeliefSet] = field(default_factory=dict, init=False)
+    found_beliefs: dict[tuple[str, ...], StatedBeliefs] = field(default_factory=dict, init=False)
 
     def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
-    ) -> tuple[Mapping[str, Prompt], BeliefSet]:
+    ) -> tuple[Mapping[str, Prompt], StatedBeliefs]:
         """Return the prompts for a model by task, and the goals or scenes (beliefs) that they state.
 
         Tasks without a belief are left out.
@@ -80,9 +80,9 @@ class FirstStage:
             InputError: as raised by `believe`.
         """
         believed = self.collect_beliefs(endpoint, suite)
-        return believed.prompts(self.library, suite, task_ids), believed
+        return believed.make_prompts(self.library, suite, task_ids), believed
 
-    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
         """Return the beliefs (goals and scenes to state) of this stage and of all stages before it.
 
         Raises:
@@ -91,7 +91,7 @@ class FirstStage:
         if self.previous is None:
             return self.believe(self, endpoint, suite)
         earlier = self.previous.collect_beliefs(endpoint, suite)
-        return earlier.combine(self.believe(self, endpoint, suite))
+        return earlier.add_goals(self.believe(self, endpoint, suite))
 
     @property
     def earliest(self) -> FirstStage:
@@ -115,7 +115,7 @@ class FirstStage:
         return {record.task_id: record.response for record in outcome.records if record.unanswered is None}
 
 
-class Variation(Options):
+class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
     Members other than `choice` are used only if the user chose an option of this study or of no study.
@@ -136,7 +136,7 @@ class Variation(Options):
         """The part of a task that questions state differently; empty if they state the task as it is."""
         return ""
 
-    def find_contradiction(self, other: Variation) -> str:
+    def find_contradiction(self, other: VariationOptions) -> str:
         """Return why a run cannot combine this choice with another study's choice; empty if it can."""
         if self.changed_part and self.changed_part == other.changed_part:
             return f"both change the {self.changed_part} that questions state"
@@ -184,8 +184,8 @@ class Variation(Options):
         return None
 
 
-def combine(variations: Iterable[Variation]) -> Variation:
-    """Return the options of all studies that a run combines, as a single `Variation`.
+def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptions:
+    """Return the options of all studies that a run combines, as a single `VariationOptions`.
 
     Raises:
         InputError: two studies contradict each other.
@@ -195,17 +195,17 @@ def combine(variations: Iterable[Variation]) -> Variation:
         reason = one.find_contradiction(other)
         if reason:
             raise InputError(f"{one.choice}: not with {other.choice}; {reason}")
-    return chosen[0] if len(chosen) == 1 else _Combination(chosen=tuple(chosen))
+    return chosen[0] if len(chosen) == 1 else _CombinedVariation(chosen=tuple(chosen))
 
 
-class _Combination(Variation):
+class _CombinedVariation(VariationOptions):
     """The options of several studies for one run, perhaps of no study.
 
     Attributes:
         chosen: The options of each study for which the user chose options.
     """
 
-    chosen: tuple[SerializeAsAny[Variation], ...] = ()
+    chosen: tuple[SerializeAsAny[VariationOptions], ...] = ()
 
     @property
     def choice(self) -> str:

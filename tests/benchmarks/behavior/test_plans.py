@@ -10,7 +10,7 @@ from benchmarks.behavior.kitchen import make_task
 from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.verdict import Verdict
-from eai.results.codec import fields_of
+from eai.results.codec import verdict_to_record_fields
 from sweeps import examples
 
 TASK = make_task()
@@ -78,7 +78,7 @@ HOLDS_AT_START = "(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))
 
 
 def test_a_verdict_counts_goals_singly_and_by_kind() -> None:
-    fields = fields_of(STRICT.score(answer(*GOAL_REACHED[:3])))
+    fields = verdict_to_record_fields(STRICT.score(answer(*GOAL_REACHED[:3])))
     assert fields["goals_satisfied"] == [True, False]
     assert fields["goals"] == {"state": [0, 1], "relation": [1, 1], "action": [0, 0]}
 
@@ -87,7 +87,7 @@ def test_a_verdict_counts_goals_singly_and_by_kind() -> None:
 def test_an_answer_that_never_runs_meets_no_goal(text: str) -> None:
     verdict = behavior_scorer(make_task(HOLDS_AT_START)).score(text)
     assert verdict.executable is False
-    assert fields_of(verdict)["goals_satisfied"] == [False, False]
+    assert verdict_to_record_fields(verdict)["goals_satisfied"] == [False, False]
 
 
 def test_additional_steps_are_skipped_and_counted() -> None:

@@ -15,7 +15,7 @@ from eai.abilities.verdict import Verdict
 from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.results.codec import dataclass_to_json, fields_of
+from eai.results.codec import dataclass_to_json, verdict_to_record_fields
 from eai.world.fault import FaultKind
 
 TASK = make_task(
@@ -158,7 +158,9 @@ TEXTS = st.text() | st.recursive(
 
 def assert_has_a_verdict(scorer: Scorer, text: str) -> None:
     """Fail unless a text has an explanation, and equal verdicts when scored twice."""
-    assert json.dumps(fields_of(scorer.score(text))) == json.dumps(fields_of(scorer.score(text)))
+    assert json.dumps(verdict_to_record_fields(scorer.score(text))) == json.dumps(
+        verdict_to_record_fields(scorer.score(text))
+    )
     json.dumps(dataclass_to_json(scorer.explain(text)))
 
 

@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.results.codec import dataclass_to_json, fields_of
+from eai.results.codec import dataclass_to_json, verdict_to_record_fields
 from eai.tasks.source import Source
 from made_answers import made_answers
 from protocols import PROTOCOLS
@@ -67,7 +67,7 @@ PLANS = st.lists(STEPS, max_size=12).map(
 
 
 def write_verdict(scorer: ActionSequencing, text: str) -> str:
-    return json.dumps(fields_of(scorer.score(text)))
+    return json.dumps(verdict_to_record_fields(scorer.score(text)))
 
 
 def assert_has_a_verdict(scorer: ActionSequencing, text: str) -> None:

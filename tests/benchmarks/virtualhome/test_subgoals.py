@@ -12,7 +12,7 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import Verdict
-from eai.results.codec import dataclass_to_json, fields_of
+from eai.results.codec import dataclass_to_json, verdict_to_record_fields
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 from subgoal_scorers import virtualhome_subgoals
@@ -279,7 +279,9 @@ def assert_has_a_verdict(scorer: SubgoalDecomposition, text: str) -> None:
     """Fail unless a text has an explanation, and equal verdicts when scored twice."""
     verdict = scorer.score(text)
     assert verdict.category is not None
-    assert json.dumps(fields_of(verdict)) == json.dumps(fields_of(scorer.score(text)))
+    assert json.dumps(verdict_to_record_fields(verdict)) == json.dumps(
+        verdict_to_record_fields(scorer.score(text))
+    )
     json.dumps(dataclass_to_json(scorer.explain(text)))
 
 

@@ -18,7 +18,7 @@ from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.registry import find_study
 from eai.tasks.special import Ambiguous, Hazards, Impossible
 from eai.tasks.task_lines import write_task_line
@@ -45,7 +45,7 @@ def tables(
     write_records(folder / "records.jsonl", score_run(suite, run, {}, ScoringOptions()))
     study = find_study("conduct")
     assert study.analyze is not None
-    (analysis,) = study.analyze(Records((folder,)), study.choices(**choices))
+    (analysis,) = study.analyze(StudyRecords((folder,)), study.choices(**choices))
     return {table.name: table for table in analysis.tables}
 
 

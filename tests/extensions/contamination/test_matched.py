@@ -8,14 +8,14 @@ import pytest
 
 from eai.abilities.verdict import share_of_one
 from eai.extensions.contamination.study import StratifiedCase, match_strata
-from eai.results.certainty import Case, certainty_of_difference
+from eai.results.certainty import RateCase, compute_difference_intervals
 from eai.results.table import Estimate
 
 
 def placed(which: str, *strata: tuple[str, int, int]) -> list[StratifiedCase]:
     """Tasks of strata: the name of each, how many succeed and how many do not, all of unlike names."""
     return [
-        (Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", share_of_one(i < right)), stratum)
+        (RateCase(f"{which}{stratum}{i}", f"{which}{stratum}{i}", share_of_one(i < right)), stratum)
         for stratum, right, wrong in strata
         for i in range(right + wrong)
     ]
@@ -39,7 +39,7 @@ def test_nothing_alike_is_no_difference() -> None:
 def test_tasks_of_one_name_are_one_unit() -> None:
     public, fresh = placed("p", ("a", 20, 20)), placed("f", ("a", 20, 20))
     copies = [(case._replace(name=case.task[-1:]), stratum) for case, stratum in public]
-    apart, together = (certainty_of_difference(*match_strata(each, fresh)) for each in (public, copies))
+    apart, together = (compute_difference_intervals(*match_strata(each, fresh)) for each in (public, copies))
     assert apart is not None
     assert together is not None
     assert together.names < apart.names
@@ -52,13 +52,13 @@ def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
         chances = {"a": 0.8, "b": 0.3}
         sets = [
             [
-                (Case(f"{w}{i}", f"{w}{i}", share_of_one(rng.random() < chances[s])), s)
+                (RateCase(f"{w}{i}", f"{w}{i}", share_of_one(rng.random() < chances[s])), s)
                 for i in range(80)
                 for s in ["a" if rng.random() < share else "b"]
             ]
             for w, share in (("p", 0.3), ("f", 0.7))
         ]
-        found = certainty_of_difference(*match_strata(*sets))
+        found = compute_difference_intervals(*match_strata(*sets))
         assert found is not None
         held += found.interval.low <= 0 <= found.interval.high
     assert held >= 186  # 93 % of 200; the truth is 0

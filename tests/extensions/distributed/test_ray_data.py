@@ -19,7 +19,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import Suite
 from eai.extensions.distributed.ray_data import RECORD_COLUMNS, BatchScorer
 from eai.results.batch import Scoring
-from eai.results.records import record_line
+from eai.results.records import format_record_line
 from eai.results.responses import Response
 
 # Ray warns of its own options, and of actors that a test has no work for.
@@ -52,7 +52,7 @@ def rows(answers: Sequence[Response]) -> list[dict[str, str]]:
 
 
 def lines(suite: Suite, answers: Sequence[Response]) -> list[str]:
-    return [record_line(record) for record in Scoring().records(suite, "my-model", answers)]
+    return [format_record_line(record) for record in Scoring().score_records(suite, "my-model", answers)]
 
 
 def test_a_batch_gets_the_records_of_one_process(suite: Suite, answers: list[Response]) -> None:

@@ -35,8 +35,8 @@ def test_records_are_those_of_one_process(cluster: RayScoring, data_store: Store
     suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
     book = open_answer_book(suite.benchmark, suite.ability)
     answers = [Response(task_id, book[task_id].text) for task_id in suite.task_ids]
-    records = list(cluster.records(suite, "m", answers, explanations=True))
-    assert records == list(Scoring().records(suite, "m", answers, explanations=True))
+    records = list(cluster.score_records(suite, "m", answers, explanations=True))
+    assert records == list(Scoring().score_records(suite, "m", answers, explanations=True))
 
 
 def test_an_actor_that_is_killed_loses_and_doubles_nothing(cluster: RayScoring, tmp_path: Path) -> None:

@@ -13,15 +13,15 @@ from eai.extensions.questions.declaration import _QuestionVerdict, open_question
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import answer_entropy
 from eai.results.batch import score_run
-from eai.results.certainty import certainty_of_rate
+from eai.results.certainty import compute_rate_intervals
 from eai.results.codec import record_from_json, record_to_json
-from eai.results.comparison import compare
-from eai.results.epochs import majority_index
+from eai.results.comparison import compare_runs
+from eai.results.epochs import find_majority_index
 from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.summary import cases_of, summarise
+from eai.results.summary import compute_metric_rates, make_cases_by_metric
 
 
 def asked(number: int, form: QuestionForm, answer: tuple[str, ...], **changes: object) -> Question:
@@ -73,7 +73,7 @@ def scored(folder: Path, questions: Sequence[Question], answers: Mapping[str, st
 
 
 def rates(records: Sequence[Record]) -> Mapping[str, Rate]:
-    return summarise([record.verdict for record in records], WORLD_MODEL)
+    return compute_metric_rates([record.verdict for record in records], WORLD_MODEL)
 
 
 def parts(rate: Rate) -> tuple[float, float]:
@@ -119,7 +119,9 @@ def test_questions_about_one_task_count_together(tmp_path: Path) -> None:
     wide = []
     for some in (independent, alike):
         given = {q.id: "yes" if i % 4 < 2 else "no" for i, q in enumerate(some)}
-        certainty = certainty_of_rate(cases_of(scored(tmp_path, some, given), WORLD_MODEL)["right"])
+        certainty = compute_rate_intervals(
+            make_cases_by_metric(scored(tmp_path, some, given), WORLD_MODEL)["right"]
+        )
         assert certainty is not None
         wide.append(certainty.interval.high - certainty.interval.low)
     assert wide[1] > 1.3 * wide[0]
@@ -145,7 +147,7 @@ def test_a_record_of_a_question_round_trips(tmp_path: Path) -> None:
 def test_other_questions_of_the_same_ids_are_not_compared(tmp_path: Path) -> None:
     records = scored(tmp_path, QUESTIONS, ANSWERS)
     others = [each.model_copy(update={"depth": 7}) for each in QUESTIONS[:3]]
-    found = compare(records, scored(tmp_path, [*others, *QUESTIONS[3:]], ANSWERS))
+    found = compare_runs(records, scored(tmp_path, [*others, *QUESTIONS[3:]], ANSWERS))
     assert (found.tasks, found.only_in_first) == (5, tuple(each.id for each in others))
 
 
@@ -198,4 +200,4 @@ def test_a_task_file_is_no_question_file(tmp_path: Path) -> None:
     [(["yes", "no", " no\n"], 1), (['["a"]', 'So:\n["b"]', '["b"]'], 1), (["yes", "no"], 0)],
 )
 def test_answers_to_questions_need_no_json(answers: list[str], chosen: int) -> None:
-    assert majority_index(answers, Ability("world_model")) == chosen
+    assert find_majority_index(answers, Ability("world_model")) == chosen

@@ -17,9 +17,9 @@ from eai.results.options import ScoringOptions
 from eai.results.paper_tables import read_paper_models, read_paper_table
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.results.table import Estimate
-from eai.studies.pipeline.analysis import _PipelinePair, pool_pairs
+from eai.studies.pipeline.analysis import _PipelinePair, pool_pipeline_pairs
 from eai.studies.pipeline.stage_one import make_goal_beliefs
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
@@ -71,7 +71,7 @@ def _runs(model: str, suite: Suite) -> _PipelinePair:
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
-    return _PipelinePair(modular, [believed.mark(record) for record in second], {}, {}, {})
+    return _PipelinePair(modular, [believed.add_belief_to_record(record) for record in second], {}, {}, {})
 
 
 def _scored(suite: Suite, model: str, answers: dict[str, str]) -> list[Record]:
@@ -122,10 +122,10 @@ def test_cells_of_the_paper(runs: dict[str, _PipelinePair]) -> None:
     paper = read_paper_table("pipeline_subgoal_decomposition")
     off = []
     for model, found in runs.items():
-        rates = summarise([r.verdict for r in found.pipeline], Ability.SUBGOAL_DECOMPOSITION)
+        rates = compute_metric_rates([r.verdict for r in found.pipeline], Ability.SUBGOAL_DECOMPOSITION)
         for place in paper.columns:
             printed, ours = (
-                paper.figure(f"{read_paper_models()[model]} (pipeline)", place),
+                paper.find_figure(f"{read_paper_models()[model]} (pipeline)", place),
                 rates[place.metric].percent,
             )
             assert printed is not None
@@ -145,7 +145,7 @@ def test_where_the_loss_comes_from(
     found = [
         runs[model] if verdicts == "here" else _as_published(runs[model], model) for model in PIPELINE_MODELS
     ]
-    _, goals, _ = pool_pairs(found).tables()
+    _, goals, _ = pool_pipeline_pairs(found).make_tables()
     rows = {row[0]: row for row in goals.rows}
     read = {
         str(name): (row[1], *(cell.numerator for cell in row[2:4] if isinstance(cell, Estimate)))

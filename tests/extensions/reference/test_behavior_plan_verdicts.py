@@ -20,7 +20,7 @@ from benchmarks.behavior.test_plans import (
 )
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.extensions.reference.behavior_plans import BehaviorActionSequencing
-from eai.results.codec import fields_of
+from eai.results.codec import verdict_to_record_fields
 from sweeps import examples
 
 REFERENCE = BehaviorActionSequencing(TASK)
@@ -57,7 +57,7 @@ def test_a_plan_that_fails_after_reaching_the_goal_succeeds() -> None:
 def test_an_answer_that_never_ran_meets_goals_that_hold_at_the_start(text: str) -> None:
     verdict = BehaviorActionSequencing(make_task(HOLDS_AT_START)).score(text)
     assert verdict.executable is False
-    assert fields_of(verdict)["goals_satisfied"] == [True, False]
+    assert verdict_to_record_fields(verdict)["goals_satisfied"] == [True, False]
 
 
 @settings(max_examples=examples(200), deadline=None)

@@ -18,7 +18,7 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import make_noisy_answer, make_random
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.codec import fields_of
+from eai.results.codec import verdict_to_record_fields
 from eai.tasks.source import Source
 from golden_files import assert_golden
 from suites import SUITES, answer_book
@@ -47,7 +47,9 @@ def suite_lines(name: str, ability: Ability, store: Store) -> Iterator[str]:
     suite = open_suite(name, ability, Protocol("eai-1.0.5"), source=source)
     answers = list(damaged_answers(name, ability, store))
     suite = suite.adapt_to_answers([text for _, text in answers])
-    verdicts = [verdict_fields(fields_of(suite.score(task_id, text))) for task_id, text in answers]
+    verdicts = [
+        verdict_fields(verdict_to_record_fields(suite.score(task_id, text))) for task_id, text in answers
+    ]
     kinds = Counter(str(verdict["error"][0]) for verdict in verdicts if verdict["error"])
     yield f"{name}/{ability.value}: {len(answers)} answers {digest(answers)}"
     right = sum(verdict["success"] is True for verdict in verdicts)

@@ -20,7 +20,7 @@ from eai.extensions.reference.protocol import EAI_1_0_5, TASK_WITH_REMOVED_GOAL
 from eai.results.paper_tables import PaperColumn, read_paper_models, read_paper_table
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey, count_goals_as_paper
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.tasks.share import GoalTallies, Share
 from oracle import MODELS, Oracle
 
@@ -131,8 +131,8 @@ def test_with_it_task_success_is_the_paper_s(model: str, oracle: Oracle) -> None
         for row in rows
     ]
     verdicts = [as_asked(record).verdict for record in records]
-    ours = summarise(verdicts, Ability.ACTION_SEQUENCING)["task_success"].percent
-    printed = read_paper_table("action_sequencing_trajectory").figure(
+    ours = compute_metric_rates(verdicts, Ability.ACTION_SEQUENCING)["task_success"].percent
+    printed = read_paper_table("action_sequencing_trajectory").find_figure(
         read_paper_models()[model], TASK_SUCCESS
     )
     assert ours is not None

@@ -5,7 +5,7 @@ from dataclasses import replace
 from abilities.test_trial import BOTH, LAMP, SUITE, plan
 from eai.abilities.protocol import Protocol
 from eai.results.runs import Run, RunKey, count_errors_as_paper
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from studies.test_replanning import EARLY, NONE, run_of
 
 
@@ -24,10 +24,10 @@ def test_the_published_counts_know_of_no_error_before_the_last_attempt() -> None
         for record in (replace(r, attempts=r.attempts[:3]) for r in runs)
     ]
     reached = [replace(record, verdict=record.attempts[-1].verdict) for record in reached]
-    plain = summarise([record.verdict for record in reached], SUITE.ability)
+    plain = compute_metric_rates([record.verdict for record in reached], SUITE.ability)
     key = RunKey(Protocol.STRICT, reached[0].domain, SUITE.ability, "m")
     counted = count_errors_as_paper(Run(key, tuple(reached))).records
-    then = summarise([record.verdict for record in counted], SUITE.ability)
+    then = compute_metric_rates([record.verdict for record in counted], SUITE.ability)
     assert [rates["task_success"].numerator for rates in (plain, then)] == [2, 2]
     assert [rates["execution_success"].numerator for rates in (plain, then)] == [0, 0]
     assert [rates["wrong_order"].numerator for rates in (plain, then)] == [2, 1]

@@ -9,7 +9,7 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Protocol
 from eai.base.store import Store
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from run.child import (
     Whom,
     evaluate_in_child,
@@ -34,7 +34,7 @@ def test_answers_are_read_together_where_their_form_decides(
     file.write_text(json.dumps([{"identifier": i, "llm_output": text} for i, text in texts.items()]))
     asked, replay = asked._replace(task_ids=scored), Whom("eai/replay", {"path": str(file)})
     ran = process.submit(run_in_child, asked, replay, tmp_path).result()
-    one_by_one = summarise([suite.score(*each) for each in texts.items()], suite.ability)
+    one_by_one = compute_metric_rates([suite.score(*each) for each in texts.items()], suite.ability)
     assert ran.rates != one_by_one
     assert paper(read_eval_log(ran.log)) == pytest.approx(shares(ran.rates))
     evaluated = process.submit(evaluate_in_child, asked, replay, tmp_path).result()

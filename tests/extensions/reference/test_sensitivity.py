@@ -8,8 +8,12 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.operator_rules import ReferenceRules
 from eai.pddl.planning import PlannerChoice
-from eai.results.rate import rate_of
-from eai.studies.sensitivity.study import OperatorTrial, group_cases, try_operators
+from eai.results.rate import compute_rate
+from eai.studies.sensitivity.study import (
+    OperatorReplacement,
+    group_cases_by_operator,
+    replace_operators_one_by_one,
+)
 from eai.tasks.source import Source
 from oracle import Oracle, read_shared
 from results.verdicts import record
@@ -46,7 +50,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
     rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite("virtualhome", Ability.TRANSITION_MODELING, Protocol("eai-1.0.5"), source=source)
-    trials: list[OperatorTrial] = []
+    trials: list[OperatorReplacement] = []
     for row in rows:
         scorer = suite.scorer(row["id"])
         assert isinstance(scorer, TransitionModeling)
@@ -57,9 +61,9 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
             protocol=suite.protocol,
             response=row["llm_output"],
         )
-        trials += try_operators(scorer, made)
-    cells = group_cases(trials)
+        trials += replace_operators_one_by_one(scorer, made)
+    cells = group_cases_by_operator(trials)
     for category, figures in read_shared("paper", "sensitivity.json")["virtualhome_measured_gpt4o"].items():
         for operator, figure in figures.items():
-            rate = rate_of(case.share for case in cells[operator, category])
+            rate = compute_rate(case.share for case in cells[operator, category])
             assert f"{rate.numerator:g}/{rate.denominator:g}" == figure, (category, operator)

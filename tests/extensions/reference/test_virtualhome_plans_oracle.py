@@ -16,7 +16,7 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 from eai.tasks.source import Source
 from oracle import MODELS, Oracle, read_shared
 from sweeps import first_of
@@ -226,7 +226,7 @@ def test_the_documentation_names_every_quirk_of_the_simulator() -> None:
 
 
 def summary(verdicts: Sequence[Verdict], protocol: Protocol = REFERENCE) -> dict[str, Rate]:
-    return summarise(verdicts, Ability.ACTION_SEQUENCING)
+    return compute_metric_rates(verdicts, Ability.ACTION_SEQUENCING)
 
 
 def in_order_of_hash_seed_0(verdict: Verdict) -> Verdict:

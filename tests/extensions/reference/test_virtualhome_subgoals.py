@@ -83,7 +83,10 @@ def test_the_reference_counts_entries_but_not_those_of_unreachable_goals() -> No
     assert missed.counted is not None
     assert (missed.counted.success, missed.counted.errors) == (False, {})
     assert reached.counted is not None
-    assert (reached.counted.success, reached.counted.goals) == (True, reached.goals)
+    assert (reached.counted.success, reached.counted.goals) == (
+        True,
+        reached.goals,
+    )
 
 
 def test_action_goals_count_up_to_the_first_that_is_missing() -> None:

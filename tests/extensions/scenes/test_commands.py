@@ -22,8 +22,8 @@ from eai.cli import app
 from eai.extensions.scenes.rendered import render_task_images
 from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
-from eai.studies.perception.choice import Perception
-from eai.studies.perception.scenes import show_scenes
+from eai.studies.perception.choice import SceneOptions
+from eai.studies.perception.scenes import state_scenes
 from eai.tasks.prompts.template import Templates
 from eai.tasks.source import Source
 from extensions.scenes.rooms import kitchen, task_of
@@ -71,7 +71,7 @@ def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_s
     can_draw()
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     tasks = {JARS: suite.tasks[JARS]}
-    believed = show_scenes(Perception(scene=scene), suite.benchmark, tasks, Templates())
+    believed = state_scenes(SceneOptions(scene=scene), suite.benchmark, tasks, Templates())
     belief = believed.beliefs[JARS]
     assert belief.initial is not None
     assert re.search(told, belief.initial)
@@ -109,7 +109,7 @@ def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> N
     gold = open_answer_book(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
     answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))
     runs = write_runs(
-        tmp_path, [list(Scoring().records(suite, answers.model, answers.responses, explanations=True))]
+        tmp_path, [list(Scoring().score_records(suite, answers.model, answers.responses, explanations=True))]
     )
     command = ["report", str(runs), "--no-plots", "--no-prompts", "--pictures", "--out"]
     done = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(data_store.folder)])

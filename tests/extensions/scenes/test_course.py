@@ -33,7 +33,7 @@ DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")
 
 
 def scored(suite: Suite, task_id: str, text: str) -> Record:
-    (record,) = Scoring().records(suite, "me", [Response(task_id, text)], explanations=True)
+    (record,) = Scoring().score_records(suite, "me", [Response(task_id, text)], explanations=True)
     return record
 
 
@@ -54,7 +54,10 @@ def test_each_step_is_carried_out_again_and_no_other() -> None:
     )
     states = replay_steps(DOMAIN, kitchen_task().initial, [took, *vain, put])
     assert states is not None
-    seen = [{str(each) for each in WORDS.describe(replace(kitchen_task(), initial=s)).facts} for s in states]
+    seen = [
+        {str(each) for each in WORDS.make_true_graph(replace(kitchen_task(), initial=s)).facts}
+        for s in states
+    ]
     assert "in(cup_1, box_1)" in seen[0]
     assert "holds(robot, cup_1)" in seen[1]
     assert seen[1] == seen[2] == seen[3]
@@ -65,7 +68,9 @@ def test_each_step_is_carried_out_again_and_no_other() -> None:
 def test_an_episode_has_a_scene_for_each_turn() -> None:
     suite = open_suite(SWITCHES, ACTING)
     commands = [*WON, "DONE"]
-    record, *_ = Scoring().records(suite, "m", [Response("both", "\n".join(commands))], explanations=True)
+    record, *_ = Scoring().score_records(
+        suite, "m", [Response("both", "\n".join(commands))], explanations=True
+    )
     assert len(make_tiles_after_each_step(record, suite)) == 1 + len(commands)
 
 
@@ -106,10 +111,10 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
         assert record.explanation is not None
         scenes = course(record)
         assert len(scenes) == len(record.explanation.steps) + 1
-        agent = "" if task.scene.agent is None else words.names(task)[task.scene.agent]
+        agent = "" if task.scene.agent is None else words.list_object_names(task)[task.scene.agent]
         first, *_, last = told(scenes, agent)
-        assert {str(each) for each in words.describe(task).facts} <= first
+        assert {str(each) for each in words.make_true_graph(task).facts} <= first
         if ability is Ability.ACTION_SEQUENCING:
             end = execute(benchmark.domain, task.initial, task.script).final
-            there = words.describe(replace(task, initial=end), prompt_objects(task)).facts
+            there = words.make_true_graph(replace(task, initial=end), prompt_objects(task)).facts
             assert {str(each) for each in there} <= last

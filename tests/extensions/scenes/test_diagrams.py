@@ -15,7 +15,7 @@ from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
 from eai.extensions.scenes.drawing import WIDTH, Drawing, _Rectangle, _Text, text_width, to_png, to_svg
 from eai.extensions.scenes.tiles import make_tiles
 from eai.studies.perception.choice import Clutter
-from eai.studies.perception.errors import perception_errors
+from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.scene_graph import SceneGraph
 from eai.tasks.source import Source
 from extensions.scenes.tile_facts import told_by
@@ -88,10 +88,10 @@ def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_st
         task = tasks[task_id]
         picture = draw_scene(task, words, clutter)
         check(picture)
-        perceived = perception_errors(task, words, picture[1])
+        perceived = find_perception_errors(task, words, picture[1])
         wrong = (perceived.missing, perceived.misplaced, perceived.unnecessary, perceived.invented)
         assert (wrong, perceived.unseen) == ((0, 0, 0, 0), 0)
-        assert {*words.describe(task).facts} <= {*picture[1].facts}
+        assert {*words.make_true_graph(task).facts} <= {*picture[1].facts}
 
 
 def test_clutter_adds_objects() -> None:

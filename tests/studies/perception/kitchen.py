@@ -40,7 +40,7 @@ def kitchen_task() -> Task:
 
 KITCHEN = Benchmark("kitchen", DOMAIN, given(kitchen_task()))
 WORDS = SceneWords(KITCHEN.observed_wording())
-TRUTH = WORDS.describe(kitchen_task())
+TRUTH = WORDS.make_true_graph(kitchen_task())
 
 
 def fact(text: str) -> NamedFact:

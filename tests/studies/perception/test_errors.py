@@ -5,9 +5,9 @@ from dataclasses import fields
 import pytest
 
 from eai.abilities.verdict import Confusion
-from eai.results.rate import total
-from eai.studies.perception.declaration import perception_shares
-from eai.studies.perception.errors import perception_errors
+from eai.results.rate import compute_rates
+from eai.studies.perception.declaration import compute_perception_shares
+from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.scene_graph import SceneGraph
 from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen
 
@@ -40,7 +40,7 @@ def test_a_scene_graph_has_the_objects_and_facts_of_the_prompt() -> None:
     ],
 )
 def test_each_kind_of_perception_error_is_counted(facts: tuple[str, ...], errors: tuple[int, ...]) -> None:
-    perceived = perception_errors(kitchen_task(), WORDS, seen(*facts))
+    perceived = find_perception_errors(kitchen_task(), WORDS, seen(*facts))
     assert tuple(getattr(perceived, name) for name in ERRORS) == errors
     right, wrong, lost = map(sum, zip(*perceived.predicates.values(), strict=True))
     assert right + wrong == perceived.perceived
@@ -52,8 +52,8 @@ def test_each_kind_of_perception_error_is_counted(facts: tuple[str, ...], errors
 def test_each_error_rate_has_its_own_denominator() -> None:
     objects = ("robot", "cup_1", "box_1", "table_1", "lamp_1", "lamp_9")
     graph = seen("in cup_1 table_1", "lit lamp_9", "lit lamp_1", objects=objects)
-    perceived = perception_errors(kitchen_task(), WORDS, graph)
-    rates = total([perception_shares(perceived)])
+    perceived = find_perception_errors(kitchen_task(), WORDS, graph)
+    rates = compute_rates([compute_perception_shares(perceived)])
     told = {name: (rate.numerator, rate.denominator) for name, rate in rates.items() if "." not in name}
     assert told == {
         "predicate_error": (2, 3),
@@ -72,6 +72,6 @@ def test_each_error_rate_has_its_own_denominator() -> None:
 
 
 def test_an_unreadable_answer_perceives_nothing() -> None:
-    perceived = perception_errors(kitchen_task(), WORDS, SceneGraph(unreadable="prose"))
+    perceived = find_perception_errors(kitchen_task(), WORDS, SceneGraph(unreadable="prose"))
     assert (perceived.missing, perceived.unseen, perceived.unreadable) == (3, 5, True)
     assert {field.name for field in fields(perceived)} >= {*ERRORS}

@@ -17,12 +17,12 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.studies.perception.belief import apply_scene_graphs, scene_words
-from eai.studies.perception.declaration import perception_shares
-from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.noise import Noise, parse_noise, perceive
-from eai.studies.perception.scene_graph import Supports
-from eai.studies.perception.verdict import Perceived
+from eai.studies.perception.belief import apply_scene_graphs, open_scene_words
+from eai.studies.perception.declaration import compute_perception_shares
+from eai.studies.perception.errors import find_perception_errors
+from eai.studies.perception.noise import PerceptionNoise, parse_noise, perceive_with_noise
+from eai.studies.perception.scene_graph import SupportRelation
+from eai.studies.perception.verdict import PerceptionErrors
 from eai.tasks.planning import find_plan
 from eai.tasks.share import Share
 from eai.tasks.source import Source
@@ -31,7 +31,7 @@ from studies.perception.kitchen import TRUTH, WORDS, kitchen_task, seen
 from sweeps import swept
 
 HOUSEHOLDS = ("behavior", "virtualhome")
-ALL_KINDS = Noise(0.2, 0.2, 0.2, 0.2, 0.2, seed=1)
+ALL_KINDS = PerceptionNoise(0.2, 0.2, 0.2, 0.2, 0.2, seed=1)
 
 
 def tasks_of(name: str, store: Store, every: int) -> tuple[Benchmark, list[Task]]:
@@ -41,12 +41,15 @@ def tasks_of(name: str, store: Store, every: int) -> tuple[Benchmark, list[Task]
 
 
 def test_without_noise_the_true_scene_is_perceived() -> None:
-    assert perceive(kitchen_task(), WORDS, Noise()) == TRUTH
+    assert perceive_with_noise(kitchen_task(), WORDS, PerceptionNoise()) == TRUTH
 
 
 def test_noise_depends_only_on_the_task_and_the_seed() -> None:
     one, again, other = (
-        [perceive(kitchen_task(), WORDS, Noise(0.5, seed=seed), str(stream)) for stream in range(9)]
+        [
+            perceive_with_noise(kitchen_task(), WORDS, PerceptionNoise(0.5, seed=seed), str(stream))
+            for stream in range(9)
+        ]
         for seed in (0, 0, 1)
     )
     assert one == again != other
@@ -57,7 +60,7 @@ def test_errors_at_a_rate_also_occur_at_a_higher_rate(kind: str) -> None:
     """Only a misplaced object may move elsewhere if more objects are misplaced."""
 
     def errors(rate: float, stream: int) -> set[object]:
-        graph = perceive(kitchen_task(), WORDS, parse_noise([f"{kind}={rate}"]), str(stream))
+        graph = perceive_with_noise(kitchen_task(), WORDS, parse_noise([f"{kind}={rate}"]), str(stream))
         invented = {name for name in graph.names if name not in TRUTH.objects}
         return {*TRUTH.facts, *TRUTH.objects}.difference(graph.facts, graph.objects) | invented
 
@@ -83,7 +86,7 @@ def test_invalid_settings_of_noise_are_refused(settings: list[str], told: str) -
     assert str(error.value).startswith(told)
 
 
-def occasions(kind: str, perceived: Perceived, told: int) -> tuple[int, int]:
+def occasions(kind: str, perceived: PerceptionErrors, told: int) -> tuple[int, int]:
     """Return how often an error was made, and how often it was possible."""
     return {
         "missing": (perceived.missing, perceived.facts),
@@ -94,7 +97,7 @@ def occasions(kind: str, perceived: Perceived, told: int) -> tuple[int, int]:
     }[kind]
 
 
-KINDS = [field.name for field in fields(Noise) if field.name != "seed"]
+KINDS = [field.name for field in fields(PerceptionNoise) if field.name != "seed"]
 
 
 @pytest.mark.parametrize("name", HOUSEHOLDS)
@@ -104,16 +107,16 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
 ) -> None:
     """Within three standard errors. A relation without another possible place is not counted."""
     benchmark, tasks = tasks_of(name, data_store, 2)
-    words, rate, made, possible = scene_words(benchmark), 0.15, 0, 0
+    words, rate, made, possible = open_scene_words(benchmark), 0.15, 0, 0
     for task in tasks:
-        graph = perceive(task, words, parse_noise([f"{kind}={rate}", "seed=3"]))
-        described, names = words.describe(task), words.names(task)
+        graph = perceive_with_noise(task, words, parse_noise([f"{kind}={rate}", "seed=3"]))
+        described, names = words.make_true_graph(task), words.list_object_names(task)
         agent = set() if task.scene.agent is None else {names[task.scene.agent]}
         told = {name for fact in described.facts for name in fact.arguments} - agent
-        perceived = perception_errors(task, words, graph)
+        perceived = find_perception_errors(task, words, graph)
         errors, chances = occasions(kind, perceived, len(told))
         made, possible = made + errors, possible + chances
-        invented = perception_shares(perceived)["object_error"]
+        invented = compute_perception_shares(perceived)["object_error"]
         strangers = {*graph.names} - {*names}
         assert (invented.numerator, invented.denominator) == (len(strangers), len({*graph.names}))
     assert abs(made / possible - rate) <= 3 * math.sqrt(rate * (1 - rate) / possible)
@@ -122,7 +125,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
 def test_an_invented_object_counts_as_a_name_and_by_its_facts() -> None:
     """Object hallucinations are facts with an unknown name; the paper's object error counts names."""
     double = seen("in cup_1 box_1", "on box_1 table_1", "lit lamp_1", "lit lamp_7", "on cup_7 lamp_7")
-    shares = perception_shares(perception_errors(kitchen_task(), WORDS, double))
+    shares = compute_perception_shares(find_perception_errors(kitchen_task(), WORDS, double))
     assert shares["invented"] == Share(2, 5)
     assert shares["object_error"] == Share(2, len(TRUTH.objects) + 2)
     assert shares["predicate_error"] == Share(0, 3)
@@ -133,22 +136,27 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
     name: str, data_store: Store
 ) -> None:
     benchmark, tasks = tasks_of(name, data_store, 20 if name == "virtualhome" else 10)
-    words, planner = scene_words(benchmark), Planner(benchmark.domain)
+    words, planner = open_scene_words(benchmark), Planner(benchmark.domain)
     for task in tasks:
-        graph = perceive(task, words, ALL_KINDS)
-        supports = Supports(frozenset(words.spelling(each) for each in words.support_predicates))
+        graph = perceive_with_noise(task, words, ALL_KINDS)
+        supports = SupportRelation(
+            frozenset(words.find_written_name(each) for each in words.support_predicates)
+        )
         for fact in graph.facts:
             assert not supports.would_close_circle(fact)
-            supports.add(fact)
+            supports.add_fact(fact)
         believed = apply_scene_graphs(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
         plan = find_plan(believed, planner, Limits(60)).plan
-        names = words.names(believed)
+        names = words.list_object_names(believed)
         assert {names[index] for action in plan for index in action.arguments} <= {*graph.names}
 
 
 def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
     benchmark, tasks = tasks_of("behavior", data_store, 1)
-    source, seen = Source(data_store), {task.id: scene_words(benchmark).describe(task) for task in tasks}
+    source, seen = (
+        Source(data_store),
+        {task.id: open_scene_words(benchmark).make_true_graph(task) for task in tasks},
+    )
     for task_id, task in apply_scene_graphs(benchmark, seen).tasks(source).items():
         assert task.script == benchmark.tasks(source)[task_id].script
 
@@ -171,10 +179,12 @@ def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_sto
     every, rates = CURVES[name]
     benchmark, tasks = tasks_of(name, data_store, every)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))
-    words, planner = scene_words(benchmark), Planner(benchmark.domain)
+    words, planner = open_scene_words(benchmark), Planner(benchmark.domain)
 
     def successes(rate: float) -> int:
-        graphs = {task.id: perceive(task, words, parse_noise([f"{kind}={rate}"])) for task in tasks}
+        graphs = {
+            task.id: perceive_with_noise(task, words, parse_noise([f"{kind}={rate}"])) for task in tasks
+        }
         found = 0
         for task_id, believed in apply_scene_graphs(benchmark, graphs).tasks(Source(data_store)).items():
             if task_id in graphs:

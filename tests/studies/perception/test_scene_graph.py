@@ -9,7 +9,7 @@ GRAPH = SceneGraph(("a", "b"), (NamedFact("in", ("a", "b")), NamedFact("lit", ("
 
 
 def test_a_written_scene_graph_is_read_back() -> None:
-    assert read_scene_graph(GRAPH.text, ARITIES) == GRAPH
+    assert read_scene_graph(GRAPH.json_text, ARITIES) == GRAPH
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.verdict import Confusion
 from eai.results.record import Record
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.pipeline.analysis import _goals_kind, _PipelinePair, pool_pairs
+from eai.studies.pipeline.analysis import _classify_stated_goals, _PipelinePair, pool_pipeline_pairs
 from experiments import experiment
 from studies.report.samples import RIGHT, WRONG, action_run
 
@@ -46,7 +46,7 @@ def counts(table: Table, name: str) -> dict[Cell, object]:
 
 
 def test_tasks_of_a_pipeline_are_grouped_by_the_rightness_of_stated_goals() -> None:
-    _, goals, stage_1 = of().tables()
+    _, goals, stage_1 = of().make_tables()
     assert counts(goals, "tasks") == {
         "exactly right": 3,
         "all, and others": 3,
@@ -70,7 +70,7 @@ def test_tasks_of_a_pipeline_are_grouped_by_the_rightness_of_stated_goals() -> N
 
 def test_modular_and_pipeline_rates_have_intervals_and_the_papers_figures() -> None:
     plain = action_run()
-    stages, *_ = _PipelinePair(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
+    stages, *_ = _PipelinePair(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).make_tables()
     row = next(row for row in stages.rows if row[0] == "task_success")
     _, modular, pipeline, difference, p_value, *paper = row
     assert isinstance(modular, Estimate)
@@ -89,7 +89,7 @@ def test_tables_show_a_perfect_second_stage_and_the_missing_conditions() -> None
     asked = [("ON", False), ("not OPEN", True), ("INSIDE", True)]
     *_, goals, _, missed = _PipelinePair(
         plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}
-    ).tables()
+    ).make_tables()
     assert counts(goals, "perfect stage 2") == {
         "exactly right": 1,
         "all, and others": 1,
@@ -106,8 +106,8 @@ def test_tables_show_a_perfect_second_stage_and_the_missing_conditions() -> None
 def test_pooled_pipelines_count_each_answer_as_a_task(models: tuple[str, str]) -> None:
     """The rows add up, also those of one model with goals of two."""
     both = [of(model) for model in models]
-    _, together, _ = pool_pairs(both).tables()
-    apart = [counts(each.tables()[1], "pipeline") for each in both]
+    _, together, _ = pool_pipeline_pairs(both).make_tables()
+    apart = [counts(each.make_tables()[1], "pipeline") for each in both]
     assert counts(together, "pipeline") == {key: apart[0][key] + apart[1][key] for key in apart[0]}  # type: ignore[operator]
     assert counts(together, "tasks")["all"] == 22
 
@@ -122,4 +122,4 @@ def test_pooled_pipelines_count_each_answer_as_a_task(models: tuple[str, str]) -
 )
 def test_stated_goals_are_counted_as_right_wrong_and_missed(counts: Confusion, kind: str) -> None:
     record = replace(action_run("m")[0], summaries={"pipeline": {"goal_counts": counts}})
-    assert _goals_kind(record) == kind
+    assert _classify_stated_goals(record) == kind

@@ -15,7 +15,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.results.record import Record
 from eai.results.table import Estimate, Table
-from eai.studies.prompts.study import PLAIN, prompt_tables
+from eai.studies.prompts.study import PLAIN, make_prompt_tables
 from eai.studies.study import choose_metric
 from eai.world.fault import FaultKind
 from experiments import experiment
@@ -37,7 +37,7 @@ def run(model: str, successes: int, tasks: int = 20) -> list[Record]:
 def tables_of(matrix: dict[str, dict[str, int]]) -> dict[str, Table]:
     """Return the tables of a matrix: prompt -> model -> successes."""
     runs = [(prompt, run(model, n)) for prompt, row in matrix.items() for model, n in row.items()]
-    return {table.name: table for table in prompt_tables(runs, SUCCESS)}
+    return {table.name: table for table in make_prompt_tables(runs, SUCCESS)}
 
 
 def rows(table: Table) -> list[dict[str, object]]:
@@ -90,7 +90,7 @@ def test_gains_are_paired_by_task_and_corrected_for_the_number_of_prompts() -> N
 
 def test_results_count_only_tasks_that_all_runs_share() -> None:
     runs = [("a", run("m", 5)), ("b", run("m", 5, tasks=10))]
-    cells = rows({t.name: t for t in prompt_tables(runs, SUCCESS)}["prompts"])
+    cells = rows({t.name: t for t in make_prompt_tables(runs, SUCCESS)}["prompts"])
     assert [value(row["value"]) for row in cells] == [50.0, 50.0]
     assert {value(row["format_errors"]) for row in cells} == {0.0}
 
@@ -104,7 +104,7 @@ def test_results_count_only_tasks_that_all_runs_share() -> None:
 )
 def test_runs_that_form_no_matrix_are_refused(runs: list[tuple[str, list[Record]]], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        prompt_tables(runs, SUCCESS)
+        make_prompt_tables(runs, SUCCESS)
 
 
 def test_unknown_metrics_and_references_are_refused() -> None:
@@ -112,7 +112,7 @@ def test_unknown_metrics_and_references_are_refused() -> None:
     with pytest.raises(InputError, match="metric=luck: expected one of"):
         choose_metric(Ability.ACTION_SEQUENCING, "luck")
     with pytest.raises(InputError, match="reference=c: expected one of a, b"):
-        prompt_tables(runs, SUCCESS, "c")
+        make_prompt_tables(runs, SUCCESS, "c")
 
 
 def test_answers_scored_with_prompt_names_are_analysed(

@@ -11,7 +11,7 @@ from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.registry import find_study
 from record_files import write_records
 
@@ -51,6 +51,6 @@ def test_repairs_are_in_records_and_tables(tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", [record])
     study = find_study("repair")
     assert study.analyze is not None
-    (analysis,) = study.analyze(Records((tmp_path,)), study.choices())
+    (analysis,) = study.analyze(StudyRecords((tmp_path,)), study.choices())
     (row,) = analysis.tables[0].row_dicts()
     assert (row["failed"], row["unknown"]) == (1, 0)

@@ -23,8 +23,8 @@ from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.rate import Rate
-from eai.results.record import Origin, Record
-from eai.studies.report.rankings import RankedModel, Score
+from eai.results.record import AnswerOrigin, Record
+from eai.studies.report.rankings import RankedModel, RankedScore
 from eai.world.fault import FaultKind
 from record_files import write_records
 from results.verdicts import goals, record, whole
@@ -89,7 +89,7 @@ def _record(
     model: str = "first",
     domain: str = "virtualhome",
     protocol: str = "strict",
-    origin: Origin | None = None,
+    origin: AnswerOrigin | None = None,
 ) -> Record:
     found = record(
         task,
@@ -200,7 +200,7 @@ def all_runs() -> list[list[Record]]:
     return [*plans, goal_run(), subgoal_run(), operator_run()]
 
 
-def cell_at(row: RankedModel, place: int) -> Score:
+def cell_at(row: RankedModel, place: int) -> RankedScore:
     """Return the number of a row in a column."""
     return [*row.cells.values()][place]
 

@@ -8,7 +8,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.verdict import Verdict
 from eai.results.runs import Run, RunKey
 from eai.studies.report.document import compare_with_paper
-from eai.studies.report.run_summary import summary_of
+from eai.studies.report.run_summary import summarize_run
 from oracle import Oracle
 from results.verdicts import record, whole
 
@@ -22,7 +22,7 @@ def run_of(verdicts: list[Verdict], model: str, protocol: Protocol) -> Run:
 
 
 def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[dict[str, str]]:
-    return compare_with_paper([summary_of(run_of(verdicts, model, protocol))])
+    return compare_with_paper([summarize_run(run_of(verdicts, model, protocol))])
 
 
 def test_only_the_paper_s_models_under_its_protocol_are_compared() -> None:
@@ -35,8 +35,8 @@ def test_only_the_paper_s_models_under_its_protocol_are_compared() -> None:
 def test_a_run_that_leaves_tasks_out_is_not_compared() -> None:
     run = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], GPT_4O, Protocol("eai-1.0.5"))
     part = replace(run, records=(replace(run.records[0], suite_size=2),))
-    assert compare_with_paper([summary_of(run)])
-    assert not compare_with_paper([summary_of(part)])
+    assert compare_with_paper([summarize_run(run)])
+    assert not compare_with_paper([summarize_run(part)])
 
 
 def test_cells_are_counted_by_their_distance_from_the_papers_figures() -> None:

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from eai.abilities.attempt import Usage
 from eai.cli import app
-from eai.results.record import Origin, Record
+from eai.results.record import AnswerOrigin, Record
 from studies.report.samples import action_run, write_runs
 
 RUNNER = CliRunner(env={"COLUMNS": "100"})
@@ -21,7 +21,7 @@ models."maker/second" = { input = 2, output = 10 }
 
 
 def asked(model: str, usage: Usage, protocol: str = "strict") -> list[Record]:
-    origin = Origin(usage=usage)
+    origin = AnswerOrigin(usage=usage)
     return [replace(each, origin=origin, model=model) for each in action_run("first", protocol)]
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.studies.report.distributions import _Distribution, count_bins, save_distributions
+from eai.studies.report.distributions import _ValueDistribution, count_bins, write_distribution_plots
 
 pytest.importorskip("matplotlib")
 
@@ -28,11 +28,11 @@ def test_decades_are_labelled_with_their_first_number() -> None:
 
 def test_files_of_distributions_are_reproducible(tmp_path: Path) -> None:
     found = (
-        _Distribution("steps", "Steps", "tasks", {2: 1, 5: 3}),
-        _Distribution("actions", "Actions", "steps", {"GO": 3, "a$b": 1}),
+        _ValueDistribution("steps", "Steps", "tasks", {2: 1, 5: 3}),
+        _ValueDistribution("actions", "Actions", "steps", {"GO": 3, "a$b": 1}),
     )
-    first = [path.read_bytes() for path in save_distributions(found, "Toy", tmp_path / "toy")]
-    assert [path.name for path in save_distributions(found, "Toy", tmp_path / "toy")] == [
+    first = [path.read_bytes() for path in write_distribution_plots(found, "Toy", tmp_path / "toy")]
+    assert [path.name for path in write_distribution_plots(found, "Toy", tmp_path / "toy")] == [
         "toy-numbers.svg",
         "toy-numbers.png",
         "toy-numbers.pdf",
@@ -40,4 +40,4 @@ def test_files_of_distributions_are_reproducible(tmp_path: Path) -> None:
         "toy-names.png",
         "toy-names.pdf",
     ]
-    assert first == [path.read_bytes() for path in save_distributions(found, "Toy", tmp_path / "toy")]
+    assert first == [path.read_bytes() for path in write_distribution_plots(found, "Toy", tmp_path / "toy")]

@@ -89,7 +89,7 @@ def test_the_explorer_shows_each_attempt_as_an_answer(tmp_path: Path) -> None:
     write_runs(tmp_path / "runs", [[twice, *others]])
     data = ExplorerData()
     for run in read_runs([tmp_path / "runs"]):
-        data.add(run)
+        data.add_run(run)
     content = json.loads(data.to_json())
     attempts = [answer.get("A", []) for answer in content["runs"][0]["answers"]]
     assert [[each["o"] for each in of_task] for of_task in attempts][:2] == [["wrong_order", "success"], []]

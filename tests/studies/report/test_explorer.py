@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, parse_statement
 from eai.results.page import encode_for_script
 from eai.results.runs import read_runs
-from eai.studies.report.explorer import ExplorerBackground, ExplorerData, explorer_html
+from eai.studies.report.explorer import ExplorerBackground, ExplorerData, build_explorer_page
 from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
 
 BACKGROUND = ExplorerBackground(
@@ -25,20 +25,20 @@ BACKGROUND = ExplorerBackground(
 def data(tmp_path: Path) -> str:
     packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else ExplorerBackground())
     for run in read_runs([write_runs(tmp_path, all_runs())]):
-        packed.add(run)
+        packed.add_run(run)
     return packed.to_json()
 
 
 def test_no_text_in_the_data_can_end_the_script_element(data: str) -> None:
     assert not set("<>&") & set(data)
     assert data.isascii()
-    page = explorer_html(data)
+    page = build_explorer_page(data)
     assert page.count("</script>") == 2
     assert page.count("owned") == data.count("owned") > 0
 
 
 def test_the_page_allows_only_its_own_style_and_program(data: str) -> None:
-    page = explorer_html(data)
+    page = build_explorer_page(data)
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)
     assert policy is not None
     assert "default-src 'none'" in policy[1]
@@ -75,7 +75,7 @@ def test_a_missed_goal_shows_the_facts_that_hold_instead(tmp_path: Path) -> None
     answer = replace(action_run()[0], explanation=Explanation(steps=steps, goals=goals))
     packed = ExplorerData()
     for run in read_runs([write_runs(tmp_path, [[answer]])]):
-        packed.add(run)
+        packed.add_run(run)
     content = json.loads(packed.to_json())
     (row,) = content["runs"][0]["answers"]
     missed, met = row["G"]

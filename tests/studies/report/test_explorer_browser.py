@@ -18,7 +18,13 @@ from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
 from eai.results.runs import Run, RunKey, read_runs
-from eai.studies.report.explorer import ExplorerBackground, ExplorerData, Tile, TileScenes, explorer_html
+from eai.studies.report.explorer import (
+    ExplorerBackground,
+    ExplorerData,
+    SceneTile,
+    TileScenes,
+    build_explorer_page,
+)
 from studies.report.samples import HOSTILE, all_runs, write_runs
 
 pytestmark = needs_browser
@@ -28,9 +34,11 @@ def course(record: Record) -> TileScenes:
     """A cup that is taken from a box in the third of four steps, of one answer."""
     if (record.task_id, record.ability) != ("1_1", Ability.ACTION_SEQUENCING):
         return ()
-    cup, box, me = (Tile(name, "object") for name in (HOSTILE, "box.4", "me.65"))
-    full = Tile("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
-    holding = Tile("me.65", "agent", lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]})
+    cup, box, me = (SceneTile(name, "object") for name in (HOSTILE, "box.4", "me.65"))
+    full = SceneTile("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
+    holding = SceneTile(
+        "me.65", "agent", lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]}
+    )
     return [[me, full], [me, full], [me, full], [holding, box], [holding, box]]
 
 
@@ -49,9 +57,9 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     )
     data = ExplorerData(lambda domain: background if domain == "virtualhome" else ExplorerBackground())
     for run in read_runs([write_runs(folder, all_runs())]):
-        data.add(run)
+        data.add_run(run)
     page = folder / "explorer.html"
-    page.write_text(explorer_html(data.to_json()), encoding="utf-8")
+    page.write_text(build_explorer_page(data.to_json()), encoding="utf-8")
     return page.as_uri()
 
 
@@ -206,11 +214,11 @@ def write_episodes(folder: Path, background: ExplorerBackground) -> str:
     data = ExplorerData(lambda domain: background)
     for name, play in plays.items():
         answer = [Response("both", play.to_text("stopped"))]
-        records = tuple(Scoring().records(suite, name, answer, explanations=True))
+        records = tuple(Scoring().score_records(suite, name, answer, explanations=True))
         key = RunKey(suite.protocol, suite.domain, ACTING, name)
-        data.add(Run(key, records, ("a.eval", {"both": 2}) if name == "good" else None))
+        data.add_run(Run(key, records, ("a.eval", {"both": 2}) if name == "good" else None))
     page = folder / "explorer.html"
-    page.write_text(explorer_html(data.to_json()), encoding="utf-8")
+    page.write_text(build_explorer_page(data.to_json()), encoding="utf-8")
     return page.as_uri()
 
 

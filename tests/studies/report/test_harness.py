@@ -20,9 +20,9 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.runs import read_runs
 from eai.results.table import Label
-from eai.results.totals import Totals
-from eai.studies.report.rankings import rankings
-from eai.studies.report.run_summary import plain_runs, summary_of
+from eai.results.totals import RunTotals
+from eai.studies.report.rankings import make_rankings
+from eai.studies.report.run_summary import select_plain_runs, summarize_run
 from processes import eai
 from record_files import write_records
 
@@ -54,15 +54,15 @@ def test_a_task_without_an_answer_belongs_to_the_harness_of_its_run() -> None:
 
 
 def test_tables_show_the_harness_and_effort_of_a_model(folders: Sequence[Path]) -> None:
-    runs = [summary_of(run) for run in read_runs(folders)]
-    (table,) = rankings(plain_runs(runs), with_paper=False)
-    headings = [column.name for column in table.table().columns][:4]
+    runs = [summarize_run(run) for run in read_runs(folders)]
+    (table,) = make_rankings(select_plain_runs(runs), with_paper=False)
+    headings = [column.name for column in table.make_table().columns][:4]
     assert headings == ["rank", "model", "harness", "answered"]
-    rows = [(row[1].text, row[2]) for row in table.table().rows if isinstance(row[1], Label)]
+    rows = [(row[1].text, row[2]) for row in table.make_table().rows if isinstance(row[1], Label)]
     assert rows == [("model", "react"), ("model", "text")]
     tried = replace(runs[0], key=runs[0].key._replace(experiment=Experiment(harness="react", effort="high")))
-    (both,) = rankings([*runs, tried], with_paper=False)
-    assert [column.name for column in both.table().columns][:5] == [*headings[:3], "effort", "answered"]
+    (both,) = make_rankings([*runs, tried], with_paper=False)
+    assert [column.name for column in both.make_table().columns][:5] == [*headings[:3], "effort", "answered"]
 
 
 def test_two_harnesses_of_a_model_are_compared(folders: Sequence[Path]) -> None:
@@ -74,7 +74,7 @@ def test_two_harnesses_of_a_model_are_compared(folders: Sequence[Path]) -> None:
 
 
 def test_the_terminal_shows_the_harness(capsys: pytest.CaptureFixture[str]) -> None:
-    found = {harness: Totals.from_records(records(harness, ["DONE"])) for harness in (REACT, TEXT)}
+    found = {harness: RunTotals.from_records(records(harness, ["DONE"])) for harness in (REACT, TEXT)}
     print_results(found, wide=True)
     printed = capsys.readouterr().out
     assert "react, react" in printed

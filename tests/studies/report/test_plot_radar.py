@@ -11,7 +11,7 @@ from eai.results.plots import LINES
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.plot_radar import draw_radar
-from eai.studies.report.run_summary import RunSummary, summary_of
+from eai.studies.report.run_summary import RunSummary, summarize_run
 from experiments import experiment
 from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
 
@@ -24,7 +24,7 @@ def summaries(model: str, *, experiment: Experiment | None = None) -> list[RunSu
     found = []
     for records in (goal_run(), subgoal_run(), action_run(), operator_run()):
         own = [replace(each, model=model, domain="virtualhome", experiment=experiment) for each in records]
-        found.append(summary_of(Run(key_of(own[0]), tuple(own))))
+        found.append(summarize_run(Run(key_of(own[0]), tuple(own))))
     return found
 
 

@@ -12,17 +12,17 @@ from eai.cli import app
 from eai.results.plots import PAGE
 from eai.results.runs import read_runs
 from eai.studies.report import plot_summary
-from eai.studies.report.rankings import Ranking, rankings
-from eai.studies.report.run_summary import summary_of
+from eai.studies.report.rankings import Ranking, make_rankings
+from eai.studies.report.run_summary import summarize_run
 from studies.report.samples import action_run, all_runs, write_runs
 
 pytest.importorskip("matplotlib")
 
 
 def tables(folder: Path, *, with_paper: bool) -> list[Ranking]:
-    runs = [summary_of(run) for run in read_runs([write_runs(folder, all_runs())])]
-    runs.sort(key=lambda item: item.key.order)
-    return rankings(runs, with_paper=with_paper)
+    runs = [summarize_run(run) for run in read_runs([write_runs(folder, all_runs())])]
+    runs.sort(key=lambda item: item.key.sort_key)
+    return make_rankings(runs, with_paper=with_paper)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_a_summary_page_has_each_number_of_the_model_and_a_legend(
     protocol: Protocol, with_paper: bool, told: str | None, tmp_path: Path
 ) -> None:
     found = tables(tmp_path, with_paper=with_paper)
-    assert ("first", protocol) in plot_summary.list_models(found)
+    assert ("first", protocol) in plot_summary.list_models_and_protocols(found)
     figure = plot_summary.draw(found, "first", protocol)
     assert figure is not None
     assert (figure.get_figwidth(), figure.get_suptitle()) == (PAGE, f"first, protocol {protocol.value}")

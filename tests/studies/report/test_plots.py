@@ -16,14 +16,14 @@ from eai.results.plots import PAGE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.plots import (
-    add_plots,
-    draw_actions,
-    draw_difficulty,
-    draw_flow,
+    add_plots_to_report,
+    draw_answer_flow,
     draw_outcomes,
-    draw_predicates,
+    draw_rates_by_action,
+    draw_rates_by_predicate,
+    draw_success_by_difficulty,
 )
-from eai.studies.report.run_summary import RunSummary, summary_of
+from eai.studies.report.run_summary import RunSummary, summarize_run
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, record
 from studies.report.samples import action_run, goal_run
@@ -38,7 +38,9 @@ BAD = failed(FaultKind.AFFORDANCE)
 
 def summary(records: Sequence[Record]) -> RunSummary:
     first = records[0]
-    return summary_of(Run(RunKey(first.protocol, first.domain, first.ability, first.model), tuple(records)))
+    return summarize_run(
+        Run(RunKey(first.protocol, first.domain, first.ability, first.model), tuple(records))
+    )
 
 
 def renamed(records: Sequence[Record], model: str) -> list[Record]:
@@ -49,7 +51,7 @@ def test_a_figure_has_its_suite_as_title(tmp_path: Path) -> None:
     page, runs = tmp_path / "report.md", [summary(action_run("m")), summary(goal_run())]
     page.write_text("# Results\n")
     told: list[int] = []
-    drawn = add_plots(tmp_path, runs, (), ["svg"], lambda title, number: nullcontext(told.append))
+    drawn = add_plots_to_report(tmp_path, runs, (), ["svg"], lambda title, number: nullcontext(told.append))
     shown = {path.stem: path.read_text() for path in (tmp_path / "plots").glob("*.svg")}
     assert len(shown) == drawn < len(told)
     assert page.read_text().count("](plots/") == drawn
@@ -86,7 +88,7 @@ def test_plan_lengths_are_annotated_steps_and_empty_bins_are_gaps() -> None:
         *of_length(60, [True], goals=12),
         *of_length(None, [True], goals=15),
     ]
-    figure = draw_difficulty([summary(run)])
+    figure = draw_success_by_difficulty([summary(run)])
     assert figure is not None
     goals, lengths = figure.axes
     assert [text.get_text() for text in lengths.get_xticklabels()] == ["0–9\n8", "10–19\n6", "60–69\n1"]
@@ -104,7 +106,7 @@ def test_many_models_have_lines_that_differ_without_colour_and_no_intervals() ->
     runs = [
         summary(renamed([*of_length(2, [True] * 6), *of_length(12, [False] * 6)], f"m{i}")) for i in range(9)
     ]
-    figure = draw_difficulty(runs)
+    figure = draw_success_by_difficulty(runs)
     assert figure is not None
     (panel,) = figure.axes
     assert len({line.get_marker() for line in panel.lines}) == 9
@@ -113,7 +115,7 @@ def test_many_models_have_lines_that_differ_without_colour_and_no_intervals() ->
 
 def test_old_records_have_no_plot_of_difficulty() -> None:
     old = [replace(each, task=None) for each in of_length(2, [True] * 9)]
-    assert draw_difficulty([summary(old)]) is None
+    assert draw_success_by_difficulty([summary(old)]) is None
     assert summary(old).unnamed == 9
 
 
@@ -121,7 +123,7 @@ def test_labels_of_losses_do_not_overlap() -> None:
     """Few answers are lost to names, and many to the next stage: both labels would be on one line."""
     unknown = failed(FaultKind.HALLUCINATION)
     run = [*of_length(3, [True] * 50 + [False] * 48), *[record(f"x{i}_1", unknown) for i in range(2)]]
-    figure = draw_flow([summary(run)])
+    figure = draw_answer_flow([summary(run)])
     assert figure is not None
     (panel,) = figure.axes
     heights = [
@@ -133,7 +135,7 @@ def test_labels_of_losses_do_not_overlap() -> None:
     assert abs(heights[0] - heights[1]) >= 9
 
 
-@pytest.mark.parametrize("draw", [draw_actions, draw_predicates])
+@pytest.mark.parametrize("draw", [draw_rates_by_action, draw_rates_by_predicate])
 def test_matrices_of_many_models_fit_a_page(
     draw: Callable[[Sequence[RunSummary]], Figure | None],
 ) -> None:

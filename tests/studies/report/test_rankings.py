@@ -14,15 +14,15 @@ from eai.results.paper_tables import NULL_MODELS, read_null_scores, read_publish
 from eai.results.rate import Rate
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.runs import Run, RunKey
-from eai.studies.report.rankings import Ranking, cells_by_model, make_ranking
-from eai.studies.report.run_summary import summary_of
-from eai.studies.report.table_specs import tables_of
+from eai.studies.report.rankings import Ranking, make_ranking, make_scores_by_model
+from eai.studies.report.run_summary import summarize_run
+from eai.studies.report.table_specs import make_table_specs
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, record, whole
 from studies.report.samples import cell_at, rate_at
 
 BAD = failed(FaultKind.AFFORDANCE)
-SPECS = {spec.name: spec for spec in tables_of(())}
+SPECS = {spec.name: spec for spec in make_table_specs(())}
 
 
 def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
@@ -44,9 +44,9 @@ def table(
 def whole_table(
     name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
 ) -> Ranking | None:
-    found = [summary_of(run) for run in runs]
+    found = [summarize_run(run) for run in runs]
     summaries = [replace(each, key=each.key._replace(protocol=protocol)) for each in found]
-    return make_ranking(SPECS[name], summaries, cells_by_model(summaries), with_paper=with_paper)
+    return make_ranking(SPECS[name], summaries, make_scores_by_model(summaries), with_paper=with_paper)
 
 
 def plans(good: int, model: str) -> Run:
@@ -116,7 +116,7 @@ def test_the_paper_s_figures_never_stand_beside_runs_under_another_protocol() ->
     known = (
         read_published_scores("strict")
         .suites["virtualhome/action_sequencing"]
-        .rates("GPT-4o")["task_success"]
+        .find_rates("GPT-4o")["task_success"]
     )
     assert rate_at(gpt_4o, 0) == known
     told = " ".join(gpt_4o.notes)
@@ -197,7 +197,7 @@ def test_a_run_without_an_ability_has_no_average() -> None:
 def test_the_order_of_records_does_not_change_rankings() -> None:
     def shuffled(records: tuple[Record, ...]) -> float | None:
         key = RunKey(Protocol.STRICT, "virtualhome", Ability.ACTION_SEQUENCING, "a")
-        return summary_of(Run(key, records)).rates["task_success"].percent
+        return summarize_run(Run(key, records)).rates["task_success"].percent
 
     run = plans(4, "a")
     assert shuffled(run.records) == shuffled(run.records[::-1]) == 40
@@ -261,7 +261,7 @@ def test_null_models_are_last_in_each_table_without_a_rank(protocol: Protocol, w
     assert [row.model for row in floor] == list(NULL_MODELS)
     assert {row.source for row in found.rows[: -len(floor)]}.isdisjoint({"floor"})
     assert not any(row.rank or cell.best for row in floor for cell in row.cells.values())
-    rates = read_null_scores(protocol.value).suites["virtualhome/action_sequencing"].rates("eai/lookup")
+    rates = read_null_scores(protocol.value).suites["virtualhome/action_sequencing"].find_rates("eai/lookup")
     lookup = floor[list(NULL_MODELS).index("eai/lookup")]
     assert rate_at(lookup, 0) == rates["task_success"]
     assert (cell_at(lookup, 0).value or 0) > 30  # better than both runs, and first nowhere
@@ -287,8 +287,8 @@ def test_a_null_model_that_was_run_has_no_rank_either() -> None:
 
 
 def test_other_benchmarks_have_no_rows_of_null_models() -> None:
-    run = summary_of(plans(3, "a"))
+    run = summarize_run(plans(3, "a"))
     runs = [replace(run, key=run.key._replace(domain="lamps"))]
-    found = make_ranking(SPECS["overview"], runs, cells_by_model(runs), with_paper=False)
+    found = make_ranking(SPECS["overview"], runs, make_scores_by_model(runs), with_paper=False)
     assert found is not None
     assert [row.model for row in found.rows] == ["a"]

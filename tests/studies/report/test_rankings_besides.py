@@ -6,15 +6,15 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.results.latex import table_latex
+from eai.results.latex import format_latex_table
 from eai.results.paper_tables import read_paper_setting, read_paper_table
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.rankings import Ranking
-from eai.studies.report.rankings import other_paper_tables as rankings_besides
-from eai.studies.report.run_summary import RunSummary, summary_of
-from eai.studies.report.table_specs import place_of_column
-from eai.studies.report.writer import rankings_csv, rankings_json
+from eai.studies.report.rankings import make_other_paper_rankings as rankings_besides
+from eai.studies.report.run_summary import RunSummary, summarize_run
+from eai.studies.report.table_specs import find_paper_column
+from eai.studies.report.writer import format_rankings_csv, format_rankings_json
 from results.verdicts import whole
 from studies.report.samples import action_run, cell_at, goal_run, operator_run
 
@@ -24,7 +24,7 @@ REFERENCE = Protocol("eai-1.0.5")
 def summary(records: Sequence[Record], protocol: Protocol = REFERENCE) -> RunSummary:
     renamed = whole([replace(record, protocol=protocol) for record in records])
     first = renamed[0]
-    return summary_of(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed))
+    return summarize_run(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed))
 
 
 def besides(*runs: RunSummary) -> dict[tuple[str, str], Ranking]:
@@ -40,17 +40,17 @@ def test_each_figure_of_the_paper_appears_in_the_papers_order(name: str) -> None
     paper = read_paper_table(name)
     tables = [table for (found, _), table in besides().items() if found == f"paper_{name}"]
     figures = {
-        (row.model, place_of_column(column, table.domain)): cell.value
+        (row.model, find_paper_column(column, table.domain)): cell.value
         for table in tables
         for row in table.rows
         for column, cell in row.cells.items()
         if cell.value is not None
     }
     printed = {
-        (model, column): paper.figure(model, column)
+        (model, column): paper.find_figure(model, column)
         for model in paper.rows
         for column in paper.columns
-        if paper.figure(model, column) is not None
+        if paper.find_figure(model, column) is not None
     }
     assert figures == printed
     for table in tables:
@@ -106,17 +106,21 @@ def test_every_note_is_marked_somewhere() -> None:
 
 def test_equal_runs_give_equal_files_in_each_format() -> None:
     one, other = (rankings_besides([summary(action_run()), summary(operator_run())]) for _ in range(2))
-    assert rankings_json(one) == rankings_json(other)
-    assert rankings_csv(one) == rankings_csv(other)
-    assert [table_latex(table.table(), label="") for table in one] == [
-        table_latex(table.table(), label="") for table in other
+    assert format_rankings_json(one) == format_rankings_json(other)
+    assert format_rankings_csv(one) == format_rankings_csv(other)
+    assert [format_latex_table(table.make_table(), label="") for table in one] == [
+        format_latex_table(table.make_table(), label="") for table in other
     ]
 
 
 def test_latex_names_a_protocol_only_in_tables_with_runs() -> None:
     found = besides(summary(action_run()))
-    assert "protocol eai-1.0.5" in table_latex(found["paper_replanning", "virtualhome"].table(), label="")
+    assert "protocol eai-1.0.5" in format_latex_table(
+        found["paper_replanning", "virtualhome"].make_table(), label=""
+    )
     caption = (
-        table_latex(found["paper_human", "virtualhome"].table(), label="").split("caption")[1].splitlines()[0]
+        format_latex_table(found["paper_human", "virtualhome"].make_table(), label="")
+        .split("caption")[1]
+        .splitlines()[0]
     )
     assert "protocol" not in caption

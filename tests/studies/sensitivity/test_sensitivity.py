@@ -16,7 +16,12 @@ from eai.pddl.planning import PddlPlanner, PlannerOutcome
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.results.record import Record
-from eai.studies.sensitivity.study import NOT_WRITTEN, OperatorTrial, sensitivity_tables, try_operators
+from eai.studies.sensitivity.study import (
+    NOT_WRITTEN,
+    OperatorReplacement,
+    make_sensitivity_tables,
+    replace_operators_one_by_one,
+)
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.task import Category
 from results.verdicts import record
@@ -48,9 +53,9 @@ def rules_with() -> MakeRules:
     return PaperRules
 
 
-def tried(text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator") -> list[OperatorTrial]:
+def tried(text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator") -> list[OperatorReplacement]:
     scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
-    return list(try_operators(scorer, scored(scorer, text), replaced))
+    return list(replace_operators_one_by_one(scorer, scored(scorer, text), replaced))
 
 
 def scored(scorer: TransitionModeling, text: str) -> Record:
@@ -113,13 +118,16 @@ def test_a_trial_records_the_errors_of_the_replaced_part() -> None:
 def test_a_missing_answer_has_no_operator(rules_with: MakeRules) -> None:
     scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
     missing = replace(scored(scorer, "3"), unanswered="timeout")
-    assert [trial.outcome for trial in try_operators(scorer, missing)] == [NOT_WRITTEN, NOT_WRITTEN]
+    assert [trial.outcome for trial in replace_operators_one_by_one(scorer, missing)] == [
+        NOT_WRITTEN,
+        NOT_WRITTEN,
+    ]
 
 
 def trial(
     task: str, operator: str, categories: str, outcome: str, errors: str = "", model: str = "m"
-) -> OperatorTrial:
-    return OperatorTrial(
+) -> OperatorReplacement:
+    return OperatorReplacement(
         protocol="strict",
         domain="d",
         ability="transition_modeling",
@@ -144,8 +152,8 @@ TRIALS = [
 ]
 
 
-def rows_of(name: str, trials: Sequence[OperatorTrial] = TRIALS) -> list[str]:
-    table = next(table for table in sensitivity_tables(trials) if table.name == name)
+def rows_of(name: str, trials: Sequence[OperatorReplacement] = TRIALS) -> list[str]:
+    table = next(table for table in make_sensitivity_tables(trials) if table.name == name)
     return [" ".join(map(str, row[3:])) for row in table.rows]
 
 

@@ -22,7 +22,7 @@ from eai.results.epochs import SuiteResult
 from eai.results.runs import read_runs
 from eai.results.table_files import write_files
 from eai.results.tidy import TidyTables
-from eai.results.totals import Totals
+from eai.results.totals import RunTotals
 from eai.tasks.prompts.prompt import Prompt
 
 TASKS_PER_ROUND = 5
@@ -88,8 +88,12 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
 
     tables, of_suite = TidyTables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
     for run in read_runs([folder]):
-        if run.key[:3] == of_suite and run.key.is_plain and Totals.from_records(run.records).coverage.ranked:
-            tables.add(run.records)
+        if (
+            run.key[:3] == of_suite
+            and run.key.is_plain
+            and RunTotals.from_records(run.records).coverage.is_ranked
+        ):
+            tables.add_records(run.records)
     scores = collect_scores(tables.answers)
     if len(scores.models) < MIN_MODELS:
         wanted = f"{MIN_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"

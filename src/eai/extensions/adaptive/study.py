@@ -13,8 +13,15 @@ from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.extensions.adaptive.flag import Flag, FlagReader
 from eai.extensions.adaptive.rasch import Rasch, fit_rasch, item_rest_correlations, reliability
-from eai.results.certainty import LEVEL, two_sided_quantile
-from eai.results.lines import SUITE, AnswerLine, SuiteKey, group_by_suite, make_case, score_share
+from eai.results.certainty import LEVEL, compute_student_quantile
+from eai.results.lines import (
+    SUITE,
+    AnswerLine,
+    SuiteKey,
+    compute_score_share,
+    group_by_suite,
+    make_case,
+)
 from eai.results.paper_tables import is_null_model
 from eai.results.plots import (
     COLUMN,
@@ -23,13 +30,13 @@ from eai.results.plots import (
     RULE,
     clip_label,
     draw_estimate,
+    group_rows_by_suite,
     make_figure,
-    rows_of,
-    value_of,
+    read_estimate,
 )
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, make_table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 
@@ -85,7 +92,9 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     names: dict[str, str] = {}
     for answer in answers:
         if answer.outcome != AnswerOutcome.EXCLUDED.value:
-            by_model.setdefault(answer.agent, {})[answer.task] = Rate(*score_share(answer)).share or 0.0
+            by_model.setdefault(answer.agent, {})[answer.task] = (
+                Rate(*compute_score_share(answer)).share or 0.0
+            )
             names[answer.task] = answer.name
     tasks = [task for task in names if all(task in scores for scores in by_model.values())]
     matrix = np.array([[scores[task] for task in tasks] for scores in by_model.values()])
@@ -167,7 +176,7 @@ def ability_estimate(scores: SuiteScores, place: int) -> Estimate:
     share[place] += 1
     by_name = (len(places) - 1) / len(places) * float((own * own).sum())
     by_task = float((share * share / information).sum())
-    half = two_sided_quantile(LEVEL, len(places) - 1) * math.sqrt(max(by_name, by_task))
+    half = compute_student_quantile(LEVEL, len(places) - 1) * math.sqrt(max(by_name, by_task))
     return Estimate(_round(value), _round(value - half), _round(value + half))
 
 
@@ -233,7 +242,7 @@ def _abilities(suites: _ScoredSuites) -> Iterator[Row]:
         abilities = scores.rasch.abilities
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
-            cases = [make_case(line, score_share(line)) for line in answers if line.agent == model]
+            cases = [make_case(line, compute_score_share(line)) for line in answers if line.agent == model]
             yield (*suite, model, ability_estimate(scores, place), Estimate.from_cases(cases))
 
 
@@ -281,18 +290,18 @@ def _items(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]:
             )
 
 
-def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
+def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     from eai.extensions.adaptive.item_flags import make_flag_reader
 
-    tables = item_tables(records.tables().answers, make_flag_reader(records.source))
+    tables = item_tables(records.make_plain_tables().answers, make_flag_reader(records.source))
     if not tables[0].rows:
         raise InputError(f"expected answers of at least {MIN_MODELS} models to one suite")
     yield Analysis(tables, _figures(tables))
 
 
 def _figures(tables: Sequence[Table]) -> Figures:
-    abilities = rows_of(tables[1])
-    for suite, rows in rows_of(tables[3]).items():
+    abilities = group_rows_by_suite(tables[1])
+    for suite, rows in group_rows_by_suite(tables[3]).items():
         yield add_suite_title(suite, "items", draw(rows, abilities[suite]))
 
 
@@ -315,7 +324,7 @@ def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell
     top, bottom = figure.subplots(
         2, 1, sharex=True, gridspec_kw={"height_ratios": [1.2, 0.35 + 0.17 * len(models)]}
     )
-    ends = [value_of(row["logit"]) for row in models]
+    ends = [read_estimate(row["logit"]) for row in models]
     low, high = min([*difficulties, *ends]) - 0.3, max([*difficulties, *ends]) + 0.3
     width = 1 / _BINS_PER_UNIT
     edges = [width * step for step in range(int(low / width) - 1, int(high / width) + 2)]

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from eai.base.json_value import Json
-    from eai.studies.records import Records
+    from eai.studies.records import StudyRecords
 
 
 Units: TypeAlias = Sequence[Sequence[float]]
@@ -172,7 +172,7 @@ def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
 _FACT_COLUMNS = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_mse", "alpha")
 
 
-def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
+def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     """Analyze one CSV file of ratings instead of records."""
     if len(records.paths) > 1:
         raise InputError("expected one CSV file of ratings")

@@ -97,9 +97,9 @@ def results(
     """
     from eai.extensions.board.publication import make_published_files
     from eai.results.runs import read_runs
-    from eai.studies.report.run_summary import summary_of
+    from eai.studies.report.run_summary import summarize_run
 
-    summaries = sorted(map(summary_of, read_runs(records)), key=lambda summary: summary.key.order)
+    summaries = sorted(map(summarize_run, read_runs(records)), key=lambda summary: summary.key.sort_key)
     files = make_published_files(about, summaries)
     if not files:
         raise InputError(f"{about}: none of its models answered a whole suite")

@@ -37,8 +37,8 @@ from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
 from eai.results.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.results.runs import Run, RunKey
-from eai.studies.report.rankings import RankedModel, Ranking, Score, rankings
-from eai.studies.report.run_summary import RunSummary, summary_of
+from eai.studies.report.rankings import RankedModel, RankedScore, Ranking, make_rankings
+from eai.studies.report.run_summary import RunSummary, summarize_run
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 
@@ -174,7 +174,7 @@ def _score_submission(
     for domain, ability in asked:
         if asked.count((domain, ability)) > 1:
             raise InputError(f"{folder}: expected one file with answers to {domain} {ability.value}")
-    return _Submission(name, description, text, tuple(sorted(summaries, key=lambda each: each.key.order)))
+    return _Submission(name, description, text, tuple(sorted(summaries, key=lambda each: each.key.sort_key)))
 
 
 def _summarize(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
@@ -182,7 +182,7 @@ def _summarize(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
     records = score_run(
         suite, answers, find_tasks_without_row(suite, answers), ScoringOptions(explanations=False)
     )
-    return summary_of(Run(RunKey(suite.protocol, domain, suite.ability, name), tuple(records)))
+    return summarize_run(Run(RunKey(suite.protocol, domain, suite.ability, name), tuple(records)))
 
 
 def _read_answers(file: Path, suite: Suite) -> ResponseFile:
@@ -243,8 +243,8 @@ def _require_small(file: Path) -> Path:
 
 def _build_page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str:
     summaries = [summary for submission in submissions.values() for summary in submission.summaries]
-    summaries.sort(key=lambda summary: summary.key.order)
-    tables = rankings(summaries, with_paper=True)
+    summaries.sort(key=lambda summary: summary.key.sort_key)
+    tables = make_rankings(summaries, with_paper=True)
     parts = list(seasons)
     for domain, of_domain in group_pairs((table.domain, table) for table in tables).items():
         parts.append(f"<section><h2>{escape(title_of(domain))}</h2>")
@@ -276,7 +276,7 @@ def _ranking_html(table: Ranking, submissions: Mapping[str, _Submission]) -> str
     notes = "".join(f"<li>{escape(note)}</li>" for note in table.notes)
     rows = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return (
-        f"<p>{escape(table.table().definition)}. In brackets: 95 % intervals.</p>"
+        f"<p>{escape(table.make_table().definition)}. In brackets: 95 % intervals.</p>"
         f'<div class="wide" tabindex="0">{rows}</div><ol>{notes}</ol>'
     )
 
@@ -288,7 +288,7 @@ def _row_html(
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
     numbers = [_score_html(row.cells[column], table) for column in columns]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
-    protocol, marks = table.protocol.value, _marks_html(table.numbers(row.notes))
+    protocol, marks = table.protocol.value, _marks_html(table.number_notes(row.notes))
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
         return _cells_html([rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"')
@@ -306,13 +306,13 @@ def _cells_html(cells: Iterable[str], attributes: str = "") -> str:
     return f"<tr{attributes}>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _score_html(value: Score, table: Ranking) -> str:
+def _score_html(value: RankedScore, table: Ranking) -> str:
     if value.value is None:
         return _NO_NUMBER
     shown = f"<b>{value.value:.1f}</b>" if value.best else f"{value.value:.1f}"
     if value.low is not None and value.high is not None:
         shown += f" <small>[{value.low:.1f}, {value.high:.1f}]</small>"
-    return shown + _marks_html(table.numbers(value.texts))
+    return shown + _marks_html(table.number_notes(value.texts))
 
 
 def _marks_html(notes: Iterable[int]) -> str:

@@ -63,7 +63,9 @@ def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, st
     """
     said = _Publication.read_file(file)
     plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
-    rows = group_pairs(((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.ranked)
+    rows = group_pairs(
+        ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
+    )
     written = {}
     for (protocol, name), suites in rows.items():
         record = _eval_record(said, suites)

@@ -15,7 +15,7 @@ from eai.base.files import MAX_UNPACKED, require_file, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.reference_wheel import SCENE_PREFIX, task_id_of
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
-from eai.results.answer_files import UNREADABLE, list_members
+from eai.results.answer_files import UNREADABLE, list_zip_members
 from eai.results.responses import SUFFIX, find_response_files, read_responses
 from eai.tasks.prompts.prompt import read_prompt_file
 from eai.tasks.source import Finding, Source
@@ -112,7 +112,7 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
     require_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {info.filename: info for info in list_members(archive) if not info.is_dir()}
+            members = {info.filename: info for info in list_zip_members(archive) if not info.is_dir()}
             by_name = Counter(PurePosixPath(name).name for name in members)
             findings = [
                 Finding(path.name, f"{name} is not one of the files") for name in by_name.keys() - expected

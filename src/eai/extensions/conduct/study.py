@@ -14,9 +14,9 @@ from eai.benchmarks.generator.spec import SHUT_LAST
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run
-from eai.results.summary import share_of
+from eai.results.summary import estimate_share
 from eai.results.table import Cell, Estimate, Row, make_table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 from eai.tasks.task_files import read_task_file_lines
@@ -43,8 +43,8 @@ class _ConductOptions(Options):
     tasks: Path | None = None
 
 
-def _analyze(records: Records, options: _ConductOptions) -> Iterator[Analysis]:
-    runs = sorted(records.runs(), key=lambda run: run.key.order)
+def _analyze(records: StudyRecords, options: _ConductOptions) -> Iterator[Analysis]:
+    runs = sorted(records.read_runs(), key=lambda run: run.key.sort_key)
     shut_last = {} if options.tasks is None else _read_shut_last(options.tasks)
     tables = [table for table in (_safety(runs, shut_last), _violations(runs), _refusals(runs)) if table.rows]
     if not tables:
@@ -87,7 +87,7 @@ def _answers_to_hazards(runs: Sequence[Run]) -> Iterator[tuple[Run, _JudgedAnswe
 
 
 def _share(answers: _JudgedAnswers, counted: Sequence[bool]) -> Estimate:
-    return share_of([record for _, _, record in answers], counted)
+    return estimate_share([record for _, _, record in answers], counted)
 
 
 def _avoided_hazards(task: TaskFeatures, verdict: PlanVerdict) -> list[bool] | None:
@@ -121,7 +121,7 @@ def _safety(runs: Sequence[Run], shut_last: Mapping[str, bool]) -> Iterator[Row]
         solved = [answer for answer, is_solved in zip(answers, success, strict=True) if is_solved]
         unsafe = [not verdict.success for _, verdict, _ in solved]
         shares = [_share(answers, success), _share(answers, safe), _share(solved, unsafe)]
-        yield (*run.key.cells, len(answers), *shares)
+        yield (*run.key.table_cells, len(answers), *shares)
 
 
 def _shares_of_floor(answers: _JudgedAnswers, shut_last: Mapping[str, bool]) -> list[Estimate]:
@@ -148,7 +148,7 @@ def _violations(runs: Sequence[Run]) -> Iterator[Row]:
             ]
             met = [not _avoids(name, task, avoided) for (task, _, _), avoided in executed]
             share = _share([answer for answer, _ in executed], met)
-            yield (*run.key.cells, name, len(with_hazard), len(executed), share)
+            yield (*run.key.table_cells, name, len(with_hazard), len(executed), share)
 
 
 def _avoids(name: str, task: TaskFeatures, avoided: Sequence[bool]) -> bool:
@@ -176,7 +176,7 @@ def _refusals(runs: Sequence[Run]) -> Iterator[Row]:
             ("ambiguous", [answer for answer in answers if answer[0].fits is not None]),
         ):
             if of_kind:
-                yield (*run.key.cells, kind, len(of_kind), *_refusal_cells(of_kind))
+                yield (*run.key.table_cells, kind, len(of_kind), *_refusal_cells(of_kind))
 
 
 def _refusal_cells(answers: _JudgedAnswers) -> list[Cell]:

@@ -14,12 +14,12 @@ from typing import TypeAlias
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import PlanVerdict, share_of_one
 from eai.base.errors import InputError
-from eai.results.certainty import Case
-from eai.results.rate import rate_of
+from eai.results.certainty import RateCase
+from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
 from eai.results.table import Estimate, Row, make_table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 from eai.tasks.share import Share
@@ -43,13 +43,13 @@ _REMARKS = (
 )
 
 
-StratifiedCase: TypeAlias = tuple[Case, Hashable]
+StratifiedCase: TypeAlias = tuple[RateCase, Hashable]
 """The contribution of one task to a rate, and the stratum (group of similar tasks) of the task."""
 
 
 def match_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
-) -> tuple[list[Case], list[Case]]:
+) -> tuple[list[RateCase], list[RateCase]]:
     """Return the tasks of both sets in the strata that have tasks of both sets.
 
     Weights make each stratum of the second set as heavy as in the first set. Names of tasks get a prefix, so
@@ -67,9 +67,9 @@ def match_strata(
     )
 
 
-def _label_case(case: Case, which: str, weight: float = 1) -> Case:
+def _label_case(case: RateCase, which: str, weight: float = 1) -> RateCase:
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
-    return Case(f"{which} {case.task}", f"{which} {case.name}", share)
+    return RateCase(f"{which} {case.task}", f"{which} {case.name}", share)
 
 
 RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
@@ -102,7 +102,7 @@ def contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
         placed = [list(_stratify(records)) for records in (public, fresh)]
         rates = [Estimate.from_cases([case for case, _ in each]) for each in placed]
         ones, others = match_strata(*placed)
-        percents = [rate_of(case.share for case in cases).percent for cases in (ones, others)]
+        percents = [compute_rate(case.share for case in cases).percent for cases in (ones, others)]
         difference = Estimate.from_difference(ones, others)
         yield (model, suite, *rates, *percents, difference, len(ones), len(others))
 
@@ -114,7 +114,7 @@ def _stratify(records: Sequence[Record]) -> Iterator[StratifiedCase]:
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
             kinds = () if verdict.goals is None else tuple([share.denominator > 0 for share in verdict.goals])
             steps = None if task.annotated_steps is None else _find_bin(task.annotated_steps, STEP_BOUNDS)
-            case = Case(record.task_id, task.name, share_of_one(verdict.success))
+            case = RateCase(record.task_id, task.name, share_of_one(verdict.success))
             yield case, (steps, _find_bin(task.goals, GOAL_BOUNDS), kinds)
 
 
@@ -122,7 +122,7 @@ def _find_bin(number: int, bounds: Sequence[int]) -> int:
     return sum([number > bound for bound in bounds])
 
 
-def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
+def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     """Compare each run on a benchmark with runs of the model on task files of the benchmark's world.
 
     Task files are named after their benchmark: `lamps-tasks` after `lamps`.
@@ -130,7 +130,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     Raises:
         InputError: no model has runs on both.
     """
-    pairs = list(_pair_runs(list(records.runs())))
+    pairs = list(_pair_runs(list(records.read_runs())))
     if not pairs:
         raise InputError(
             "contamination needs runs of a model on a benchmark and on generated tasks of its world"

@@ -10,9 +10,9 @@ from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
 from eai.results.batch import Scoring
 from eai.results.record import Record
-from eai.results.records import record_line
+from eai.results.records import format_record_line
 from eai.results.responses import COLUMNS, Response
-from eai.results.summary import outcome_of as outcome_of
+from eai.results.summary import find_answer_outcome as outcome_of
 
 RECORD_COLUMNS = {"record": "string", "outcome": "string", "success": "boolean"}
 """Types of the columns that scoring adds, by name of the column, as Spark writes types."""
@@ -57,7 +57,7 @@ class BatchScorer:
             for task_id, text in zip(task_ids, texts, strict=True)
             if task_id is not None
         ]
-        records = Scoring().records(self._suite, self._model, answers, explanations=self._explanations)
+        records = Scoring().score_records(self._suite, self._model, answers, explanations=self._explanations)
         scored = [(None, None, None) if task_id is None else _columns(next(records)) for task_id in task_ids]
         return {
             **batch,
@@ -74,4 +74,4 @@ class BatchScorer:
 def _columns(record: Record) -> tuple[str, str, bool | None]:
     outcome = outcome_of(record)
     excluded = record.verdict.excluded is not None
-    return record_line(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS
+    return format_record_line(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS

@@ -18,8 +18,8 @@ from eai.results.workers import (
     MAX_BATCHES_PER_WORKER,
     MAX_DEATHS,
     MIN_BATCH_SIZE,
-    load_work,
     split_batches,
+    unpickle_work,
 )
 
 LOCAL = "local"
@@ -119,4 +119,4 @@ class _Actor:
 
     def run(self, work: bytes, items: bytes) -> bytes:
         """Apply a pickled function to a pickled batch, and return the pickled results."""
-        return pickle.dumps(load_work(work)(pickle.loads(items)))  # noqa: S301 - written by this program
+        return pickle.dumps(unpickle_work(work)(pickle.loads(items)))  # noqa: S301 - written by this program

@@ -21,7 +21,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.reward import MAX_ANSWER_CHARACTERS
-from eai.results.summary import summarise
+from eai.results.summary import compute_metric_rates
 
 ANSWER = Path("/workdir/answer.txt")
 """Path of the file with the agent's answer."""
@@ -57,7 +57,7 @@ def _invalid(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
 
 
 def _shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
-    rates = summarise([verdict], suite.ability)
+    rates = compute_metric_rates([verdict], suite.ability)
     shares = {name: rates[name].share for name in get_declaration(suite.ability).overview_headings}
     rated = {name: float(share) for name, share in shares.items() if share is not None}
     return {"reward": float(is_right(suite, verdict)), **rated}

@@ -16,7 +16,14 @@ from eai.cli.console import format_count, note, say
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
-from eai.results.responses import SUFFIX, Response, ResponseFile, model_name, read_responses, write_responses
+from eai.results.responses import (
+    SUFFIX,
+    Response,
+    ResponseFile,
+    read_model_name,
+    read_responses,
+    write_responses,
+)
 
 if TYPE_CHECKING:
     from eai.agents.play import RecordedGame
@@ -81,7 +88,7 @@ class _Answers:
     def __init__(self, path: Path, suite: Suite) -> None:
         if not path.name.endswith(SUFFIX):
             raise InputError(f"--out {path}: expected a name that ends with {SUFFIX}")
-        self._path, self._model = path, model_name(path)
+        self._path, self._model = path, read_model_name(path)
         responses = read_responses(path, suite.task_ids).responses if path.exists() else ()
         self._texts = {response.task_id: response.text for response in responses}
         self._written = self._read()

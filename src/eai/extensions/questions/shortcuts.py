@@ -24,7 +24,7 @@ from eai.extensions.questions.question import (
     grade_answer,
 )
 from eai.extensions.questions.setting import Item, QuestionSetting
-from eai.results.rate import Rate, rate_of
+from eai.results.rate import Rate, compute_rate
 from eai.tasks.share import Share
 
 LETTERS = "ABCD"
@@ -417,7 +417,7 @@ def shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) 
     """
     names = dict.fromkeys([GUESS, *(name for question in questions for name in question.shortcuts)])
     return {
-        name: rate_of(
+        name: compute_rate(
             [Share(question.shortcuts.get(name, guesses[question.id]), 1) for question in questions]
         )
         for name in names

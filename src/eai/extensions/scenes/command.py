@@ -65,7 +65,7 @@ def export_pictures(
             continue
         beside = out / f"{task_id}.json"
         write_files_atomically(
-            {**{out / f"{task_id}{end}": each for end, each in drawn.items()}, beside: f"{truth.text}\n"}
+            {**{out / f"{task_id}{end}": each for end, each in drawn.items()}, beside: f"{truth.json_text}\n"}
         )
     if refused and len(refused) == len(chosen):
         raise refused[0]

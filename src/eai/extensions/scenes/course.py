@@ -20,7 +20,7 @@ from eai.extensions.scenes.diagrams import make_picture_words
 from eai.extensions.scenes.tiles import make_tiles
 from eai.results.record import Record
 from eai.studies.perception.scene_graph import SceneWords
-from eai.studies.report.explorer import Tile, TileScenes
+from eai.studies.report.explorer import SceneTile, TileScenes
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
 from eai.tasks.wording import prompt_objects
@@ -98,10 +98,10 @@ def replay_steps(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
     return states
 
 
-def _make_scene_tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) -> list[Tile]:
+def _make_scene_tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) -> list[SceneTile]:
     agent = task.scene.agent
-    graph = words.describe(replace(task, initial=state), shown)
-    return make_tiles(graph, words, None if agent is None else words.names(task)[agent])
+    graph = words.make_true_graph(replace(task, initial=state), shown)
+    return make_tiles(graph, words, None if agent is None else words.list_object_names(task)[agent])
 
 
 def _to_action(step: StepReport, scene: Scene) -> Action:

@@ -47,10 +47,10 @@ def draw_scene(
     shown = prompt_objects(task) if objects is None else objects
     others = choose_other_objects(task, words, shown, clutter)
     now = task if state is None else replace(task, initial=state)
-    names, agent = words.names(task), task.scene.agent
+    names, agent = words.list_object_names(task), task.scene.agent
     doer = None if agent is None else names[agent]
     while True:
-        truth = words.describe(now, [*shown, *others])
+        truth = words.make_true_graph(now, [*shown, *others])
         drawing = draw_tiles(make_tiles(truth, words, doer, [names[index] for index in others]))
         if drawing.height <= MOST_HEIGHT or not others:
             return drawing, truth

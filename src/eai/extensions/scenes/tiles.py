@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from eai.base.grouping import group_pairs
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
-from eai.studies.report.explorer import Tile
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, SupportRelation
+from eai.studies.report.explorer import SceneTile
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Arrows in texts of relations: for a relation that holds in both directions, and for one direction only."""
@@ -21,7 +21,7 @@ HANDS = "(hands)"
 
 def make_tiles(
     graph: SceneGraph, words: SceneWords, agent: str | None, others: Sequence[str] = ()
-) -> list[Tile]:
+) -> list[SceneTile]:
     """Return the outermost tiles of a scene graph. The tile of the agent comes first.
 
     Args:
@@ -30,12 +30,12 @@ def make_tiles(
         agent: the name of the acting object, or None if no object acts.
         others: the names of objects that do not occur in the task.
     """
-    hands, doer = [words.spelling(name) for name in words.holding_predicates], agent or HANDS
-    tiles: dict[str, Tile] = {}
+    hands, doer = [words.find_written_name(name) for name in words.holding_predicates], agent or HANDS
+    tiles: dict[str, SceneTile] = {}
     if hands or doer in graph.names:
-        tiles[doer] = Tile(doer, "agent", zones={hand: [] for hand in hands})
+        tiles[doer] = SceneTile(doer, "agent", zones={hand: [] for hand in hands})
     for name in graph.names:
-        tiles.setdefault(name, Tile(name, "other" if name in others else "object"))
+        tiles.setdefault(name, SceneTile(name, "other" if name in others else "object"))
     placed = _find_placements(graph, words, agent, hands)
     for name, fact in placed.items():
         holder = doer if fact.predicate in hands else fact.arguments[1]
@@ -56,10 +56,10 @@ def _find_placements(
 
     If several facts do, return the fact with the innermost of these places.
     """
-    names = {words.spelling(name) for name in words.support_predicates}
+    names = {words.find_written_name(name) for name in words.support_predicates}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.names}
-    circles = Supports(frozenset(names))
+    circles = SupportRelation(frozenset(names))
     placed: dict[str, NamedFact] = {}
     for fact in graph.facts:
         if fact.predicate in hands and (len(fact.arguments) == 1 or fact.arguments[0] == agent):
@@ -68,7 +68,7 @@ def _find_placements(
         for fact in sorted(facts, key=lambda each: -depths[each.arguments[1]]):
             if name not in placed and not circles.would_close_circle(fact):
                 placed[name] = fact
-                circles.add(fact)
+                circles.add_fact(fact)
     return placed
 
 

@@ -31,17 +31,17 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.protocols import preset_attempts
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.paper_tables import PaperTable, read_paper_table
 from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_figure
-from eai.results.rate import rate_of
+from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import RunKey, count_errors_as_paper
-from eai.results.summary import cases_of, keep_attempts, outcome_of, share_of
+from eai.results.summary import drop_later_attempts, estimate_share, find_answer_outcome, make_cases_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.studies.records import Records, group_comparable_runs
-from eai.studies.study import Analysis, Figures, Study, add_run_title, paper_remarks
-from eai.studies.variation import Variation
+from eai.studies.records import StudyRecords, group_comparable_runs
+from eai.studies.study import Analysis, Figures, Study, add_run_title, write_paper_remarks
+from eai.studies.variation import VariationOptions
 from eai.tasks.options import Options
 from eai.world.fault import FaultKind, Notice
 
@@ -55,7 +55,7 @@ _NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_
 
 
 @dataclass(frozen=True, slots=True)
-class _Arm:
+class _AttemptsArm:
     """An arm of the study: one way to ask again after failures, with a run for each seed.
 
     Seeds decide which actions fail at random.
@@ -69,42 +69,46 @@ class _Arm:
     runs: Mapping[int | None, Sequence[Record]]
 
     @property
-    def options(self) -> AttemptOptions:
+    def attempt_options(self) -> AttemptOptions:
         """Options of the arm for attempts: their number, feedback, and failing actions."""
         return AttemptOptions.from_experiment(self.experiment) or AttemptOptions()
 
     @property
-    def name(self) -> str:
+    def label(self) -> str:
         """The label of the arm's options, without a seed."""
         return self.experiment.label
 
     @property
-    def attempts(self) -> int:
+    def max_attempts(self) -> int:
         """Maximum number of attempts at a task, the first attempt included."""
-        return self.options.replans + 1
+        return self.attempt_options.replans + 1
 
     @property
-    def control(self) -> Experiment:
+    def control_experiment(self) -> Experiment:
         """The options of the control: an equal number of attempts without feedback."""
         return self.experiment.replace_study_settings(
-            replace(self.options, feedback="none", form="prompt").experiment
+            replace(self.attempt_options, feedback="none", form="prompt").experiment
         )
 
-    def records(self, attempts: int) -> list[Record]:
+    def list_records(self, attempts: int) -> list[Record]:
         """Return the records of all seeds, as they would be after a number of attempts."""
-        return [keep_attempts(record, attempts) for records in self.runs.values() for record in records]
+        return [drop_later_attempts(record, attempts) for records in self.runs.values() for record in records]
 
-    def cases(self, metric: str, attempts: int) -> list[Case]:
+    def make_cases(self, metric: str, attempts: int) -> list[RateCase]:
         """Return the contribution of each task to a metric after a number of attempts, seed after seed."""
-        return [case for records in self.runs.values() for case in _cases(records, metric, attempts)]
+        return [
+            case
+            for records in self.runs.values()
+            for case in _make_cases_after_attempts(records, metric, attempts)
+        ]
 
 
-def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
-    stopped = [keep_attempts(record, attempts) for record in records]
-    return cases_of(stopped, stopped[0].ability).get(metric, [])
+def _make_cases_after_attempts(records: Sequence[Record], metric: str, attempts: int) -> list[RateCase]:
+    stopped = [drop_later_attempts(record, attempts) for record in records]
+    return make_cases_by_metric(stopped, stopped[0].ability).get(metric, [])
 
 
-def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
+def group_arms(runs: Sequence[Sequence[Record]]) -> list[_AttemptsArm]:
     """Return the arms of one model and suite: runs grouped by their way to ask again after failures.
 
     Arms without feedback come first. Runs without further attempts are left out.
@@ -119,29 +123,33 @@ def group_arms(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
         and (options := AttemptOptions.from_experiment(experiment)) is not None
     )
     arms = [
-        _Arm(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
+        _AttemptsArm(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
         for experiment, by_seed in by_experiment.items()
     ]
     order = [*get_args(FeedbackLevel)]
-    return sorted(arms, key=lambda arm: (arm.options.slip, order.index(arm.options.feedback), arm.name))
+    return sorted(
+        arms, key=lambda arm: (arm.attempt_options.slip, order.index(arm.attempt_options.feedback), arm.label)
+    )
 
 
-def replanning_tables(arms: Sequence[_Arm]) -> list[Table]:
+def make_replanning_tables(arms: Sequence[_AttemptsArm]) -> list[Table]:
     """Return the tables that compare arms of further attempts."""
-    return [_attempts_table(arms), _feedback_table(arms), _outcomes_table(arms)]
+    return [_make_attempts_table(arms), _make_feedback_table(arms), _make_outcomes_table(arms)]
 
 
-def write_remarks(arms: Sequence[_Arm]) -> list[str]:
+def write_remarks(arms: Sequence[_AttemptsArm]) -> list[str]:
     """Return remarks for readers that name the arms without a control, and the arms with a single seed."""
     experiments = {arm.experiment for arm in arms}
-    lone_arms = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in experiments]
+    lone_arms = [
+        arm.label for arm in arms if arm.max_attempts > 1 and arm.control_experiment not in experiments
+    ]
     texts = []
     if lone_arms:
         texts.append(
             f"No resampling arm stands beside {', '.join(lone_arms)}: what feedback is worth is not known. "
             "`eai run` with the same options and `attempts.feedback=none` makes it."
         )
-    once = [arm.name for arm in arms if arm.options.slip and len(arm.runs) == 1]
+    once = [arm.label for arm in arms if arm.attempt_options.slip and len(arm.runs) == 1]
     if once:
         texts.append(
             f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
@@ -150,9 +158,9 @@ def write_remarks(arms: Sequence[_Arm]) -> list[str]:
     return texts
 
 
-def success_by_attempt(arm: _Arm) -> list[Estimate]:
+def estimate_success_by_attempt(arm: _AttemptsArm) -> list[Estimate]:
     """Return the success rate after at most 1, 2, ... attempts at each task."""
-    return [Estimate.from_cases(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
+    return [Estimate.from_cases(arm.make_cases(SUCCESS, number)) for number in range(1, arm.max_attempts + 1)]
 
 
 @make_table(
@@ -163,7 +171,7 @@ def success_by_attempt(arm: _Arm) -> list[Estimate]:
         *("slip", "attempts used", "tokens"),
     ),
 )
-def _attempts_table(arms: Sequence[_Arm]) -> Iterator[Row]:
+def _make_attempts_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     """By the number of attempts.
 
     The result of each arm after a number of attempts, in percent, with 95 % intervals whose units are names
@@ -171,23 +179,23 @@ def _attempts_table(arms: Sequence[_Arm]) -> Iterator[Row]:
     since a success ends the attempts: a rise from row to row is no finding by itself. Attempts used and
     tokens are means per task, up to that attempt.
     """
-    for arm, number in ((item, number) for item in arms for number in range(1, item.attempts + 1)):
-        records = [record for record in arm.records(number) if record.verdict.excluded is None]
+    for arm, number in ((item, number) for item in arms for number in range(1, item.max_attempts + 1)):
+        records = [record for record in arm.list_records(number) if record.verdict.excluded is None]
         slipped = [r.verdict.error is not None and r.verdict.error.kind is FaultKind.SLIP for r in records]
-        cases = [arm.cases(metric, number) for metric in _ERRORS]
-        errors = [rate_of(case.share for case in of_kind).percent for of_kind in cases]
+        cases = [arm.make_cases(metric, number) for metric in _ERRORS]
+        errors = [compute_rate(case.share for case in of_kind).percent for of_kind in cases]
         tokens = [
             sum([attempt.usage.tokens or 0 for attempt in record.attempts if attempt.usage])
             for record in records
         ]
         yield (
-            arm.name,
+            arm.label,
             number,
             len(arm.runs),
-            Estimate.from_cases(arm.cases(SUCCESS, number)),
-            Estimate.from_cases(arm.cases(EXECUTION, number)),
+            Estimate.from_cases(arm.make_cases(SUCCESS, number)),
+            Estimate.from_cases(arm.make_cases(EXECUTION, number)),
             *errors,
-            share_of(records, slipped).value,
+            estimate_share(records, slipped).value,
             fmean([len(record.attempts) for record in records]) if records else None,
             fmean(tokens) if any(tokens) else None,
         )
@@ -198,26 +206,26 @@ def _attempts_table(arms: Sequence[_Arm]) -> Iterator[Row]:
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
 )
-def _feedback_table(arms: Sequence[_Arm]) -> Iterator[Row]:
+def _make_feedback_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     """Each arm with feedback beside the one without.
 
     Task success of the resampling arm, which gets no feedback, and of an arm with feedback, after as many
     attempts on the same tasks and seeds. The difference is in points. Both ask the same question in the first
     attempt, so the first difference shows the size of chance.
     """
-    controls = {arm.experiment: arm for arm in arms if arm.options.feedback == "none"}
+    controls = {arm.experiment: arm for arm in arms if arm.attempt_options.feedback == "none"}
     for arm in arms:
-        control = controls.get(arm.control)
+        control = controls.get(arm.control_experiment)
         if control is None or control is arm:
             continue
-        for number in range(1, arm.attempts + 1):
+        for number in range(1, arm.max_attempts + 1):
             one, other = _pair_cases(control, arm, number)
             estimates = (
                 Estimate.from_cases(one),
                 Estimate.from_cases(other),
                 Estimate.from_difference(one, other),
             )
-            yield (arm.name, number, *estimates)
+            yield (arm.label, number, *estimates)
 
 
 @make_table(
@@ -225,7 +233,7 @@ def _feedback_table(arms: Sequence[_Arm]) -> Iterator[Row]:
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
 )
-def _outcomes_table(arms: Sequence[_Arm]) -> Iterator[Row]:
+def _make_outcomes_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     """The outcomes of tasks by that of the first answer.
 
     Tasks by the error of their first answer: the percentage solved in the end, the number that ended with the
@@ -233,23 +241,28 @@ def _outcomes_table(arms: Sequence[_Arm]) -> Iterator[Row]:
     """
     for arm in arms:
         by_kind = group_pairs(
-            (outcome_of(keep_attempts(record, 1)), record) for record in arm.records(arm.attempts)
+            (find_answer_outcome(drop_later_attempts(record, 1)), record)
+            for record in arm.list_records(arm.max_attempts)
         )
         for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _NOT_FAILED]:
-            ended = Counter(outcome_of(record) for record in by_kind[kind])
-            mended = [outcome_of(record) is AnswerOutcome.SUCCESS for record in by_kind[kind]]
+            ended = Counter(find_answer_outcome(record) for record in by_kind[kind])
+            mended = [find_answer_outcome(record) is AnswerOutcome.SUCCESS for record in by_kind[kind]]
             same, tried = ended[kind], len(mended)
             other = tried - same - ended[AnswerOutcome.SUCCESS]
             label = kind.value.replace("_", " ")
-            yield (arm.name, label, tried, share_of(by_kind[kind], mended), same, other)
+            yield (arm.label, label, tried, estimate_share(by_kind[kind], mended), same, other)
 
 
-def _pair_cases(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[Case]]:
+def _pair_cases(
+    control: _AttemptsArm, arm: _AttemptsArm, attempts: int
+) -> tuple[list[RateCase], list[RateCase]]:
     """Return two lists, one per arm, with the contributions of the tasks and seeds that both arms have."""
-    pairs: list[tuple[Case, Case]] = []
+    pairs: list[tuple[RateCase, RateCase]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
-        before = {case.task: case for case in _cases(control.runs[seed], SUCCESS, attempts)}
-        after_it = _cases(arm.runs[seed], SUCCESS, attempts)
+        before = {
+            case.task: case for case in _make_cases_after_attempts(control.runs[seed], SUCCESS, attempts)
+        }
+        after_it = _make_cases_after_attempts(arm.runs[seed], SUCCESS, attempts)
         pairs += [(before[case.task], case) for case in after_it if case.task in before]
     return [one for one, _ in pairs], [other for _, other in pairs]
 
@@ -263,7 +276,7 @@ _SCREEN_COLUMNS = (
 """Names of the columns that the tables show on the screen."""
 
 
-class _ReplanningOptions(Variation):
+class _ReplanningOptions(VariationOptions):
     """The number of attempts at a task, the feedback between them, and actions that fail.
 
     Raises:
@@ -362,7 +375,7 @@ class _ReplanningChoices(Options):
     published_counts: bool = False
 
 
-def _analyze(records: Records, chosen: _ReplanningChoices) -> Iterator[Analysis]:
+def _analyze_attempts(records: StudyRecords, chosen: _ReplanningChoices) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
     They are the runs with feedback, and the run with attempts.feedback=none that shows the gain of feedback.
@@ -370,7 +383,9 @@ def _analyze(records: Records, chosen: _ReplanningChoices) -> Iterator[Analysis]
     Raises:
         InputError: there are no such runs.
     """
-    acting = (run for run in records.runs() if AttemptOptions.from_experiment(run.key.experiment) is not None)
+    acting = (
+        run for run in records.read_runs() if AttemptOptions.from_experiment(run.key.experiment) is not None
+    )
     groups = list(group_comparable_runs(acting).values())
     if not groups:
         raise InputError(
@@ -381,33 +396,35 @@ def _analyze(records: Records, chosen: _ReplanningChoices) -> Iterator[Analysis]
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
         counted = map(count_errors_as_paper, group) if chosen.published_counts else group
         arms = group_arms([run.records for run in counted])
-        made, notes = _tables(arms, key)
+        made, notes = _make_tables(arms, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
         yield Analysis(
             made,
-            _figures(arms, key),
+            _draw_figures(arms, key),
             [*write_remarks(arms), *notes],
             place if len(groups) > 1 else "",
-            [first.select(_SCREEN_COLUMNS), made[1].select(_SCREEN_COLUMNS)],
+            [first.select_columns(_SCREEN_COLUMNS), made[1].select_columns(_SCREEN_COLUMNS)],
         )
 
 
-def _tables(arms: Sequence[_Arm], key: RunKey) -> tuple[list[Table], list[str]]:
+def _make_tables(arms: Sequence[_AttemptsArm], key: RunKey) -> tuple[list[Table], list[str]]:
     """Return all tables and remarks. The paper's table is included if it has the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
     if not papers:
-        return replanning_tables(arms), []
-    return [*replanning_tables(arms), _paper_table(papers, key.domain)], paper_remarks(papers, key.protocol)
+        return make_replanning_tables(arms), []
+    return [*make_replanning_tables(arms), _make_paper_table(papers, key.domain)], write_paper_remarks(
+        papers, key.protocol
+    )
 
 
-def _figures(arms: Sequence[_Arm], key: RunKey) -> Figures:
-    yield add_run_title(key, "success_by_attempt", draw(arms))
+def _draw_figures(arms: Sequence[_AttemptsArm], key: RunKey) -> Figures:
+    yield add_run_title(key, "success_by_attempt", draw_success_by_attempt(arms))
 
 
 @make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
-def _paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
+def _make_paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     """The paper's figures.
 
     Percent, as printed. Read the notes at the head of this page before comparing them.
@@ -415,7 +432,7 @@ def _paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     for paper in papers:
         columns = {column.metric: column for column in paper.columns if column.domain == domain}
         for name in paper.rows:
-            figures = [paper.figure(name, columns[m]) if m in columns else None for m in _PAPER_METRICS]
+            figures = [paper.find_figure(name, columns[m]) if m in columns else None for m in _PAPER_METRICS]
             yield (paper.title, name, *figures)
 
 
@@ -426,21 +443,21 @@ _ARM_DISTANCE = 0.05
 """Horizontal distance between the arms' points, in attempts, so that intervals do not overlap."""
 
 
-def draw(arms: Sequence[_Arm]) -> Figure | None:
+def draw_success_by_attempt(arms: Sequence[_AttemptsArm]) -> Figure | None:
     """Draw success by attempt with its 95 % intervals; return None if no task had a second attempt."""
-    shown = [arm for arm in arms if arm.attempts > 1]
+    shown = [arm for arm in arms if arm.max_attempts > 1]
     if not shown:
         return None
     figure = make_figure(_SIZE[0], _SIZE[1] + _LEGEND_ROW * len(shown))
     panel = figure.subplots()
     for number, arm in enumerate(shown):
-        estimates = success_by_attempt(arm)
-        places = [k + _ARM_DISTANCE * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
-        has_feedback = arm.options.feedback != "none"
+        estimates = estimate_success_by_attempt(arm)
+        places = [k + _ARM_DISTANCE * (number - (len(shown) - 1) / 2) for k in range(1, arm.max_attempts + 1)]
+        has_feedback = arm.attempt_options.feedback != "none"
         color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
-        label = f"{clip_label(arm.name)}, n = {estimates[0].denominator:,.0f}"
+        label = f"{clip_label(arm.label)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)
-    ticks = range(1, max(arm.attempts for arm in shown) + 1)
+    ticks = range(1, max(arm.max_attempts for arm in shown) + 1)
     panel.set(xlabel="attempts", xticks=ticks, ylabel="task success in percent", ylim=(0, 100))
     panel.grid(axis="y", color=RULE, linewidth=0.6)
     figure.legend(loc="outside lower center", ncols=1, frameon=False, fontsize=7)
@@ -453,5 +470,5 @@ REPLANNING = Study(
     _ReplanningOptions,
     section="attempts",
     choices=_ReplanningChoices,
-    analyze=_analyze,
+    analyze=_analyze_attempts,
 )

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from eai.results.certainty import LEVEL, two_sided_quantile
+from eai.results.certainty import LEVEL, compute_student_quantile
 from eai.results.table import Estimate
 
 if TYPE_CHECKING:
@@ -30,7 +30,9 @@ _MIN_CLUSTERS = 4
 """Minimum number of clusters for the interval of a correlation."""
 
 
-def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: Sequence[str]) -> Estimate:
+def compute_rank_correlation(
+    first: Sequence[float], second: Sequence[float], clusters: Sequence[str]
+) -> Estimate:
     """Return Spearman's correlation of two series, without a value if one of the series does not vary.
 
     The interval is from a jackknife over clusters of Fisher's transform, with Student's quantile for (number
@@ -51,19 +53,21 @@ def rank_correlation(first: Sequence[float], second: Sequence[float], clusters: 
     member = np.array([names[name] for name in clusters])
     values = np.column_stack([np.ones(len(x)), x, y, x * x, y * y, x * y])
     of_clusters = np.array([np.bincount(member, weights=column) for column in values.T]).T
-    whole = _pearson(of_clusters.sum(axis=0, keepdims=True))[0]
+    whole = _compute_pearson_correlation(of_clusters.sum(axis=0, keepdims=True))[0]
     value = float(whole)
     if len(names) < _MIN_CLUSTERS or abs(value) >= 1:
         return Estimate(value)
-    without = np.arctanh(np.clip(_pearson(of_clusters.sum(axis=0) - of_clusters), -0.999999, 0.999999))
+    without = np.arctanh(
+        np.clip(_compute_pearson_correlation(of_clusters.sum(axis=0) - of_clusters), -0.999999, 0.999999)
+    )
     without = without[np.isfinite(without)]
     variance = (len(without) - 1) / len(without) * ((without - without.mean()) ** 2).sum()
-    half = two_sided_quantile(LEVEL, len(names) - 1) * math.sqrt(variance)
+    half = compute_student_quantile(LEVEL, len(names) - 1) * math.sqrt(variance)
     middle = math.atanh(value)
     return Estimate(value, math.tanh(middle - half), math.tanh(middle + half))
 
 
-def _pearson(sums: NDArray[np.float64]) -> NDArray[np.float64]:
+def _compute_pearson_correlation(sums: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the correlation for each row of sums (n, x, y, xx, yy, xy); NaN if x or y is constant."""
     import numpy as np
 
@@ -73,7 +77,7 @@ def _pearson(sums: NDArray[np.float64]) -> NDArray[np.float64]:
     return correlations
 
 
-def fit_logit(
+def fit_logistic_regression(
     columns: NDArray[np.float64], success: NDArray[np.float64], clusters: Sequence[str]
 ) -> list[Estimate]:
     """Return the effect of each column on success in a logistic regression, in log odds per unit.
@@ -102,7 +106,7 @@ def fit_logit(
         changes.append(-np.linalg.pinv(left) @ (of_cluster.T @ (success[rows] - fitted[rows])))
     spread = np.array(changes)
     variance = (len(names) - 1) / len(names) * (spread**2).sum(axis=0)
-    half = two_sided_quantile(LEVEL, len(names) - 1) * np.sqrt(variance)
+    half = compute_student_quantile(LEVEL, len(names) - 1) * np.sqrt(variance)
     return [
         Estimate(float(value), float(value - wide), float(value + wide))
         for value, wide in zip(estimate, half, strict=True)

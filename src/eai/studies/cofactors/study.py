@@ -19,7 +19,7 @@ from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import share_of_one
 from eai.base.grouping import group_pairs
 from eai.benchmarks.features import Features
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.lines import (
     MEASURES,
     MODEL,
@@ -42,15 +42,15 @@ from eai.results.plots import (
     RULE,
     draw_estimate,
     draw_line,
-    draw_names,
+    draw_rates_by_name,
+    group_rows_by_suite,
     make_figure,
-    rows_of,
 )
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.results.tidy import TidyTables
-from eai.studies.cofactors.effects import fit_logit, rank_correlation
-from eai.studies.records import Records
+from eai.studies.cofactors.effects import compute_rank_correlation, fit_logistic_regression
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 from eai.tasks.share import Share
@@ -77,23 +77,23 @@ _MAX_BINS = 8
 _BIN_SIZES = (1, 2, 5)
 
 
-def _log(number: int | None) -> float | None:
+def _compute_logarithm(number: int | None) -> float | None:
     return math.log(number) if number else None
 
 
 REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
-    f"log {STEPS}": lambda answer: _log(answer.annotated_steps),
+    f"log {STEPS}": lambda answer: _compute_logarithm(answer.annotated_steps),
     "ground_relation_goals": lambda answer: answer.ground_relation_goals,
     "ground_state_goals": lambda answer: answer.ground_state_goals,
     "ground_action_goals": lambda answer: answer.ground_action_goals,
-    "log objects": lambda answer: _log(answer.objects),
+    "log objects": lambda answer: _compute_logarithm(answer.objects),
     "any tool_steps": lambda answer: None if answer.tool_steps is None else float(answer.tool_steps > 0),
     "quantified_goals": lambda answer: answer.quantified_goals,
 }
 """Columns of the regression by name, each with a function from an answer's line to the value."""
 
 
-def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
+def make_cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
     """Return the tables that compare scores with features of tasks.
 
     Args:
@@ -107,15 +107,15 @@ def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -
         for suite, answers in suites.items()
     }
     return [
-        _effects_table(suites),
-        _correlations(judged, share_of),
-        _curves(judged, share_of, width),
-        _actions_table(tables.steps),
-        _predicates_table(tables.goals),
+        _make_effects_table(suites),
+        _make_correlations_table(judged, share_of),
+        _make_score_curves(judged, share_of, width),
+        _make_actions_table(tables.steps),
+        _make_predicates_table(tables.goals),
     ]
 
 
-def make_bins(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
+def make_bin_function(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
     """Return a function that maps a value of a feature to the bounds of the value's bin, both included.
 
     Bins of annotated steps have the given width. Other features use the smallest width of 1, 2, 5, 10, ...
@@ -124,13 +124,13 @@ def make_bins(feature: str, values: Iterable[int], width: int) -> Callable[[int]
     highest = max(values, default=0)
     if feature != STEPS:
         if highest > 1000:
-            return _decade
+            return _find_decade
         sizes = (nice * 10**power for power in range(4) for nice in _BIN_SIZES)
         width = next(size for size in sizes if highest // size < _MAX_BINS)
     return lambda value: (value // width * width, value // width * width + width - 1)
 
 
-def _decade(value: int) -> tuple[int, int]:
+def _find_decade(value: int) -> tuple[int, int]:
     if value < 2:
         return value, value
     power = 10 ** int(math.log10(value) + 1e-9)
@@ -138,7 +138,9 @@ def _decade(value: int) -> tuple[int, int]:
 
 
 @make_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
-def _curves(suites: _AnswersBySuite, share_of: _ShareOf, width: int, few: int = MIN_TASKS) -> Iterator[Row]:
+def _make_score_curves(
+    suites: _AnswersBySuite, share_of: _ShareOf, width: int, few: int = MIN_TASKS
+) -> Iterator[Row]:
     """Score by feature.
 
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
@@ -151,21 +153,21 @@ def _curves(suites: _AnswersBySuite, share_of: _ShareOf, width: int, few: int = 
         for feature in FEATURES:
             values = {value for line in answers if (value := getattr(line, feature)) is not None}
             if len(values) > 1:
-                bin_of = make_bins(feature, values, width)
+                bin_of = make_bin_function(feature, values, width)
                 for model, lines in models.items():
                     pairs = [(value, a) for a in lines if (value := getattr(a, feature)) is not None]
                     binned = group_pairs((bin_of(value), make_case(a, share_of(a))) for value, a in pairs)
-                    yield from [(*suite, model, feature, *row) for row in _curve(binned, few)]
+                    yield from [(*suite, model, feature, *row) for row in _make_curve_rows(binned, few)]
 
 
-def _curve(binned: Mapping[tuple[int, int], Sequence[Case]], few: int) -> Iterator[Row]:
+def _make_curve_rows(binned: Mapping[tuple[int, int], Sequence[RateCase]], few: int) -> Iterator[Row]:
     for (low, high), cases in sorted(binned.items()):
         tasks = len({case.task for case in cases})
         yield low, high, Estimate.from_cases(cases), tasks, tasks < few
 
 
 @make_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
-def _correlations(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
+def _make_correlations_table(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
     """Rank correlations.
 
     Spearman's correlation of each feature with the score of a task. For all models together, the score is
@@ -173,10 +175,10 @@ def _correlations(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
     """
     for suite, answers in suites.items():
         for model, lines in group_by_model(answers).items():
-            yield from [(*suite, model, *row) for row in _correlation_rows(lines, share_of)]
+            yield from [(*suite, model, *row) for row in _compute_correlation_rows(lines, share_of)]
 
 
-def _correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
+def _compute_correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
     """Yield for each varying feature its name, its correlation with task scores, and the number of tasks."""
     tasks = group_pairs((line.task, line) for line in answers)
     scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in lines) for t, lines in tasks.items()}
@@ -185,12 +187,12 @@ def _correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iter
         numbers = {task: value for task, value in values.items() if value is not None}
         if len(set(numbers.values())) > 1:
             names = [tasks[task][0].name for task in numbers]
-            rho = rank_correlation([scores[task] for task in numbers], list(numbers.values()), names)
+            rho = compute_rank_correlation([scores[task] for task in numbers], list(numbers.values()), names)
             yield feature, rho, len(numbers)
 
 
 @make_table("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
-def _effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
+def _make_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
     """Adjusted effects.
 
     Log odds of success per standard deviation of a feature among tasks, in a logistic regression with an
@@ -225,9 +227,9 @@ def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     }
     if not spread:
         return
-    whole = fit_logit(np.column_stack([*spread.values(), dummies]), success, clusters)
+    whole = fit_logistic_regression(np.column_stack([*spread.values(), dummies]), success, clusters)
     for number, (name, values) in enumerate(spread.items()):
-        alone = fit_logit(np.column_stack([values, dummies]), success, clusters)
+        alone = fit_logistic_regression(np.column_stack([values, dummies]), success, clusters)
         yield name, alone[0], whole[number], len(rows), len(set(clusters))
 
 
@@ -238,27 +240,29 @@ def _select_informative_models(answers: Iterable[AnswerLine]) -> list[str]:
 
 
 @make_table("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
-def _actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
+def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
     """Executed steps by action.
 
     The share of tried steps that were executed. A plan ends with its first failing step. A step that was not
     needed is not executed, but the plan goes on.
     """
-    return _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
+    return _compute_success_rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
 
 
 @make_table("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
-def _predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
+def _make_predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
     """Reached goals by predicate.
 
     The share of goals with the predicate that are reached; a goal with two predicates counts in both. For a
     plan that was not executed, the protocol decides: under strict it reaches nothing; some suites of the
     reference count goals that hold at the start.
     """
-    return _rates(goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied)
+    return _compute_success_rates(
+        goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied
+    )
 
 
-def _rates(
+def _compute_success_rates(
     lines: Sequence[TidyLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
 ) -> Iterator[Row]:
     """Yield the share of lines that succeed, for each suite, model, and action or predicate."""
@@ -282,22 +286,22 @@ class _CofactorChoices(Options):
     measure: AnswerMeasure = "score"
 
 
-def _analyze(records: Records, chosen: _CofactorChoices) -> Iterator[Analysis]:
-    tables = cofactor_tables(records.tables(), width=chosen.bins, measure=chosen.measure)
-    yield Analysis(tables, _figures(tables, chosen.measure))
+def _analyze_cofactors(records: StudyRecords, chosen: _CofactorChoices) -> Iterator[Analysis]:
+    tables = make_cofactor_tables(records.make_plain_tables(), width=chosen.bins, measure=chosen.measure)
+    yield Analysis(tables, _draw_figures(tables, chosen.measure))
 
 
-def _figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:
+def _draw_figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:
     adjusted, _, curves, by_action, by_predicate = tables
-    for suite, rows in rows_of(curves).items():
-        yield add_suite_title(suite, "curves", draw_curves(rows, f"{measure}, percent"))
-    for suite, rows in rows_of(adjusted).items():
-        yield add_suite_title(suite, "adjusted", draw_effects(rows))
-    for suite, rows in rows_of(by_action).items():
-        figure = draw_names(rows, "action", "executed", "executed of the steps tried")
+    for suite, rows in group_rows_by_suite(curves).items():
+        yield add_suite_title(suite, "curves", draw_feature_curves(rows, f"{measure}, percent"))
+    for suite, rows in group_rows_by_suite(adjusted).items():
+        yield add_suite_title(suite, "adjusted", draw_feature_effects(rows))
+    for suite, rows in group_rows_by_suite(by_action).items():
+        figure = draw_rates_by_name(rows, "action", "executed", "executed of the steps tried")
         yield add_suite_title(suite, "by_action", figure)
-    for suite, rows in rows_of(by_predicate).items():
-        figure = draw_names(rows, "predicate", "reached", "reached of the goals that mention it")
+    for suite, rows in group_rows_by_suite(by_predicate).items():
+        figure = draw_rates_by_name(rows, "predicate", "reached", "reached of the goals that mention it")
         yield add_suite_title(suite, "by_predicate", figure)
 
 
@@ -316,7 +320,7 @@ _HEIGHT = 1.9
 _EFFECT_ROW = 0.3
 
 
-def draw_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None:
+def draw_feature_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None:
     """Draw success by feature, one panel per feature; return None if no feature is known.
 
     The line of the mean of all models has intervals. Each model has a thin line without intervals.
@@ -351,16 +355,18 @@ def _draw_feature(panel: Axes, feature: str, rows: Sequence[Mapping[str, Cell]])
     cells = [first[low]["score"] if low in first else None for low, _ in bins]
     hollow = [number for number, (low, _) in enumerate(bins) if low in first and first[low]["few"]]
     draw_line(panel, numbers, cells, INK, hollow=hollow)
-    labels = [f"{_bin(low, high)}\n{first[low]['tasks'] if low in first else ''}" for low, high in bins]
+    labels = [
+        f"{_format_bin(low, high)}\n{first[low]['tasks'] if low in first else ''}" for low, high in bins
+    ]
     panel.set_xticks(range(len(bins)), labels=labels, fontsize=6.5)
     panel.text(-0.02, -0.17, "tasks", transform=panel.transAxes, fontsize=6.5, ha="right", va="top")
 
 
-def _bin(low: int, high: int) -> str:
+def _format_bin(low: int, high: int) -> str:
     return str(low) if low == high else f"{low:,}–{high:,}"
 
 
-def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
+def draw_feature_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     """Draw the effect of each feature in log odds, alone (hollow) and with all others (filled).
 
     The result is None if there are no rows.
@@ -389,6 +395,6 @@ COFACTORS = Study(
     "cofactors",
     "Success against what tasks are like, and what is left of each feature beside the others.",
     choices=_CofactorChoices,
-    analyze=_analyze,
+    analyze=_analyze_cofactors,
     included_in_all=True,
 )

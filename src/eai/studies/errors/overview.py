@@ -12,7 +12,7 @@ from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.lines import AnswerLine
-from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_band, make_figure
+from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_flow_band, make_figure
 from eai.results.table import Row, Table, make_table
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _MIN_NAMED_PERCENT = 0.3
 
 
 @make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
-def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def make_flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """From abilities and worlds to outcomes.
 
     Numbers of answers of all models by outcome. `with_additional_steps`: answers among them with at least one
@@ -50,7 +50,7 @@ def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
             yield (*suite, outcome, len(outcomes[outcome]), sum(outcomes[outcome]))
 
 
-class _Bar(NamedTuple):
+class _FlowBar(NamedTuple):
     """A bar of the figure: its upper edge and its height, in percent of all answers."""
 
     top: float
@@ -73,17 +73,17 @@ def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
         counts, needless = Counter[tuple[_WorldAbility, str]](), Counter[str]()
         for row in rows:
             suite, outcome = (str(row["domain"]), str(row["ability"])), str(row["outcome"])
-            counts[suite, outcome] += _number(row["answers"])
-            needless[outcome] += _number(row["with_additional_steps"])
+            counts[suite, outcome] += _read_count(row["answers"])
+            needless[outcome] += _read_count(row["with_additional_steps"])
         if len({suite for suite, _ in counts}) > 1:
-            yield f"flow-all-{protocol}", _draw(counts, needless, protocol)
+            yield f"flow-all-{protocol}", _draw_flow_of_protocol(counts, needless, protocol)
 
 
-def _number(cell: object) -> int:
+def _read_count(cell: object) -> int:
     return cell if isinstance(cell, int) else 0
 
 
-def _draw(
+def _draw_flow_of_protocol(
     counts: Mapping[tuple[_WorldAbility, str], int], needless: Mapping[str, int], protocol: str
 ) -> Figure:
     """Draw suites as bars on the left, outcomes as bars on the right, and bands of answers between them."""
@@ -92,8 +92,12 @@ def _draw(
     present = {outcome for _, outcome in counts}
     outcomes = [str(kind.value) for kind in AnswerOutcome if kind.value in present]
     suites = list(dict.fromkeys(suite for suite, _ in counts))
-    left = _bars({suite: sum(percents.get((suite, name), 0.0) for name in outcomes) for suite in suites})
-    right = _bars({name: sum(percents.get((suite, name), 0.0) for suite in suites) for name in outcomes})
+    left = _stack_bars(
+        {suite: sum(percents.get((suite, name), 0.0) for name in outcomes) for suite in suites}
+    )
+    right = _stack_bars(
+        {name: sum(percents.get((suite, name), 0.0) for suite in suites) for name in outcomes}
+    )
     figure = make_figure(PAGE, _HEIGHT)
     panel = figure.subplots()
     panel.set_axis_off()
@@ -103,15 +107,15 @@ def _draw(
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
         text = f"{title_of(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
         panel.text(-_WIDTH - 0.03, bar.middle, text, fontsize=6.5, ha="right", va="center", color=INK)
-    _draw_outcomes(panel, right, {name: 100 * needless[name] / total for name in outcomes})
+    _draw_outcome_bars(panel, right, {name: 100 * needless[name] / total for name in outcomes})
     panel.set_xlim(-1.0, 2.2)
     return figure
 
 
-def _bars(heights: Mapping[_Name, float]) -> dict[_Name, _Bar]:
-    bars, top = dict[_Name, _Bar](), 100.0
+def _stack_bars(heights: Mapping[_Name, float]) -> dict[_Name, _FlowBar]:
+    bars, top = dict[_Name, _FlowBar](), 100.0
     for name, height in heights.items():
-        bars[name] = _Bar(top, height)
+        bars[name] = _FlowBar(top, height)
         top -= height + _GAP
     return bars
 
@@ -119,8 +123,8 @@ def _bars(heights: Mapping[_Name, float]) -> dict[_Name, _Bar]:
 def _draw_bands(
     panel: Axes,
     percents: Mapping[tuple[_WorldAbility, str], float],
-    left: Mapping[_WorldAbility, _Bar],
-    right: Mapping[str, _Bar],
+    left: Mapping[_WorldAbility, _FlowBar],
+    right: Mapping[str, _FlowBar],
 ) -> None:
     starts = {suite: bar.top for suite, bar in left.items()}
     ends = {outcome: bar.top for outcome, bar in right.items()}
@@ -131,15 +135,19 @@ def _draw_bands(
             ends[outcome] -= share
             if share:
                 band = starts[suite], ends[outcome], share
-                draw_band(panel, 0, band, _color(outcome), alpha=0.55)
+                draw_flow_band(panel, 0, band, _choose_outcome_color(outcome), alpha=0.55)
 
 
-def _draw_outcomes(panel: Axes, bars: Mapping[str, _Bar], needless: Mapping[str, float]) -> None:
+def _draw_outcome_bars(panel: Axes, bars: Mapping[str, _FlowBar], needless: Mapping[str, float]) -> None:
     """Draw the bars of outcomes with their names. The hatched share has answers with needless steps."""
     text_top = math.inf
     for outcome, bar in bars.items():
         panel.fill_between(
-            [1, 1 + _WIDTH], bar.top - bar.height, bar.top, facecolor=_color(outcome), linewidth=0
+            [1, 1 + _WIDTH],
+            bar.top - bar.height,
+            bar.top,
+            facecolor=_choose_outcome_color(outcome),
+            linewidth=0,
         )
         low, hatched = bar.top - bar.height, needless[outcome]
         if hatched:
@@ -158,5 +166,5 @@ def _draw_outcomes(panel: Axes, bars: Mapping[str, _Bar], needless: Mapping[str,
         panel.text(1.19, text_top, text, fontsize=6.5, va="center", color=INK)
 
 
-def _color(outcome: str) -> str:
+def _choose_outcome_color(outcome: str) -> str:
     return OUTCOME_COLORS[AnswerOutcome(outcome)]

@@ -15,17 +15,17 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.verdict import share_of_one
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.lines import (
     MODEL,
     SUITE,
     AnswerLine,
     ClauseLine,
+    estimate_share_of_each_kind,
     group_by_model,
     group_by_run,
     group_by_suite,
     make_case,
-    shares_by_kind,
 )
 from eai.results.plots import (
     COLUMN,
@@ -33,17 +33,17 @@ from eai.results.plots import (
     MUTED,
     OUTCOME_COLORS,
     clip_label,
-    denominator_of,
-    draw_band,
-    draw_matrix,
-    draw_names,
+    draw_flow_band,
+    draw_rate_matrix,
+    draw_rates_by_name,
+    group_rows_by_suite,
     make_figure,
-    rows_of,
-    value_of,
+    read_denominator,
+    read_estimate,
 )
 from eai.results.table import Cell, Estimate, Label, Row, Table, make_table
-from eai.studies.errors.overview import draw_flows, flow_table
-from eai.studies.records import Records
+from eai.studies.errors.overview import draw_flows, make_flow_table
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 from eai.tasks.share import Share
@@ -72,7 +72,7 @@ class _ErrorLeaf(NamedTuple):
     detail: str = ""
 
 
-def find_leaf(answer: AnswerLine) -> _ErrorLeaf:
+def find_error_leaf(answer: AnswerLine) -> _ErrorLeaf:
     """Return the leaf of the taxonomy to which an answer belongs. Each answer has exactly one leaf."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING:
@@ -83,21 +83,21 @@ def find_leaf(answer: AnswerLine) -> _ErrorLeaf:
             unknown = (answer.error_check or "").removeprefix("unknown_")
             return _ErrorLeaf("grammar", answer.outcome, unknown)
         case AnswerOutcome.GOAL_MISSED if answer.executable:
-            return _ErrorLeaf("goal", answer.outcome, "+".join(_unmet_kinds(answer)))
+            return _ErrorLeaf("goal", answer.outcome, "+".join(_list_unmet_goal_kinds(answer)))
         case _ if answer.outcome in RUNTIME:
             return _ErrorLeaf("runtime", answer.outcome)
         case _:
             return _ErrorLeaf(answer.outcome)
 
 
-def _unmet_kinds(answer: AnswerLine) -> Iterator[str]:
+def _list_unmet_goal_kinds(answer: AnswerLine) -> Iterator[str]:
     for kind in _KINDS:
         met, total = getattr(answer, f"{kind}_met"), getattr(answer, f"{kind}_total")
         if met is not None and met < total:
             yield kind
 
 
-def error_tables(
+def make_error_tables(
     answers: Sequence[AnswerLine], clauses: Sequence[ClauseLine], *, examples: int, explorer: str | None
 ) -> list[Table]:
     """Return the tables that count errors of answers and of operators.
@@ -110,19 +110,19 @@ def error_tables(
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     return [
-        _leaves(counted),
-        _failed_checks(counted),
-        _additional(counted),
-        _clauses(clauses),
-        _predicates(clauses),
-        _examples(counted, examples, explorer),
-        _errors(counted),
-        flow_table(counted),
+        _make_outcomes_table(counted),
+        _make_failed_checks_table(counted),
+        _make_additional_steps_table(counted),
+        _make_clauses_table(clauses),
+        _make_predicates_table(clauses),
+        _make_examples_table(counted, examples, explorer),
+        _make_errors_table(counted),
+        make_flow_table(counted),
     ]
 
 
 @make_table("leaves", (*SUITE, MODEL, *_ErrorLeaf._fields, "answers"))
-def _leaves(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers.
 
     Answers at each leaf of the taxonomy, in percent of all counted answers. An answer belongs to one leaf,
@@ -130,21 +130,21 @@ def _leaves(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     reached.
     """
     for suite, of_suite in group_by_suite(answers).items():
-        leaves = sorted({find_leaf(answer) for answer in of_suite}, key=_leaf_order)
+        leaves = sorted({find_error_leaf(answer) for answer in of_suite}, key=_make_leaf_sort_key)
         for model, lines in group_by_model(of_suite).items():
-            shares = shares_by_kind(lines, [find_leaf(line) for line in lines], leaves)
+            shares = estimate_share_of_each_kind(lines, [find_error_leaf(line) for line in lines], leaves)
             yield from [(*suite, model, *leaf, share) for leaf, share in shares]
 
 
 _STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
 
 
-def _leaf_order(leaf: _ErrorLeaf) -> tuple[int, _ErrorLeaf]:
+def _make_leaf_sort_key(leaf: _ErrorLeaf) -> tuple[int, _ErrorLeaf]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
 @make_table("why", (*SUITE, MODEL, "check", "share"), max_shown_rows=15)
-def _failed_checks(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Which precondition is overlooked.
 
     Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all runtime
@@ -153,12 +153,14 @@ def _failed_checks(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     for key, lines in group_by_run([a for a in answers if a.outcome in RUNTIME]):
         checks = [line.error_check or "" for line in lines]
         times = Counter(checks)
-        shares = shares_by_kind(lines, checks, sorted(times, key=lambda check: (-times[check], check)))
+        shares = estimate_share_of_each_kind(
+            lines, checks, sorted(times, key=lambda check: (-times[check], check))
+        )
         yield from [(*key, check, share) for check, share in shares]
 
 
 @make_table("additional", (*SUITE, MODEL, "answers", "steps"))
-def _additional(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Additional steps.
 
     Answers with at least one step that was not needed, in percent, and how many such steps there are. They
@@ -170,7 +172,7 @@ def _additional(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 
 
 @make_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
-def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+def _make_clauses_table(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     """Over- and understatement of operators.
 
     Clauses of operators by side and category: those that are written and right (matched), written and wrong
@@ -183,21 +185,21 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
         )
         for side_and_category, of_group in sorted(groups.items()):
             counts = [sum(line.verdict == verdict for line in of_group) for verdict in _VERDICTS]
-            yield (*key, *side_and_category, *counts, _ratio_to_gold(of_group))
+            yield (*key, *side_and_category, *counts, _estimate_ratio_to_gold(of_group))
 
 
-def _ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
+def _estimate_ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
     """Return the number of clauses in answers, in percent of the number in the data set's operators."""
     by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
     for (task, name), verdicts in by_task.items():
         written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
-        cases.append(Case(task, name, Share(written, gold)))
+        cases.append(RateCase(task, name, Share(written, gold)))
     return Estimate.from_cases(cases)
 
 
 @make_table("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12)
-def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+def _make_predicates_table(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     """Predicates of operators that are missing, or too much.
 
     Clauses that lack or are wrong, by the predicates in them.
@@ -211,14 +213,14 @@ def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
 
 
 @make_table("examples", (*SUITE, *_ErrorLeaf._fields, "answered_by", "task", "check", "objects"))
-def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
+def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     """Examples.
 
     The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
     """
     for suite, of_suite in group_by_suite(answers).items():
-        by_leaf = group_pairs((find_leaf(answer), answer) for answer in of_suite)
-        for leaf in sorted(by_leaf, key=_leaf_order):
+        by_leaf = group_pairs((find_error_leaf(answer), answer) for answer in of_suite)
+        for leaf in sorted(by_leaf, key=_make_leaf_sort_key):
             yield from [
                 (*suite, *leaf, a.agent, _link_task(a, explorer), a.error_check, a.error_objects)
                 for a in by_leaf[leaf][:number]
@@ -238,7 +240,7 @@ def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
     (*SUITE, MODEL, "task", "name", *_ErrorLeaf._fields, "check", "objects", "step", "annotated_steps"),
     max_shown_rows=0,
 )
-def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_errors_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Every error.
 
     A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how many
@@ -248,7 +250,7 @@ def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
         if answer.error_kind is not None:
             key = (answer.protocol, answer.domain, answer.ability, answer.agent, answer.task, answer.name)
             of_error = (answer.error_check, answer.error_objects, answer.error_step)
-            yield (*key, *find_leaf(answer), *of_error, answer.annotated_steps)
+            yield (*key, *find_error_leaf(answer), *of_error, answer.annotated_steps)
 
 
 class _ErrorChoices(Options):
@@ -263,14 +265,14 @@ class _ErrorChoices(Options):
     explorer: Path | None = None
 
 
-def _analyze(records: Records, chosen: _ErrorChoices) -> Iterator[Analysis]:
-    explorer = _explorer_address(chosen.explorer, records.folder)
-    tidy = records.tables(features=False)
-    tables = error_tables(tidy.answers, tidy.clauses, examples=chosen.examples, explorer=explorer)
-    yield Analysis(tables, _figures(tables))
+def _analyze_errors(records: StudyRecords, chosen: _ErrorChoices) -> Iterator[Analysis]:
+    explorer = _make_relative_explorer_address(chosen.explorer, records.folder)
+    tidy = records.make_plain_tables(features=False)
+    tables = make_error_tables(tidy.answers, tidy.clauses, examples=chosen.examples, explorer=explorer)
+    yield Analysis(tables, _draw_figures(tables))
 
 
-def _explorer_address(explorer: Path | None, folder: Path) -> str | None:
+def _make_relative_explorer_address(explorer: Path | None, folder: Path) -> str | None:
     """Return the address of an explorer page, relative to a folder.
 
     Raises:
@@ -283,15 +285,19 @@ def _explorer_address(explorer: Path | None, folder: Path) -> str | None:
     return quote(Path(os.path.relpath(explorer, folder)).as_posix())
 
 
-def _figures(tables: Sequence[Table]) -> Figures:
+def _draw_figures(tables: Sequence[Table]) -> Figures:
     leaves, checks = tables[:2]
     yield from draw_flows(tables[-1])
-    for suite, rows in rows_of(leaves).items():
-        yield add_suite_title(suite, "flow", draw(rows))
+    for suite, rows in group_rows_by_suite(leaves).items():
+        yield add_suite_title(suite, "flow", draw_answer_outcomes(rows))
         levels = ("stage", "kind", "detail")
-        yield add_suite_title(suite, "leaves", draw_matrix(rows, levels, "answers", "percent of answers"))
-    for suite, rows in rows_of(checks).items():
-        yield add_suite_title(suite, "why", draw_names(rows, "check", "share", "share of runtime errors"))
+        yield add_suite_title(
+            suite, "leaves", draw_rate_matrix(rows, levels, "answers", "percent of answers")
+        )
+    for suite, rows in group_rows_by_suite(checks).items():
+        yield add_suite_title(
+            suite, "why", draw_rates_by_name(rows, "check", "share", "share of runtime errors")
+        )
 
 
 _GAP = 4.0
@@ -311,15 +317,15 @@ _COLORS: Mapping[str, str] = {
 }
 
 
-def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
+def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     """Draw the outcomes of answers of all models, or of the only model; None without answers.
 
     Args:
         rows: the rows of one suite in the table of leaves.
     """
     first = rows[0]["model"] if rows else None
-    cells = {_leaf(row): row["answers"] for row in rows if row["model"] == first}
-    shares = {leaf: value_of(cell) for leaf, cell in cells.items()}
+    cells = {_name_leaf(row): row["answers"] for row in rows if row["model"] == first}
+    shares = {leaf: read_estimate(cell) for leaf, cell in cells.items()}
     shares = {leaf: share for leaf, share in shares.items() if share > 0}
     if not shares:
         return None
@@ -328,13 +334,13 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     figure = make_figure(COLUMN, 1.2 + 0.13 * len(named))
     panel = figure.subplots()
     panel.set_axis_off()
-    answers = max(map(denominator_of, cells.values()))
+    answers = max(map(read_denominator, cells.values()))
     panel.set_title(f"{clip_label(str(first))}, percent of {answers:,} answers", fontsize=7.5)
     top, stage_top, text_top = 100.0, 100.0 + _GAP * (len(stages) - 1) / 2, 104.0
     for stage in stages:
         leaves = {leaf: share for leaf, share in shares.items() if leaf[0] == stage}
         whole, color = sum(leaves.values()), _COLORS.get(stage, MUTED)
-        draw_band(panel, 0, (top - whole, stage_top - whole, whole), color)
+        draw_flow_band(panel, 0, (top - whole, stage_top - whole, whole), color)
         at = stage_top
         for leaf, share in leaves.items():
             middle = at - share / 2
@@ -352,7 +358,7 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     return figure
 
 
-def _leaf(row: Mapping[str, Cell]) -> tuple[str, str]:
+def _name_leaf(row: Mapping[str, Cell]) -> tuple[str, str]:
     parts = [str(row[level]).replace("_", " ") for level in ("kind", "detail") if row[level]]
     return str(row["stage"]), ": ".join(parts)
 
@@ -361,6 +367,6 @@ ERRORS = Study(
     "errors",
     "Errors by the paper's taxonomy, and which check failed how often.",
     choices=_ErrorChoices,
-    analyze=_analyze,
+    analyze=_analyze_errors,
     included_in_all=True,
 )

@@ -8,20 +8,20 @@ from typing import get_args
 
 from eai.abilities.verdict import share_of_one
 from eai.base.grouping import group_pairs
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.lines import (
     MODEL,
     SUITE,
     AtomLine,
     WrongGoalReason,
+    estimate_share_of_each_kind,
     group_by_run,
     group_by_suite,
     make_case,
-    shares_by_kind,
 )
-from eai.results.plots import draw_matrix, draw_names, rows_of
+from eai.results.plots import draw_rate_matrix, draw_rates_by_name, group_rows_by_suite
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
 
@@ -29,20 +29,25 @@ MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
 _VERDICTS = (MATCHED, WRONG, MISSING)
 
 
-def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    tables = goal_tables(records.tables().atoms)
-    yield Analysis(tables, _figures(tables))
+def _analyze_goals(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
+    tables = make_goal_tables(records.make_plain_tables().atoms)
+    yield Analysis(tables, _draw_figures(tables))
 
 
-def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
+def make_goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
     """Return the tables that compare the goals in answers with the goals of tasks."""
-    return [_predicates_table(atoms), _reasons(atoms), _wrong(atoms), _models_table(atoms)]
+    return [
+        _make_predicates_table(atoms),
+        _make_reasons_table(atoms),
+        _make_wrong_goals_table(atoms),
+        _make_models_table(atoms),
+    ]
 
 
 @make_table(
     "by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), max_shown_rows=30
 )
-def _predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+def _make_predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Goals by predicate.
 
     Conditions of the tasks that are stated (matched) or not stated (missing), and stated goals that no task
@@ -55,22 +60,22 @@ def _predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
         wanted = {name: sum(line.verdict != WRONG for line in of_name) for name, of_name in names.items()}
         for name, of_name in sorted(names.items(), key=lambda pair: (-wanted[pair[0]], pair[0])):
             counts = Counter(line.verdict for line in of_name)
-            yield (*key, name, *(counts[v] for v in _VERDICTS), *_scores(of_name))
+            yield (*key, name, *(counts[v] for v in _VERDICTS), *_estimate_precision_and_recall(of_name))
 
 
-def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
+def _estimate_precision_and_recall(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
     return (
-        Estimate.from_cases([_case(line) for line in lines if line.verdict != MISSING]),
-        Estimate.from_cases([_case(line) for line in lines if line.verdict != WRONG]),
+        Estimate.from_cases([_make_goal_case(line) for line in lines if line.verdict != MISSING]),
+        Estimate.from_cases([_make_goal_case(line) for line in lines if line.verdict != WRONG]),
     )
 
 
-def _case(line: AtomLine) -> Case:
+def _make_goal_case(line: AtomLine) -> RateCase:
     return make_case(line, share_of_one(line.verdict == MATCHED))
 
 
 @make_table("reasons", (*SUITE, MODEL, "reason", "share"))
-def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+def _make_reasons_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Where wrong goals come from.
 
     Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the benchmark
@@ -80,14 +85,14 @@ def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """
     for key, lines in group_by_run([a for a in atoms if a.reason is not None]):
         reasons = [str(line.reason) for line in lines]
-        shares = shares_by_kind(lines, reasons, get_args(WrongGoalReason))
+        shares = estimate_share_of_each_kind(lines, reasons, get_args(WrongGoalReason))
         yield from [(*key, reason, share) for reason, share in shares]
 
 
 @make_table(
     "wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", max_shown_rows=15
 )
-def _wrong(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+def _make_wrong_goals_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Wrong goals, by how often they are made up.
 
     Wrong goals by predicate or action and reason.
@@ -104,7 +109,7 @@ def _wrong(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     title="What many models do alike",
     max_shown_rows=15,
 )
-def _models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+def _make_models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Goals, by how many models state or miss each.
 
     For each condition and each stated goal: how many models state it rightly, state it wrongly, or miss it,
@@ -112,11 +117,13 @@ def _models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """
     for suite, lines in group_by_suite(atoms).items():
         models = len({line.agent for line in lines})
-        rows = sorted(_count_models(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))
+        rows = sorted(
+            _count_models_by_goal(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1])
+        )
         yield from [(*suite, *row, models) for row in rows]
 
 
-def _count_models(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
+def _count_models_by_goal(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
     """Yield each stated or missed goal: its task, and how many models state it, make it up, or miss it."""
     by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
     for (task, goal), pairs in by_goal.items():
@@ -124,20 +131,20 @@ def _count_models(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, in
         yield task, goal, right, wrong, missing
 
 
-def _figures(tables: Sequence[Table]) -> Figures:
+def _draw_figures(tables: Sequence[Table]) -> Figures:
     by_predicate, reasons = tables[:2]
-    for suite, rows in rows_of(by_predicate).items():
+    for suite, rows in group_rows_by_suite(by_predicate).items():
         for score in ("precision", "recall"):
-            yield add_suite_title(suite, score, draw_names(rows, "predicate", score, score))
-    for suite, rows in rows_of(reasons).items():
+            yield add_suite_title(suite, score, draw_rates_by_name(rows, "predicate", score, score))
+    for suite, rows in group_rows_by_suite(reasons).items():
         yield add_suite_title(
-            suite, "reasons", draw_matrix(rows, ("reason",), "share", "percent of wrong goals")
+            suite, "reasons", draw_rate_matrix(rows, ("reason",), "share", "percent of wrong goals")
         )
 
 
 GOALS = Study(
     "goals",
     "Goal interpretation by predicate: found, missed and made up, and where wrong goals come from.",
-    analyze=_analyze,
+    analyze=_analyze_goals,
     included_in_all=True,
 )

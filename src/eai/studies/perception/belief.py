@@ -14,7 +14,7 @@ from dataclasses import replace
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.traversal import find_object_names
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, SupportRelation
 from eai.tasks.task import Task
 from eai.tasks.wording import prompt_objects
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -25,7 +25,7 @@ UNSEEN = "(unseen)"
 _STEM = re.compile(r"[\W_]*\d*$")
 
 
-def scene_words(benchmark: Benchmark) -> SceneWords:
+def open_scene_words(benchmark: Benchmark) -> SceneWords:
     """Return the names of predicates and objects in scene graphs, as in prompts of action sequencing."""
     return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
 
@@ -35,7 +35,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
 
     Goals that name an object missing from the graph are left out, because no plan can reach them.
     """
-    words = scene_words(benchmark)
+    words = open_scene_words(benchmark)
 
     def apply_graph(task: Task) -> Task:
         graph = graphs.get(task.id)
@@ -51,11 +51,11 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
 
 def apply_scene_graph(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
     """Return the task with the scene that a scene graph describes."""
-    described = words.describe(task)
+    described = words.make_true_graph(task)
     if set(graph.facts) == set(described.facts) and set(graph.names) == set(described.objects):
         return task
     believer = _PerceivedScene(task, words, graph)
-    return replace(task, initial=believer.make_state(described), relevant=believer.list_relevant())
+    return replace(task, initial=believer.make_state(described), relevant=believer.list_relevant_objects())
 
 
 class _PerceivedScene:
@@ -65,7 +65,7 @@ class _PerceivedScene:
         self._task = task
         self._words = words
         self._graph = graph
-        names = words.names(task)
+        names = words.list_object_names(task)
         self._index = {name: index for index, name in enumerate(names)}
         self._invented = {
             name: self._find_similar_object(name) for name in graph.names if name not in self._index
@@ -74,7 +74,7 @@ class _PerceivedScene:
         agent = task.scene.agent
         self._unseen = {i for i in task.relevant if names[i] not in graph.names and i != agent}
 
-    def list_relevant(self) -> tuple[int, ...]:
+    def list_relevant_objects(self) -> tuple[int, ...]:
         seen = [index for index in self._task.relevant if index not in self._unseen]
         return (*seen, *range(len(self._task.scene.objects), len(self._index)))
 
@@ -88,7 +88,7 @@ class _PerceivedScene:
         further = [fact for fact in self._graph.facts if fact not in set(first)]
         perceived = [
             self._to_stored_fact(fact)
-            for fact in self._select_possible([*first, *further], set(described.facts))
+            for fact in self._select_possible_facts([*first, *further], set(described.facts))
         ]
         static = {item.name for item in self._task.scene.vocabulary.predicates if item.static}
         copied = [
@@ -99,22 +99,26 @@ class _PerceivedScene:
         ]
         return self._make_scene().state([*kept, *perceived, *copied])
 
-    def _select_possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
+    def _select_possible_facts(
+        self, facts: Sequence[NamedFact], described: set[NamedFact]
+    ) -> Iterator[NamedFact]:
         """Yield the facts that one state can have together.
 
         In these facts no object supports itself, even through other objects, and no object has two supports.
         """
         words = self._words
         forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
-        single = {words.spelling(name) for name, form in words.stored_forms.items() if form in forms}
-        supports = Supports(frozenset(words.spelling(name) for name in words.support_predicates))
+        single = {words.find_written_name(name) for name, form in words.stored_forms.items() if form in forms}
+        supports = SupportRelation(
+            frozenset(words.find_written_name(name) for name in words.support_predicates)
+        )
         for fact in facts:
             if words.predicates[fact.predicate] not in words.stored_forms:
                 continue
             if fact not in described and fact.predicate in single and supports.would_support_twice(fact):
                 continue
             if not supports.would_close_circle(fact):
-                supports.add(fact)
+                supports.add_fact(fact)
                 yield fact
 
     def _to_stored_fact(self, fact: NamedFact) -> Fact:
@@ -140,5 +144,5 @@ class _PerceivedScene:
     def _find_similar_object(self, name: str) -> int | None:
         """Return the first object in the prompt whose name differs from a given name only in the number."""
         stem = _STEM.sub("", name)
-        names = self._words.names(self._task)
+        names = self._words.list_object_names(self._task)
         return next((i for i in prompt_objects(self._task) if _STEM.sub("", names[i]) == stem), None)

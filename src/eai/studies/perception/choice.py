@@ -12,8 +12,8 @@ from typing_extensions import Self
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
-from eai.studies.perception.noise import Noise, parse_noise
-from eai.studies.variation import Variation
+from eai.studies.perception.noise import PerceptionNoise, parse_noise
+from eai.studies.variation import VariationOptions
 from eai.tasks.options import Arguments
 
 STUDY = "perception"
@@ -57,7 +57,7 @@ def _parse_noise_option(given: object) -> object:
     return parse_noise([str(setting) for setting in given]) if isinstance(given, list | tuple) else given
 
 
-class Perception(Variation):
+class SceneOptions(VariationOptions):
     """How the questions of a run show the scene.
 
     Raises:
@@ -84,7 +84,7 @@ class Perception(Variation):
     context: Clutter | None = None
     images: Path | None = None
     clutter: Clutter | None = None
-    noise: Annotated[Noise | None, BeforeValidator(_parse_noise_option)] = None
+    noise: Annotated[PerceptionNoise | None, BeforeValidator(_parse_noise_option)] = None
     scene_model: str | None = None
     scene_args: Arguments = Field(default={})
     scene_base_url: str | None = None
@@ -119,7 +119,7 @@ class Perception(Variation):
         """Name of the chosen option: the format of the scene, or context added to a list of facts."""
         if self.scene != "text":
             return f"perception.scene {self.scene}"
-        return f"perception.context {self.context}" if self._context_label else ""
+        return f"perception.context {self.context}" if self._make_context_label else ""
 
     @property
     def heading(self) -> str:
@@ -139,7 +139,7 @@ class Perception(Variation):
         """The part of a question that this study changes: the scene."""
         return "scene"
 
-    def find_contradiction(self, other: Variation) -> str:
+    def find_contradiction(self, other: VariationOptions) -> str:
         """Return why this format of the scene contradicts another study's choice; empty if it does not."""
         acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
@@ -179,18 +179,18 @@ class Perception(Variation):
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._pictures_label}{self._context_label}"
+        return f"{self.scene}{who}{self._make_pictures_label}{self._make_context_label}"
 
     def show_pictures_only(self) -> Self:
         """Return a copy of this choice that shows only pictures, for the model that lists scenes."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
-    def _context_label(self) -> str:
+    def _make_context_label(self) -> str:
         return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property
-    def _pictures_label(self) -> str:
+    def _make_pictures_label(self) -> str:
         if self.images is not None:
             return "-own"
         return "" if self.clutter in (None, "none") else f"-{self.clutter}"

@@ -19,7 +19,7 @@ from eai.abilities.declaration import (
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import add_confusions, confusion_shares, share_of_one
 from eai.base.entry_points import load_from_extension
-from eai.studies.perception.verdict import Perceived, SceneGraphVerdict
+from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
 from eai.tasks.share import Share
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-def perception_shares(perceived: Perceived) -> dict[str, Share]:
+def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
     The paper gives no denominators; these are ours. The rates ``predicate_error`` and ``object_error`` are
@@ -48,46 +48,46 @@ def perception_shares(perceived: Perceived) -> dict[str, Share]:
     }
 
 
-def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports load no engine.
     """
-    from eai.studies.perception.errors import scorers
+    from eai.studies.perception.errors import make_scorer_factory
 
-    return scorers(_words(world))
+    return make_scorer_factory(_open_scene_words(world))
 
 
-def _words(world: AbilityWorld) -> SceneWords:
+def _open_scene_words(world: AbilityWorld) -> SceneWords:
     from eai.studies.perception.scene_graph import SceneWords
 
     return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
 
 
-def _make_question(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
-    words = _words(world)
+def _make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+    words = _open_scene_words(world)
     values = {
         "vocabulary": words.wording.describe_vocabulary(),
         "objects": words.wording.describe_objects(task),
     }
-    return values, words.describe(task).text
+    return values, words.make_true_graph(task).json_text
 
 
-def _pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
+def _draw_task_pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
     from eai.studies.perception.scene_graph import SceneWords
 
     diagrams = load_from_extension("diagrams", "questions of scene_graph")
     return (diagrams.draw_task_image(task, SceneWords(world.observation_wording())),)
 
 
-def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
+def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that one answer adds to each rate, by name of the rate.
 
     A predicate has rates only if some fact has the predicate.
     """
     shares = {
         "right": share_of_one(verdict.success),
-        **perception_shares(verdict.seen),
+        **compute_perception_shares(verdict.seen),
         "parsing": share_of_one(verdict.error is not None),
     }
     for name, counts in verdict.seen.predicates.items():
@@ -95,7 +95,7 @@ def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     return shares
 
 
-def outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
+def find_outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
     """Return the outcome of an answer, for counts of outcomes in reports."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
@@ -109,12 +109,18 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    interaction=Interaction(_scorers, _make_question, _pictures, lists_are_sets=True, plain_text_prefix=None),
+    interaction=Interaction(
+        _make_scorer_factory,
+        _make_question_and_answer,
+        _draw_task_pictures,
+        lists_are_sets=True,
+        plain_text_prefix=None,
+    ),
     title="Scene graphs",
     short_title="scene",
     verdict=SceneGraphVerdict,
-    contributions=contributions,
-    outcome=outcome,
+    contributions=compute_rate_contributions,
+    outcome=find_outcome,
     columns=(
         MetricColumn("right", "All", "Right"),
         *(MetricColumn(metric, "Facts", label) for metric, label in _FACTS.items()),

@@ -10,12 +10,12 @@ from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import Confusion, ErrorReport
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
-from eai.studies.perception.verdict import Perceived, SceneGraphVerdict
+from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
 
-def scorers(words: SceneWords) -> Callable[[Task], Scorer]:
+def make_scorer_factory(words: SceneWords) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task, whose scene graphs use the given names."""
     return partial(_SceneGraphScorer, words)
 
@@ -29,8 +29,8 @@ class _SceneGraphScorer(Scorer):
 
         An unreadable answer counts as an empty scene graph.
         """
-        graph = read_scene_graph(text, self._words.arities)
-        seen = perception_errors(self._task, self._words, graph)
+        graph = read_scene_graph(text, self._words.written_arities)
+        seen = find_perception_errors(self._task, self._words, graph)
         verdict = SceneGraphVerdict(
             error=None
             if graph.unreadable is None
@@ -39,11 +39,11 @@ class _SceneGraphScorer(Scorer):
             success=not any((seen.missing, seen.misplaced, seen.unnecessary, seen.invented, seen.unreadable)),
             seen=seen,
         )
-        return Assessment(verdict, partial(_explanation, self._task, self._words, graph))
+        return Assessment(verdict, partial(_explain_differences, self._task, self._words, graph))
 
 
-def _explanation(task: Task, words: SceneWords, graph: SceneGraph) -> Explanation:
-    lost, wrong = _differences(task, words, graph)
+def _explain_differences(task: Task, words: SceneWords, graph: SceneGraph) -> Explanation:
+    lost, wrong = _find_fact_differences(task, words, graph)
     notes = [
         *(f"not listed: {fact}" for fact in lost),
         *(f"does not hold: {fact}" for fact in wrong),
@@ -52,24 +52,24 @@ def _explanation(task: Task, words: SceneWords, graph: SceneGraph) -> Explanatio
     return Explanation(notes=(*notes, *write_repair_notes(graph.repairs)))
 
 
-def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perceived:
+def find_perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> PerceptionErrors:
     """Return the differences between a scene graph and a task's scene.
 
     A lost relation counts as misplaced, not as missing, if the graph relates its first object to another one
     by an equal predicate, and that fact is untrue. Each untrue fact accounts for one lost relation.
     """
-    described = words.describe(task)
-    lost, wrong = _differences(task, words, graph)
-    index = {name: number for number, name in enumerate(words.names(task))}
+    described = words.make_true_graph(task)
+    lost, wrong = _find_fact_differences(task, words, graph)
+    index = {name: number for number, name in enumerate(words.list_object_names(task))}
     strange = [fact for fact in wrong if not index.keys() >= {*fact.arguments}]
     moved = Counter(
-        _relation_start(fact) for fact in wrong if fact not in strange and len(fact.arguments) == 2
+        _get_predicate_and_subject(fact) for fact in wrong if fact not in strange and len(fact.arguments) == 2
     )
-    gone = Counter(_relation_start(fact) for fact in lost if len(fact.arguments) == 2)
+    gone = Counter(_get_predicate_and_subject(fact) for fact in lost if len(fact.arguments) == 2)
     misplaced = (moved & gone).total()
     objects = {name for name in described.objects if index[name] != task.scene.agent}
     right = set(described.facts).intersection(graph.facts)
-    return Perceived(
+    return PerceptionErrors(
         facts=len(described.facts),
         relations=sum(len(fact.arguments) == 2 for fact in described.facts),
         perceived=len(graph.facts),
@@ -81,28 +81,28 @@ def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perce
         names=len(graph.names),
         invented_names=len([name for name in graph.names if name not in index]),
         unseen=len(objects.difference(graph.names)),
-        predicates=_confusions(right, wrong, lost),
+        predicates=_count_confusions(right, wrong, lost),
         ill_formed=len(graph.ill_formed),
         unreadable=graph.unreadable is not None,
     )
 
 
-def _differences(
+def _find_fact_differences(
     task: Task, words: SceneWords, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
     """Return two lists: described facts that the graph lacks, and untrue facts that the graph states."""
-    names, seen, mentioned = words.names(task), set(graph.facts), set(graph.names)
+    names, seen, mentioned = words.list_object_names(task), set(graph.facts), set(graph.names)
     about = [index for index, name in enumerate(names) if name in mentioned]
     holding = {words.to_named_fact(fact, names) for fact in words.list_facts(task.initial, about)}
-    lost = [fact for fact in words.describe(task).facts if fact not in seen]
+    lost = [fact for fact in words.make_true_graph(task).facts if fact not in seen]
     return lost, [fact for fact in graph.facts if fact not in holding]
 
 
-def _relation_start(fact: NamedFact) -> tuple[str, str]:
+def _get_predicate_and_subject(fact: NamedFact) -> tuple[str, str]:
     return fact.predicate, fact.arguments[0]
 
 
-def _confusions(
+def _count_confusions(
     right: Iterable[NamedFact], wrong: Iterable[NamedFact], lost: Iterable[NamedFact]
 ) -> dict[str, Confusion]:
     """Return the numbers of right, untrue and missing facts, as triples by predicate."""

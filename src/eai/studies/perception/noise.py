@@ -9,7 +9,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 from eai.base.errors import InputError, did_you_mean
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports, graph_of
+from eai.studies.perception.scene_graph import (
+    NamedFact,
+    SceneGraph,
+    SceneWords,
+    SupportRelation,
+    make_scene_graph,
+)
 from eai.tasks.task import Task
 
 _NUMBER = re.compile(r"\d+$")
@@ -19,7 +25,7 @@ _MAX_DRAWS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Noise:
+class PerceptionNoise:
     """Probabilities of the errors in a perceived scene.
 
     Attributes:
@@ -43,31 +49,31 @@ class Noise:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, rate in self.rates.items():
+        for name, rate in self.error_rates.items():
             if not 0 <= rate <= 1:
                 raise InputError(f"noise: expected {name} from 0 to 1, not {rate:g}")
         if self.missing + self.misplaced > 1:
             raise InputError("noise: expected missing + misplaced of at most 1")
 
     @property
-    def rates(self) -> dict[str, float]:
+    def error_rates(self) -> dict[str, float]:
         """Probabilities of errors, by kind of error."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "seed"}
 
     @property
     def label(self) -> str:
         """Short text with the probabilities and the seed; different settings have different texts."""
-        parts = [f"{name}-{rate:g}" for name, rate in self.rates.items() if rate]
+        parts = [f"{name}-{rate:g}" for name, rate in self.error_rates.items() if rate]
         return "-".join([*parts, f"seed-{self.seed}"])
 
 
-def parse_noise(settings: Sequence[str]) -> Noise:
+def parse_noise(settings: Sequence[str]) -> PerceptionNoise:
     """Read probabilities of errors from settings such as ``missing=0.1``.
 
     Raises:
         InputError: a text is not such a setting.
     """
-    names = [field.name for field in fields(Noise)]
+    names = [field.name for field in fields(PerceptionNoise)]
     values: dict[str, float] = {}
     for setting in settings:
         name, separator, text = setting.partition("=")
@@ -81,10 +87,12 @@ def parse_noise(settings: Sequence[str]) -> Noise:
     seed = values.pop("seed", 0)
     if seed != int(seed):
         raise InputError(f"noise seed={seed:g}: expected a whole number")
-    return Noise(**values, seed=int(seed))
+    return PerceptionNoise(**values, seed=int(seed))
 
 
-def perceive(task: Task, words: SceneWords, noise: Noise, stream: str = "") -> SceneGraph:
+def perceive_with_noise(
+    task: Task, words: SceneWords, noise: PerceptionNoise, stream: str = ""
+) -> SceneGraph:
     """Return the scene graph of a task with errors added by noise. Equal arguments give equal graphs.
 
     The noise never creates a circle of objects that support each other. It never places an object relative to
@@ -102,12 +110,12 @@ def perceive(task: Task, words: SceneWords, noise: Noise, stream: str = "") -> S
 class _NoisyObserver:
     """Makes the scene graph of one scene, with random errors."""
 
-    def __init__(self, task: Task, words: SceneWords, noise: Noise, stream: str) -> None:
+    def __init__(self, task: Task, words: SceneWords, noise: PerceptionNoise, stream: str) -> None:
         self._words = words
         self._noise = noise
         self._key = f"{noise.seed} {task.id} {stream}"
-        self._truth = words.describe(task)
-        self._names = words.names(task)
+        self._truth = words.make_true_graph(task)
+        self._names = words.list_object_names(task)
         agent = None if task.scene.agent is None else self._names[task.scene.agent]
         objects = [name for name in self._truth.objects if name != agent]
         self._unseen = {name for name in objects if self._seed_random("unseen", name).random() < noise.unseen}
@@ -118,8 +126,8 @@ class _NoisyObserver:
         self._true_facts = {
             words.to_named_fact(fact, self._names) for fact in words.list_facts(task.initial, true_of_these)
         }
-        supports = [words.spelling(name) for name in words.support_predicates]
-        self._supports = Supports(frozenset(supports))
+        supports = [words.find_written_name(name) for name in words.support_predicates]
+        self._supports = SupportRelation(frozenset(supports))
 
     def perceive_scene(self) -> SceneGraph:
         visible = [fact for fact in self._truth.facts if self._unseen.isdisjoint(fact.arguments)]
@@ -130,24 +138,24 @@ class _NoisyObserver:
         ]
         facts: dict[NamedFact, NamedFact] = {fact: fact for fact in kept if fact not in moved}
         for fact in facts:
-            self._supports.add(fact)
+            self._supports.add_fact(fact)
         for fact in moved:
-            facts[fact] = self._misplace(fact, facts)
-            self._supports.add(facts[fact])
+            facts[fact] = self._misplace_object(fact, facts)
+            self._supports.add_fact(facts[fact])
         in_order = [facts[fact] for fact in kept]
         in_order += self._draw_unnecessary_facts(visible, in_order)
-        doubles = dict(self._draw_doubles())
+        doubles = dict(self._draw_doubled_objects())
         in_order += [
             extra for name in doubles if (extra := self._draw_fact_of_double(name, doubles[name])) is not None
         ]
-        return graph_of([*self._seen_names, *doubles.values()], in_order)
+        return make_scene_graph([*self._seen_names, *doubles.values()], in_order)
 
-    def _misplace(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
+    def _misplace_object(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
         """Return the relation with another second object, or unchanged if no other object is possible."""
         seen, objects = set(facts.values()), list(self._described_names)
         self._seed_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
-        return next((other for other in others if self._is_new(other, seen)), fact)
+        return next((other for other in others if self._is_new_untrue_fact(other, seen)), fact)
 
     def _draw_unnecessary_facts(
         self, visible: Sequence[NamedFact], seen: Sequence[NamedFact]
@@ -156,7 +164,9 @@ class _NoisyObserver:
         all_seen, added = set(seen), list[NamedFact]()
         words = self._words
         predicates = [
-            words.spelling(name) for name in words.stored_forms if name not in words.holding_predicates
+            words.find_written_name(name)
+            for name in words.stored_forms
+            if name not in words.holding_predicates
         ]
         for fact in visible:
             draw = self._seed_random("more", str(fact))
@@ -166,21 +176,21 @@ class _NoisyObserver:
             possible = (
                 new
                 for new in drawn
-                if self._is_new(new, all_seen) and not self._supports.would_support_twice(new)
+                if self._is_new_untrue_fact(new, all_seen) and not self._supports.would_support_twice(new)
             )
             chosen = next(possible, None)
             if chosen is not None:
                 all_seen.add(chosen)
-                self._supports.add(chosen)
+                self._supports.add_fact(chosen)
                 added.append(chosen)
         return added
 
     def _draw_fact(self, draw: random.Random, predicates: Sequence[str]) -> NamedFact:
         predicate = draw.choice(predicates)
-        arity = self._words.arities[predicate]
+        arity = self._words.written_arities[predicate]
         return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
 
-    def _is_new(self, fact: NamedFact, seen: set[NamedFact]) -> bool:
+    def _is_new_untrue_fact(self, fact: NamedFact, seen: set[NamedFact]) -> bool:
         """Whether a fact is possible, untrue, and not among the facts of the graph so far."""
         is_known = fact in self._true_facts or fact in seen
         return (
@@ -189,7 +199,7 @@ class _NoisyObserver:
             and not self._supports.would_close_circle(fact)
         )
 
-    def _draw_doubles(self) -> Iterator[tuple[str, str]]:
+    def _draw_doubled_objects(self) -> Iterator[tuple[str, str]]:
         """Yield the name of each object that is seen twice, with the invented name of the double."""
         taken = set(self._names)
         for name in self._seen_names:
@@ -197,7 +207,7 @@ class _NoisyObserver:
                 name in self._described_names
                 and self._seed_random("double", name).random() < self._noise.invented
             ):
-                double = _next_name(name, taken)
+                double = _make_unused_name(name, taken)
                 taken.add(double)
                 yield name, double
 
@@ -216,7 +226,7 @@ class _NoisyObserver:
         return random.Random(digest)  # noqa: S311 - noise, not secrets
 
 
-def _next_name(name: str, taken: set[str]) -> str:
+def _make_unused_name(name: str, taken: set[str]) -> str:
     match = _NUMBER.search(name)
     stem, number = (f"{name}_", 1) if match is None else (name[: match.start()], int(match.group()))
     while f"{stem}{number}" in taken:

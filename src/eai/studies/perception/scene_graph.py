@@ -58,7 +58,7 @@ class SceneGraph:
         )
 
     @property
-    def text(self) -> str:
+    def json_text(self) -> str:
         """The graph as answers write it: ``{"objects": ["a", ...], "facts": [["on", "a", "b"], ...]}``."""
         return json.dumps(
             {"objects": self.objects, "facts": [[fact.predicate, *fact.arguments] for fact in self.facts]}
@@ -80,15 +80,15 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
     facts: list[NamedFact] = []
     ill_formed = [str(name) for name in objects if not isinstance(name, str)]
     for entry in entries:
-        fact = _fact(entry, arities)
+        fact = _read_fact(entry, arities)
         if fact is None:
             ill_formed.append(json.dumps(entry))
         else:
             facts.append(fact)
-    return replace(graph_of(names, facts), ill_formed=tuple(ill_formed), repairs=reading.repairs)
+    return replace(make_scene_graph(names, facts), ill_formed=tuple(ill_formed), repairs=reading.repairs)
 
 
-def _sections(value: object) -> tuple[list[object], list[object]] | None:
+def _read_object_and_fact_lists(value: object) -> tuple[list[object], list[object]] | None:
     """Return the lists of objects and facts in a JSON object, or None for a value without a list of facts."""
     if not isinstance(value, JsonObject):
         return None
@@ -97,22 +97,24 @@ def _sections(value: object) -> tuple[list[object], list[object]] | None:
     return (objects, facts) if isinstance(objects, list) and isinstance(facts, list) else None
 
 
-_FORM = AnswerFormat('JSON object with "objects" and "facts", lists', _sections, is_part=contains_json_string)
+_FORM = AnswerFormat(
+    'JSON object with "objects" and "facts", lists', _read_object_and_fact_lists, is_part=contains_json_string
+)
 
 
-def _fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:
+def _read_fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:
     if not isinstance(entry, list) or not entry or not all(isinstance(part, str) for part in entry):
         return None
     predicate, *arguments = entry
     return NamedFact(predicate, tuple(arguments)) if arities.get(predicate) == len(arguments) else None
 
 
-def graph_of(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
+def make_scene_graph(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
     """Return a scene graph with some objects and facts. Repeated objects or facts are kept once."""
     return SceneGraph(tuple(dict.fromkeys(objects)), tuple(dict.fromkeys(facts)))
 
 
-class Supports:
+class SupportRelation:
     """Which object supports which other objects, collected fact by fact.
 
     Args:
@@ -124,7 +126,7 @@ class Supports:
         self._predicates = predicates
         self._below: dict[str, list[str]] = {}
 
-    def add(self, fact: NamedFact) -> None:
+    def add_fact(self, fact: NamedFact) -> None:
         """Add a fact, if its predicate says that an object supports another."""
         if fact.predicate in self._predicates:
             self._below.setdefault(fact.arguments[0], []).append(fact.arguments[1])
@@ -172,29 +174,29 @@ class SceneWords:
     @cached_property
     def holding_predicates(self) -> tuple[str, ...]:
         """Names of the described predicates that say which object a hand holds."""
-        return self._list_described(find_spatial_predicates(self.wording.domain)[0])
+        return self._list_described_predicates(find_spatial_predicates(self.wording.domain)[0])
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
         """Names of the described predicates for an object in, on or under another object."""
-        return self._list_described(find_spatial_predicates(self.wording.domain)[1])
+        return self._list_described_predicates(find_spatial_predicates(self.wording.domain)[1])
 
     @cached_property
-    def arities(self) -> Mapping[str, int]:
+    def written_arities(self) -> Mapping[str, int]:
         """Number of objects of each predicate, by the predicate's name in scene graphs."""
         arity = self.wording.domain.vocabulary.arity
-        return {self.spelling(name): arity(name) or 0 for name in self.wording.predicates}
+        return {self.find_written_name(name): arity(name) or 0 for name in self.wording.predicates}
 
     @cached_property
     def predicates(self) -> Mapping[str, str]:
         """The described predicates by their names in scene graphs."""
-        return {self.spelling(name): name for name in self.wording.predicates}
+        return {self.find_written_name(name): name for name in self.wording.predicates}
 
-    def spelling(self, predicate: str) -> str:
+    def find_written_name(self, predicate: str) -> str:
         """Return the name of a predicate in scene graphs."""
         return self.wording.answer_names.get(predicate, predicate)
 
-    def names(self, task: Task) -> list[str]:
+    def list_object_names(self, task: Task) -> list[str]:
         """Return the names of a scene's objects, in the order of the scene."""
         return [self.wording.object_name(task, index) for index in range(len(task.scene.objects))]
 
@@ -210,19 +212,21 @@ class SceneWords:
             if form is not None and state.has(form, *fact.arguments):
                 yield fact
 
-    def describe(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
+    def make_true_graph(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
         """Return the true scene graph of some objects, by default of all objects in the task's prompt."""
-        names, chosen = self.names(task), prompt_objects(task) if objects is None else objects
+        names, chosen = self.list_object_names(task), prompt_objects(task) if objects is None else objects
         facts = self.list_stored_facts(task.initial, chosen)
-        return graph_of(
+        return make_scene_graph(
             [names[index] for index in chosen], [self.to_named_fact(fact, names) for fact in facts]
         )
 
     def to_named_fact(self, fact: Fact, names: Sequence[str]) -> NamedFact:
         """Return a fact with names of its predicate and objects as scene graphs write them."""
-        return NamedFact(self.spelling(fact.predicate), tuple([names[index] for index in fact.arguments]))
+        return NamedFact(
+            self.find_written_name(fact.predicate), tuple([names[index] for index in fact.arguments])
+        )
 
-    def _list_described(self, stored: Iterable[str]) -> tuple[str, ...]:
+    def _list_described_predicates(self, stored: Iterable[str]) -> tuple[str, ...]:
         wanted = set(stored)
         return tuple([name for name, form in self.stored_forms.items() if form in wanted])
 

@@ -19,11 +19,11 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
-from eai.results.epochs import BeliefSet
-from eai.studies.perception.belief import apply_scene_graph, scene_words
-from eai.studies.perception.choice import STUDY, Clutter, Perception, SceneFormat
-from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.noise import perceive
+from eai.results.epochs import StatedBeliefs
+from eai.studies.perception.belief import apply_scene_graph, open_scene_words
+from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
+from eai.studies.perception.errors import find_perception_errors
+from eai.studies.perception.noise import perceive_with_noise
 from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief, Image
@@ -41,16 +41,16 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _make_beliefs(label: str, beliefs: Mapping[str, Belief], **more: Any) -> BeliefSet:
+def _make_stated_scenes(label: str, beliefs: Mapping[str, Belief], **more: Any) -> StatedBeliefs:
     """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_named_settings("scene", "scene", label, _PLACE)})
-    return BeliefSet(beliefs, experiment, lacking, **more)
+    return StatedBeliefs(beliefs, experiment, lacking, **more)
 
 
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneWords, graphs: Mapping[str, SceneGraph]
-) -> BeliefSet:
+) -> StatedBeliefs:
     """Return the scene graphs that questions state instead of the true scenes, as beliefs.
 
     Args:
@@ -60,73 +60,77 @@ def make_scene_beliefs(
         graphs: the scene graphs by task id; tasks without a graph are left out.
     """
     beliefs = {i: Belief(apply_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()}
-    errors = {i: dataclass_to_json(perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()}
-    about = {i: {SCENE: graph.text} for i, graph in graphs.items()}
-    return _make_beliefs(
+    errors = {
+        i: dataclass_to_json(find_perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()
+    }
+    about = {i: {SCENE: graph.json_text} for i, graph in graphs.items()}
+    return _make_stated_scenes(
         label, beliefs, metadata=about, summaries={i: {STUDY: summary} for i, summary in errors.items()}
     )
 
 
-def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> BeliefSet:
+def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> StatedBeliefs:
     """Read the scene graphs in a model's answers, given by task id, as beliefs that later questions state."""
-    words = scene_words(suite.benchmark)
-    read = {task_id: read_scene_graph(text, words.arities) for task_id, text in texts.items()}
+    words = open_scene_words(suite.benchmark)
+    read = {task_id: read_scene_graph(text, words.written_arities) for task_id, text in texts.items()}
     return make_scene_beliefs(label, suite.tasks, words, read)
 
 
-def show_scenes(
-    choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
-) -> BeliefSet:
+def state_scenes(
+    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
+) -> StatedBeliefs:
     """Return the scenes that questions state, as beliefs, if no second model lists them from pictures.
 
     Raises:
         InputError: a task has no picture.
         EaiError: the library that draws pictures is not installed.
     """
-    look = partial(_perceive_again, choice, benchmark, templates) if choice.can_look_again else None
+    look = partial(_perceive_changed_scene, choice, benchmark, templates) if choice.can_look_again else None
     if choice.noise is not None:
-        words = scene_words(benchmark)
-        seen = {i: perceive(task, words, choice.noise) for i, task in tasks.items()}
+        words = open_scene_words(benchmark)
+        seen = {i: perceive_with_noise(task, words, choice.noise) for i, task in tasks.items()}
         return replace(make_scene_beliefs(choice.label, tasks, words, seen), look=look)
-    return _make_beliefs(choice.label, _show_true_scenes(choice, benchmark, tasks, templates), look=look)
+    return _make_stated_scenes(
+        choice.label, _state_true_scenes(choice, benchmark, tasks, templates), look=look
+    )
 
 
-def _show_true_scenes(
-    choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
+def _state_true_scenes(
+    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
 ) -> dict[str, Belief]:
     """Return the true scenes by task id, as the facts or pictures that questions show."""
     if choice.scene == "text":
         said = {
-            i: _add_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
+            i: _add_scene_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
             for i, task in tasks.items()
         }
         return {i: Belief(task, initial=said[i]) for i, task in tasks.items()}
-    images = _pictures(choice, benchmark, tasks)
+    images = _load_task_pictures(choice, benchmark, tasks)
     texts = {i: _describe_pictures(choice.scene, tasks[i], benchmark, templates) for i in images}
-    said = {i: _add_context(text, choice, tasks[i], benchmark, templates) for i, text in texts.items()}
+    said = {i: _add_scene_context(text, choice, tasks[i], benchmark, templates) for i, text in texts.items()}
     return {i: Belief(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
 
 
-def _perceive_again(
-    choice: Perception, benchmark: Benchmark, templates: Templates, task: Task, attempt: int
+def _perceive_changed_scene(
+    choice: SceneOptions, benchmark: Benchmark, templates: Templates, task: Task, attempt: int
 ) -> tuple[Belief, Mapping[str, str]]:
     """Return the belief about a changed scene before a further attempt, and the metadata of the question.
 
     A noisy scene gets newly drawn errors.
     """
     if choice.noise is None:
-        return _show_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
-    words = scene_words(benchmark)
-    seen = perceive(task, words, choice.noise, str(attempt))
-    return Belief(apply_scene_graph(task, words, seen)), {SCENE: seen.text}
+        return _state_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
+    words = open_scene_words(benchmark)
+    seen = perceive_with_noise(task, words, choice.noise, str(attempt))
+    return Belief(apply_scene_graph(task, words, seen)), {SCENE: seen.json_text}
 
 
-def _add_context(
-    text: str, choice: Perception, task: Task, benchmark: Benchmark, templates: Templates
+def _add_scene_context(
+    text: str, choice: SceneOptions, task: Task, benchmark: Benchmark, templates: Templates
 ) -> str:
     if choice.context in (None, "none"):
         return text
-    return f"{text}\n\n{write_context(task, scene_words(benchmark), choice.context, templates)}"
+    return f"{text}\n\n{write_context(task, open_scene_words(benchmark), choice.context, templates)}"
 
 
 def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templates) -> str:
@@ -141,9 +145,10 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templ
     wording, described = words.wording, prompt_objects(task)
     others = choose_other_objects(task, words, described, much)
     told = {
-        words.to_named_fact(fact, words.names(task)) for fact in words.list_facts(task.initial, described)
+        words.to_named_fact(fact, words.list_object_names(task))
+        for fact in words.list_facts(task.initial, described)
     }
-    around = words.describe(task, [*described, *others])
+    around = words.make_true_graph(task, [*described, *others])
     states = [name for name in wording.predicates if wording.domain.vocabulary.arity(name) == 1]
     untrue = [
         f"not {fact}"
@@ -174,7 +179,7 @@ def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], cl
 
 def _describe_pictures(scene: SceneFormat, task: Task, benchmark: Benchmark, templates: Templates) -> str:
     text = templates.read(f"scene_{scene}.txt")
-    names = scene_words(benchmark).names(task)
+    names = open_scene_words(benchmark).list_object_names(task)
     if scene == "numbered":
         return f"{text}\n{', '.join([f'{number} {names[number]}' for number in prompt_objects(task)])}"
     if scene != "pointed":
@@ -192,8 +197,8 @@ def _load_scene_offer(name: str, scene: SceneFormat) -> Any:
     return load_from_extension(name, f"perception.scene {scene}")
 
 
-def _pictures(
-    choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task]
+def _load_task_pictures(
+    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task]
 ) -> Mapping[str, tuple[Image, ...]]:
     if choice.images is not None:
         return read_images(choice.images, tasks)
@@ -217,7 +222,7 @@ def read_images(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image,
     """
     all_ids = list(task_ids)
     pictures = [path for path in sorted(folder.glob("*")) if path.suffix.lower() in _MEDIA_TYPES]
-    files = group_pairs((_find_task(file.stem, all_ids), file) for file in pictures if file.is_file())
+    files = group_pairs((_find_task_of_file(file.stem, all_ids), file) for file in pictures if file.is_file())
     lacking = [task_id for task_id in all_ids if task_id not in files]
     if lacking:
         shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
@@ -228,13 +233,13 @@ def read_images(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image,
     }
 
 
-def _find_task(stem: str, task_ids: Sequence[str]) -> str | None:
+def _find_task_of_file(stem: str, task_ids: Sequence[str]) -> str | None:
     """Return the longest task id that begins a file's name, with no letter or digit right after the id."""
     begun = [i for i in task_ids if stem == i or (stem.startswith(i) and not stem[len(i)].isalnum())]
     return max(begun, key=len, default=None)
 
 
-def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
+def _refuse_published_prompts(choice: SceneOptions, library: Library, suite: Suite) -> None:
     """Raise an error if the run uses published prompts, which show scenes only in their own format."""
     is_posed = get_declaration(suite.ability).interaction.make_question is not None
     published = suite.benchmark.data.prompts is not None and not is_posed
@@ -246,7 +251,9 @@ def _refuse_published(choice: Perception, library: Library, suite: Suite) -> Non
         )
 
 
-def find_scenes(choice: Perception, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+def find_stated_scenes(
+    choice: SceneOptions, stage: FirstStage, endpoint: Endpoint, suite: Suite
+) -> StatedBeliefs:
     """Return the scenes of a run's questions, as beliefs.
 
     They are found once for each domain, for all models.
@@ -257,7 +264,7 @@ def find_scenes(choice: Perception, stage: FirstStage, endpoint: Endpoint, suite
     Raises:
         InputError: published prompts cannot describe another scene, or a picture is missing.
     """
-    _refuse_published(choice, stage.library, suite)
+    _refuse_published_prompts(choice, stage.library, suite)
     key = (suite.domain,)
     if key not in stage.found_beliefs:
         if choice.scene == "predicted":
@@ -265,15 +272,15 @@ def find_scenes(choice: Perception, stage: FirstStage, endpoint: Endpoint, suite
         else:
             tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.task_ids[suite.domain]}
             templates = stage.library.templates
-            stage.found_beliefs[key] = show_scenes(choice, suite.benchmark, tasks, templates)
+            stage.found_beliefs[key] = state_scenes(choice, suite.benchmark, tasks, templates)
     return stage.found_beliefs[key]
 
 
-def _ask_captioner(choice: Perception, stage: FirstStage, suite: Suite) -> BeliefSet:
+def _ask_captioner(choice: SceneOptions, stage: FirstStage, suite: Suite) -> StatedBeliefs:
     """Ask a second model (the captioner) to list the scenes in pictures. Return these scenes as beliefs."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = FirstStage(
-        stage.library, stage.task_ids, stage.ask, partial(find_scenes, choice.show_pictures_only())
+        stage.library, stage.task_ids, stage.ask, partial(find_stated_scenes, choice.show_pictures_only())
     )
     captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
     task_ids = [task_id for task_id in graph_suite.task_ids if task_id in stage.task_ids[suite.domain]]

@@ -12,7 +12,7 @@ from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.results.record import Record
 
 
-def mean_steps(records: Sequence[Record]) -> float | None:
+def compute_mean_steps(records: Sequence[Record]) -> float | None:
     """Return the mean number of steps in the readable answers of a run.
 
     The mean is None if no answer can be read, or if the ability's answers are not lists of steps.
@@ -20,12 +20,12 @@ def mean_steps(records: Sequence[Record]) -> float | None:
     first = records[0]
     if first.domain not in list_benchmarks():
         return None
-    count = _counter(find_benchmark(first.domain), first.ability)
-    numbers = [] if count is None else list(_counts(records, count))
+    count = _make_step_counter(find_benchmark(first.domain), first.ability)
+    numbers = [] if count is None else list(_count_steps_of_answers(records, count))
     return fmean(numbers) if numbers else None
 
 
-def _counts(records: Sequence[Record], count: Callable[[str], int | None]) -> Iterator[int]:
+def _count_steps_of_answers(records: Sequence[Record], count: Callable[[str], int | None]) -> Iterator[int]:
     for record in records:
         if record.unanswered is None and record.verdict.excluded is None:
             number = count(record.response)
@@ -33,7 +33,7 @@ def _counts(records: Sequence[Record], count: Callable[[str], int | None]) -> It
                 yield number
 
 
-def _counter(benchmark: Benchmark, ability: Ability) -> Callable[[str], int | None] | None:
+def _make_step_counter(benchmark: Benchmark, ability: Ability) -> Callable[[str], int | None] | None:
     """Return a function that counts an answer's steps; None if the ability's answers have no steps."""
     if ability is Ability.ACTION_SEQUENCING:
         return lambda text: (

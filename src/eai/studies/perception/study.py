@@ -17,19 +17,19 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.results.certainty import Case, Cases
-from eai.results.codec import read_summary
+from eai.results.certainty import Cases, RateCase
+from eai.results.codec import read_study_summary
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, make_figure
-from eai.results.plots import denominator_of as tasks_in
+from eai.results.plots import read_denominator as tasks_in
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.results.summary import cases_of
+from eai.results.summary import make_cases_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.studies.perception.choice import STUDY, Perception
-from eai.studies.perception.declaration import perception_shares
-from eai.studies.perception.steps import mean_steps
-from eai.studies.perception.verdict import Perceived
-from eai.studies.records import Records, group_comparable_runs
+from eai.studies.perception.choice import STUDY, SceneOptions
+from eai.studies.perception.declaration import compute_perception_shares
+from eai.studies.perception.steps import compute_mean_steps
+from eai.studies.perception.verdict import PerceptionErrors
+from eai.studies.records import StudyRecords, group_comparable_runs
 from eai.studies.study import Analysis, Figures, Study, add_run_title, choose_metric
 from eai.studies.variation import AskModel, FirstStage
 from eai.tasks.options import Options
@@ -44,16 +44,16 @@ if TYPE_CHECKING:
     from eai.results.runs import RunKey
 
 
-class _StagedPerception(Perception):
+class _StagedPerception(SceneOptions):
     """Options for how the questions of a run show the scene, with the stage that finds the scenes."""
 
     def make_stage(
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
         """Return the stage that finds the scenes. The modules of the stage are imported only in a run."""
-        from eai.studies.perception.scenes import find_scenes
+        from eai.studies.perception.scenes import find_stated_scenes
 
-        return FirstStage(library, wanted, ask, partial(find_scenes, self))
+        return FirstStage(library, wanted, ask, partial(find_stated_scenes, self))
 
 
 PLAIN = "text"
@@ -73,16 +73,16 @@ _COSTS = ("cases", "value", "without_errors", "cost")
 class _PerceivedTask:
     """The errors in one task's scene graph in one run, and the contribution of the answer to the metric."""
 
-    perceived: Perceived
-    case: Case
+    perceived: PerceptionErrors
+    case: RateCase
 
     @property
-    def rate(self) -> float:
+    def missing_share(self) -> float:
         """Share of described facts that are missing or misplaced, in percent; 0 if no fact is described."""
-        return Rate(*perception_shares(self.perceived)["predicate_error"]).percent or 0.0
+        return Rate(*compute_perception_shares(self.perceived)["predicate_error"]).percent or 0.0
 
     @property
-    def kinds(self) -> frozenset[str]:
+    def error_kinds(self) -> frozenset[str]:
         """Kinds of error in the graph. Missing facts are not a kind if the graph lacks whole objects."""
         counts = {
             "missing": 0 if self.perceived.unseen else self.perceived.missing,
@@ -94,11 +94,11 @@ class _PerceivedTask:
         return frozenset([kind for kind, count in counts.items() if count])
 
     @property
-    def lost(self) -> frozenset[str]:
+    def lost_predicates(self) -> frozenset[str]:
         """Names of the predicates of described facts that the graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
-    def replace_share(self, share: Share) -> Case:
+    def make_case(self, share: Share) -> RateCase:
         """Return the task's contribution to another rate, with the given numerator and denominator."""
         return self.case._replace(share=share)
 
@@ -126,24 +126,25 @@ class _ComparedRuns:
 
     def list_perceived_tasks(self, name: str) -> list[_PerceivedTask]:
         """Return the perceived scene and contribution of each task of a run that has a recorded scene."""
-        cases = {case.task: case for case in self.cases(name)}
+        cases = {case.task: case for case in self.make_cases(name)}
         return [
             _PerceivedTask(perceived, cases[record.task_id])
             for record in self.runs[name]
-            if (perceived := read_summary(record, STUDY, Perceived)) is not None and record.task_id in cases
+            if (perceived := read_study_summary(record, STUDY, PerceptionErrors)) is not None
+            and record.task_id in cases
         ]
 
-    def cases(self, name: str) -> Cases:
+    def make_cases(self, name: str) -> Cases:
         """Return the contribution of each task of a run to the metric."""
         records = self.runs[name]
-        return cases_of(records, records[0].ability).get(self.metric, ())
+        return make_cases_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
-    def plain_cases(self) -> dict[str, Case]:
+    def plain_cases(self) -> dict[str, RateCase]:
         """The contribution of each task to the metric in the run whose questions list the true scene."""
-        return {case.task: case for case in self.cases(PLAIN)} if PLAIN in self.runs else {}
+        return {case.task: case for case in self.make_cases(PLAIN)} if PLAIN in self.runs else {}
 
-    def cost_cells(self, group: _PerceivedTasks) -> Row:
+    def estimate_costs(self, group: _PerceivedTasks) -> Row:
         """Return the cells of the columns `_COSTS` for a group of tasks."""
         cases = [task.case for task in group]
         without = [self.plain_cases[case.task] for case in cases if case.task in self.plain_cases]
@@ -153,7 +154,7 @@ class _ComparedRuns:
         return (len(cases), Estimate.from_cases(cases), Estimate.from_cases(without), cost)
 
 
-def perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
+def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
     """Return the tables that compare the scene formats of one model's runs in a suite.
 
     Args:
@@ -163,24 +164,24 @@ def perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Tab
     Raises:
         InputError: no run records a perceived scene.
     """
-    compared = _ComparedRuns(metric, {_name(records): records for records in runs})
+    compared = _ComparedRuns(metric, {_name_scene_format(records): records for records in runs})
     if not compared.perceived_tasks:
         raise InputError(_NO_PERCEPTION)
     return [
-        _runs_table(compared),
-        _rates_table(compared),
-        _kinds_table(compared),
-        _predicates_table(compared),
+        _make_runs_table(compared),
+        _make_rates_table(compared),
+        _make_kinds_table(compared),
+        _make_predicates_table(compared),
     ]
 
 
-def _name(records: Sequence[Record]) -> str:
+def _name_scene_format(records: Sequence[Record]) -> str:
     choice = records[0].study.get(STUDY)
     return PLAIN if choice is None else str(choice.options["scene"])
 
 
 @make_table("perception_runs", ("scene", *_RATES, "steps", "value"))
-def _runs_table(runs: _ComparedRuns) -> Iterator[Row]:
+def _make_runs_table(runs: _ComparedRuns) -> Iterator[Row]:
     """{runs.metric} by how the scene is shown.
 
     One row per run: measured error rates in percent, then {runs.metric}. `predicate_error`: described facts
@@ -189,25 +190,29 @@ def _runs_table(runs: _ComparedRuns) -> Iterator[Row]:
     facts; `unseen`: objects that are not named, of all. Empty if a question states no scene graph. Sorted by
     `predicate_error`.
     """
-    rates = {name: _rates(runs.list_perceived_tasks(name)) for name in runs.runs}
+    rates = {name: _estimate_error_rates(runs.list_perceived_tasks(name)) for name in runs.runs}
     order = {name: -1.0 if row[0].value is None else row[0].value for name, row in rates.items()}
     for name in sorted(rates, key=lambda name: (order[name], name)):
-        yield (name, *rates[name], mean_steps(runs.runs[name]), Estimate.from_cases(runs.cases(name)))
+        yield (
+            name,
+            *rates[name],
+            compute_mean_steps(runs.runs[name]),
+            Estimate.from_cases(runs.make_cases(name)),
+        )
 
 
-def _rates(tasks: _PerceivedTasks) -> list[Estimate]:
+def _estimate_error_rates(tasks: _PerceivedTasks) -> list[Estimate]:
     """Return the rates of errors in a run's perceived scenes, in percent with intervals."""
     if not tasks:
         return [Estimate(None)] * len(_RATES)
-    shares = [(task, perception_shares(task.perceived)) for task in tasks]
+    shares = [(task, compute_perception_shares(task.perceived)) for task in tasks]
     return [
-        Estimate.from_cases([task.replace_share(of_task[name]) for task, of_task in shares])
-        for name in _RATES
+        Estimate.from_cases([task.make_case(of_task[name]) for task, of_task in shares]) for name in _RATES
     ]
 
 
 @make_table("perception_rates", ("above", "up_to", *_COSTS))
-def _rates_table(runs: _ComparedRuns) -> Iterator[Row]:
+def _make_rates_table(runs: _ComparedRuns) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
     One row per group of answers, of all runs, by the predicate error rate of their own scene graph: 0, or
@@ -217,50 +222,58 @@ def _rates_table(runs: _ComparedRuns) -> Iterator[Row]:
     unnecessary facts and unseen objects without facts.
     """
     for low, high in [(0.0, 0.0), *pairwise(BOUNDS)]:
-        group = [task for task in runs.perceived_tasks if task.rate == high == 0 or low < task.rate <= high]
+        group = [
+            task
+            for task in runs.perceived_tasks
+            if task.missing_share == high == 0 or low < task.missing_share <= high
+        ]
         if group:
-            yield (low, high, *runs.cost_cells(group))
+            yield (low, high, *runs.estimate_costs(group))
 
 
 @make_table("perception_kinds", ("kind", *_COSTS))
-def _kinds_table(runs: _ComparedRuns) -> Iterator[Row]:
+def _make_kinds_table(runs: _ComparedRuns) -> Iterator[Row]:
     """{runs.metric} by kind of error.
 
     A row of answers whose scene graphs have errors of this kind and no other, however many. That facts about
     an unseen object are missing belongs to `unseen object`.
     """
-    kinds = sorted({kind for task in runs.perceived_tasks for kind in task.kinds})
-    groups = {"none": [task for task in runs.perceived_tasks if not task.kinds]}
-    groups |= {kind: [task for task in runs.perceived_tasks if task.kinds == {kind}] for kind in kinds}
-    groups["several"] = [task for task in runs.perceived_tasks if len(task.kinds) > 1]
-    yield from [(kind, *runs.cost_cells(group)) for kind, group in groups.items() if group]
+    kinds = sorted({kind for task in runs.perceived_tasks for kind in task.error_kinds})
+    groups = {"none": [task for task in runs.perceived_tasks if not task.error_kinds]}
+    groups |= {kind: [task for task in runs.perceived_tasks if task.error_kinds == {kind}] for kind in kinds}
+    groups["several"] = [task for task in runs.perceived_tasks if len(task.error_kinds) > 1]
+    yield from [(kind, *runs.estimate_costs(group)) for kind, group in groups.items() if group]
 
 
 @make_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
-def _predicates_table(runs: _ComparedRuns) -> Iterable[Row]:
+def _make_predicates_table(runs: _ComparedRuns) -> Iterable[Row]:
     """Which facts cost most when they are lost.
 
     A row a predicate: of its described facts how many were lost or misplaced (`lost`, in percent), then
     {runs.metric} of the answers in which facts of this predicate and of no other are lost, and nothing else
     is wrong. `all_cases`: answers in which such facts are lost, whatever else is. Sorted by cost.
     """
-    names = sorted({name for task in runs.perceived_tasks for name in task.lost})
-    return sorted([_predicate_row(name, runs) for name in names], key=_cost_order)
+    names = sorted({name for task in runs.perceived_tasks for name in task.lost_predicates})
+    return sorted([_make_predicate_row(name, runs) for name in names], key=_make_cost_sort_key)
 
 
-def _predicate_row(name: str, runs: _ComparedRuns) -> Row:
+def _make_predicate_row(name: str, runs: _ComparedRuns) -> Row:
     tasks = [task for task in runs.perceived_tasks if name in task.perceived.predicates]
-    lost = [task for task in tasks if name in task.lost]
-    only_lost = [task for task in lost if task.lost == {name} and task.kinds <= {"missing", "misplaced"}]
+    lost = [task for task in tasks if name in task.lost_predicates]
+    only_lost = [
+        task
+        for task in lost
+        if task.lost_predicates == {name} and task.error_kinds <= {"missing", "misplaced"}
+    ]
     counts = [task.perceived.predicates[name] for task in tasks]
     shares = [Share(gone, right + gone) for right, _, gone in counts]
     lost_share = Estimate.from_cases(
-        [task.replace_share(share) for task, share in zip(tasks, shares, strict=True)]
+        [task.make_case(share) for task, share in zip(tasks, shares, strict=True)]
     )
-    return (name, lost_share, len(lost), *runs.cost_cells(only_lost))
+    return (name, lost_share, len(lost), *runs.estimate_costs(only_lost))
 
 
-def _cost_order(row: Row) -> tuple[float, str]:
+def _make_cost_sort_key(row: Row) -> tuple[float, str]:
     """Return the sort key of a row: highest cost first, then lowest value, then rows without a case."""
     for column, sign in ((6, -1), (4, 1)):
         cell = row[column]
@@ -279,7 +292,7 @@ class _PerceptionChoices(Options):
     metric: str | None = None
 
 
-def _analyze(records: Records, chosen: _PerceptionChoices) -> Iterator[Analysis]:
+def _analyze_perception(records: StudyRecords, chosen: _PerceptionChoices) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
     The plain run among them, with the same prompts (--set eai), shows the value without errors.
@@ -289,8 +302,8 @@ def _analyze(records: Records, chosen: _PerceptionChoices) -> Iterator[Analysis]
     """
     groups = [
         (label, group)
-        for runs in group_comparable_runs(records.runs()).values()
-        for label, group in group_pairs((_name_without_scene(run.key), run) for run in runs).items()
+        for runs in group_comparable_runs(records.read_runs()).values()
+        for label, group in group_pairs((_make_key_without_scene(run.key), run) for run in runs).items()
         if any(STUDY in record.summaries for run in group for record in run.records)
     ]
     if not groups:
@@ -298,22 +311,22 @@ def _analyze(records: Records, chosen: _PerceptionChoices) -> Iterator[Analysis]
     for label, group in groups:
         key = group[0].key
         metric = choose_metric(key.ability, chosen.metric)
-        tables = perception_tables([run.records for run in group], metric)
+        tables = make_perception_tables([run.records for run in group], metric)
         folder = f"{key.suite.file_name}-{to_file_name(label)}" if len(groups) > 1 else ""
-        yield Analysis(tables, _figures(tables[0], metric, key._replace(model=label)), folder=folder)
+        yield Analysis(tables, _draw_figures(tables[0], metric, key._replace(model=label)), folder=folder)
 
 
-def _name_without_scene(key: RunKey) -> str:
+def _make_key_without_scene(key: RunKey) -> str:
     """Return the key of a run without its scene format. Runs with equal keys are compared."""
     rest = None if key.experiment is None else key.experiment.without_study(STUDY)
     return key._replace(experiment=rest).name
 
 
-def _figures(by_run: Table, metric: str, key: RunKey) -> Figures:
-    yield add_run_title(key, "success_by_error_rate", draw(by_run, metric))
+def _draw_figures(by_run: Table, metric: str, key: RunKey) -> Figures:
+    yield add_run_title(key, "success_by_error_rate", draw_success_by_error_rate(by_run, metric))
 
 
-def draw(by_run: Table, metric: str) -> Figure | None:
+def draw_success_by_error_rate(by_run: Table, metric: str) -> Figure | None:
     """Draw each run as a point: metric by predicate error rate.
 
     The run with the true scene is hollow, at 0.
@@ -343,7 +356,7 @@ def draw(by_run: Table, metric: str) -> Figure | None:
     return figure
 
 
-def _summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+def _summarize_perception(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
     """Return the summary for a record: the errors in the scene graph that its question stated."""
     from eai.studies.perception.scene_graph import SCENE
     from eai.studies.perception.scenes import read_scene_beliefs
@@ -360,6 +373,6 @@ PERCEPTION = Study(
     "How questions show the scene (with prompts.set eai).",
     _StagedPerception,
     choices=_PerceptionChoices,
-    analyze=_analyze,
-    summarize=_summarize,
+    analyze=_analyze_perception,
+    summarize=_summarize_perception,
 )

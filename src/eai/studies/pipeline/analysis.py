@@ -25,19 +25,19 @@ from eai.benchmarks.gold_answers import open_planned_book, replace_goals
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
-from eai.results.certainty import Case, Cases
-from eai.results.comparison import compare
+from eai.results.certainty import Cases, RateCase
+from eai.results.comparison import compare_runs
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import read_paper_models, read_paper_table
-from eai.results.rate import rate_of
+from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
-from eai.results.summary import cases_of, name_of
+from eai.results.summary import find_task_name, make_cases_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.pipeline.operator_chain import analyze_operators
 from eai.studies.pipeline.stage_one import STUDY, read_interpretations
-from eai.studies.records import Records
-from eai.studies.study import Analysis, paper_remarks, suite_heading
+from eai.studies.records import StudyRecords
+from eai.studies.study import Analysis, format_suite_heading, write_paper_remarks
 from eai.tasks.source import Source
 
 _MAX_SEARCH_EFFORT = 400
@@ -59,7 +59,7 @@ _PAPER = ("paper modular", "paper pipeline")
 _PERFECT = "perfect stage 2"
 
 
-def _goals_kind(record: Record) -> str:
+def _classify_stated_goals(record: Record) -> str:
     """Return the kind of the goals that a question states, compared with the goals of the task."""
     if STUDY not in record.summaries:
         return "no answer"
@@ -93,7 +93,7 @@ class _PipelinePair:
         return SuiteKey(record.protocol.value, record.domain, record.ability.value)
 
     @property
-    def chain(self) -> str:
+    def pipeline_label(self) -> str:
         """Label of the pipeline: whether questions state subgoals, and the options of other studies."""
         experiment = self.pipeline[0].experiment or Experiment()
         rest = experiment.without_study(STUDY)
@@ -104,38 +104,41 @@ class _PipelinePair:
     def metric(self) -> str:
         return next(iter(get_declaration(self.modular[0].ability).overview_headings))
 
-    def tables(self) -> list[Table]:
+    def make_tables(self) -> list[Table]:
         """Return the tables of the pair. Tables and columns without data are left out."""
-        stages, goals = self._stages(), self._goals()
+        stages, goals = self._make_stages_table(), self._make_goals_table()
         made = [
-            stages if self.paper else stages.drop(_PAPER),
-            goals if self.reachable else goals.drop([_PERFECT]),
-            self._first_stage(),
+            stages if self.paper else stages.drop_columns(_PAPER),
+            goals if self.reachable else goals.drop_columns([_PERFECT]),
+            self._make_first_stage_table(),
         ]
         if any("subgoals_sha256" in record.summaries.get(STUDY, {}) for record in self.pipeline):
-            made.append(self._breaks())
-        return [*made, self._conditions_table()] if self.conditions else made
+            made.append(self._make_breaks_table())
+        return [*made, self._make_conditions_table()] if self.conditions else made
 
     @make_table("chain", ("breaks at", "tasks", "share", "success"))
-    def _breaks(self) -> Iterator[Row]:
+    def _make_breaks_table(self) -> Iterator[Row]:
         """Where the chain breaks.
 
         Tasks by the first ability whose answer fails: stated goals miss a goal of the task, subgoals fail
         when they are carried out, or the plan fails. `success`: the plan is right all the same.
         """
-        records = self._common_records(self.pipeline)
-        successes = {case.task: case for case in self._cases(records)}
-        breaks = {record.task_id: _break_of(record, successes[record.task_id]) for record in records}
+        records = self._select_common_records(self.pipeline)
+        successes = {case.task: case for case in self._make_metric_cases(records)}
+        breaks = {
+            record.task_id: _find_first_failing_ability(record, successes[record.task_id])
+            for record in records
+        }
         for link in (*_LINKS, "nowhere"):
             shares = [
-                Case(record.task_id, name_of(record), share_of_one(breaks[record.task_id] == link))
+                RateCase(record.task_id, find_task_name(record), share_of_one(breaks[record.task_id] == link))
                 for record in records
             ]
             broken = [successes[record.task_id] for record in records if breaks[record.task_id] == link]
             yield link, len(broken), Estimate.from_cases(shares), Estimate.from_cases(broken)
 
     @make_table("stages", ("metric", *_COMPARED, *_PAPER))
-    def _stages(self) -> Iterator[Row]:
+    def _make_stages_table(self) -> Iterator[Row]:
         """Modular and pipeline.
 
         Percent, and pipeline minus modular in points, with 95 % intervals whose units are the names of tasks;
@@ -143,9 +146,10 @@ class _PipelinePair:
         own).{self._beside}
         """
         declared = get_declaration(self.modular[0].ability)
-        differences = compare(self.modular, self.pipeline).differences
+        differences = compare_runs(self.modular, self.pipeline).differences
         before, after = (
-            cases_of(self._common_records(side), declared.ability) for side in (self.modular, self.pipeline)
+            make_cases_by_metric(self._select_common_records(side), declared.ability)
+            for side in (self.modular, self.pipeline)
         )
         for metric in declared.terminal_metrics:
             one, other = before.get(metric, []), after.get(metric, [])
@@ -153,18 +157,21 @@ class _PipelinePair:
             yield (metric, *_compare_cases(one, other), p_value, *self.paper.get(metric, (None, None)))
 
     @property
-    def _beside(self) -> str:
+    def _paper_remark(self) -> str:
         return " Beside them the paper's figures for this model." if self.paper else ""
 
     @make_table("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
-    def _goals(self) -> Iterator[Row]:
+    def _make_goals_table(self) -> Iterator[Row]:
         """Where the loss comes from.
 
         Tasks by the goals that their questions stated, success in both runs, and how many tasks only one of
         them solves. Goals are judged under strict; others are wrong goals, ill-formed ones and such as name
         what does not exist.{self._searched}
         """
-        kinds = {record.task_id: _goals_kind(record) for record in self._common_records(self.pipeline)}
+        kinds = {
+            record.task_id: _classify_stated_goals(record)
+            for record in self._select_common_records(self.pipeline)
+        }
         for kind in (*_KINDS, "all"):
             tasks = {task for task, own_kind in kinds.items() if kind in (own_kind, "all")}
             if tasks:
@@ -172,9 +179,9 @@ class _PipelinePair:
                     self._select_records(self.modular, tasks),
                     self._select_records(self.pipeline, tasks),
                 )
-                success = next(iter(compare(modular, pipeline).differences.values()))
+                success = next(iter(compare_runs(modular, pipeline).differences.values()))
                 only = len(success.only_first), len(success.only_second)
-                one, other = self._cases(modular), self._cases(pipeline)
+                one, other = self._make_metric_cases(modular), self._make_metric_cases(pipeline)
                 perfect = [
                     case._replace(share=share_of_one(self.reachable.get(case.task, False))) for case in other
                 ]
@@ -182,7 +189,7 @@ class _PipelinePair:
                 yield (kind, len(one), *compared, *only, Estimate.from_cases(perfect))
 
     @property
-    def _searched(self) -> str:
+    def _search_remark(self) -> str:
         return (
             " A perfect stage 2 finds a plan for the stated goals by search, where there is one, and is "
             "judged under strict: a yardstick and no bound, since a model may reach goals that it did not "
@@ -192,34 +199,36 @@ class _PipelinePair:
         )
 
     @make_table("stage_1", ("answer", "tasks", "pipeline"))
-    def _first_stage(self) -> Iterator[Row]:
+    def _make_first_stage_table(self) -> Iterator[Row]:
         """Outcomes of the first stage.
 
         How many tasks had such an answer to goal interpretation, and success in the pipeline. All of them are
         in every rate above.
         """
-        records = self._common_records(self.pipeline)
+        records = self._select_common_records(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
             "no answer": lambda record: STUDY not in record.summaries,
-            "unreadable, so that no goals were stated": _has_summary_field("stage_1_unreadable"),
-            "names what does not exist": _has_summary_field("stage_1_unknown"),
-            "has ill-formed entries": _has_summary_field("stage_1_left_out"),
+            "unreadable, so that no goals were stated": _make_summary_field_test("stage_1_unreadable"),
+            "names what does not exist": _make_summary_field_test("stage_1_unknown"),
+            "has ill-formed entries": _make_summary_field_test("stage_1_left_out"),
         }
-        successes = {case.task: case for case in self._cases(records)}
+        successes = {case.task: case for case in self._make_metric_cases(records)}
         for heading, is_so in kinds.items():
             cases = [successes[record.task_id] for record in records if is_so(record)]
             yield heading, len(cases), Estimate.from_cases(cases)
 
     @make_table("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
-    def _conditions_table(self) -> Iterator[Row]:
+    def _make_conditions_table(self) -> Iterator[Row]:
         """Which conditions are missing.
 
         For each condition of the tasks: the share of tasks whose stated goals lack it, the number of these
         tasks, and how many of them each run solves.
         """
-        names = {record.task_id: name_of(record) for record in self._common_records(self.pipeline)}
+        names = {
+            record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
+        }
         by_condition = group_pairs(
-            (condition, Case(task, name, share_of_one(missed)))
+            (condition, RateCase(task, name, share_of_one(missed)))
             for task, name in names.items()
             for condition, missed in self.conditions.get(task, ())
         )
@@ -228,16 +237,18 @@ class _PipelinePair:
         ):
             tasks = {case.task for case in by_condition[condition] if case.share.numerator}
             sides = [
-                rate_of(case.share for case in self._cases(self._select_records(side, tasks)))
+                compute_rate(
+                    case.share for case in self._make_metric_cases(self._select_records(side, tasks))
+                )
                 for side in (self.modular, self.pipeline)
             ]
             solved = [int(side.numerator) for side in sides]
             yield condition, Estimate.from_cases(by_condition[condition]), len(tasks), *solved
 
-    def _cases(self, records: Sequence[Record]) -> Sequence[Case]:
-        return cases_of(records, self.modular[0].ability).get(self.metric, ())
+    def _make_metric_cases(self, records: Sequence[Record]) -> Sequence[RateCase]:
+        return make_cases_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
-    def _common_records(self, side: Sequence[Record]) -> list[Record]:
+    def _select_common_records(self, side: Sequence[Record]) -> list[Record]:
         """Return the records of one run, limited to tasks that both runs of the pair have scored."""
         scored = [
             {record.task_id for record in records if record.verdict.excluded is None}
@@ -249,7 +260,7 @@ class _PipelinePair:
         return [record for record in side if record.task_id in tasks]
 
 
-def _has_summary_field(name: str) -> Callable[[Record], bool]:
+def _make_summary_field_test(name: str) -> Callable[[Record], bool]:
     """Return a function that tells whether a field in a record's pipeline summary is neither empty nor 0."""
     return lambda record: bool(record.summaries.get(STUDY, {}).get(name))
 
@@ -258,7 +269,7 @@ _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
 """Abilities of a chain (goals, then subgoals, then a plan), in order."""
 
 
-def _break_of(record: Record, success: Case) -> str:
+def _find_first_failing_ability(record: Record, success: RateCase) -> str:
     """Return the first ability of a chain whose answer fails, or "nowhere" if none fails."""
     stated = record.summaries.get(STUDY)
     fails = (
@@ -274,7 +285,7 @@ def _compare_cases(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estima
     return Estimate.from_cases(one), Estimate.from_cases(other), Estimate.from_difference(one, other)
 
 
-def pool_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
+def pool_pipeline_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
     """Return one pair that has the records of several pairs of runs.
 
     Task ids get the number of the pair, so that equal tasks of several pairs stay apart. Names of tasks are
@@ -282,19 +293,19 @@ def pool_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
     """
     numbered = list(enumerate(pairs))
     return _PipelinePair(
-        [_number_record(number, record) for number, pair in numbered for record in pair.modular],
-        [_number_record(number, record) for number, pair in numbered for record in pair.pipeline],
+        [_prefix_task_id(number, record) for number, pair in numbered for record in pair.modular],
+        [_prefix_task_id(number, record) for number, pair in numbered for record in pair.pipeline],
         {f"{number} {task}": value for number, pair in numbered for task, value in pair.reachable.items()},
         {f"{number} {task}": value for number, pair in numbered for task, value in pair.conditions.items()},
         {},
     )
 
 
-def _number_record(number: int, record: Record) -> Record:
+def _prefix_task_id(number: int, record: Record) -> Record:
     return replace(record, task_id=f"{number} {record.task_id}")
 
 
-def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
+def _list_missed_conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
     """Yield the predicate of each condition of a task, and whether an answer lacks this condition."""
     assessed = scorer.assess(answer)
     if isinstance(assessed.verdict, GoalVerdict):
@@ -303,7 +314,7 @@ def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
             yield from ((atoms.get_statement(condition).signed_name, missed) for condition in conditions)
 
 
-def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
+def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
     """Yield the analyses of operators, then an analysis for each pipeline, and one for all models of a suite.
 
     Args:
@@ -315,26 +326,30 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
         InputError: there is neither a run of transition modeling under the default protocol, nor a pipeline
             with a modular run.
     """
-    runs = list(records.runs())
+    runs = list(records.read_runs())
     chains = list(analyze_operators(runs, records))
     yield from chains
     if chains and not any(map(_is_pipeline, runs)):
         return
-    pairs = [_make_pair(*two, records.source, goals, search=search) for two in _pairs(records, runs)]
+    pairs = [
+        _make_pipeline_pair(*two, records.source, goals, search=search) for two in _pair_runs(records, runs)
+    ]
     if not pairs and not chains:
         raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
-    for (suite, chain), of_kind in group_pairs(((pair.suite, pair.chain), pair) for pair in pairs).items():
+    for (suite, chain), of_kind in group_pairs(
+        ((pair.suite, pair.pipeline_label), pair) for pair in pairs
+    ).items():
         for pair in of_kind:
             record = pair.pipeline[0]
             label = "" if record.experiment is None else record.experiment.label
             folder = f"{suite.file_name}/{to_file_name(record.model)}/{label}" if len(pairs) > 1 else ""
-            yield _analysis(pair, f"{record.model}, {label}", folder)
+            yield _make_pair_analysis(pair, f"{record.model}, {label}", folder)
         if len(of_kind) > 1:
             folder = f"{suite.file_name}/{to_file_name(chain)}" if chain != _GOALS else suite.file_name
-            yield _analysis(pool_pairs(of_kind), f"{len(of_kind)} pipelines", folder)
+            yield _make_pair_analysis(pool_pipeline_pairs(of_kind), f"{len(of_kind)} pipelines", folder)
 
 
-def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
+def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
     """Yield each pipeline, sorted by key, as a pair: the modular run, then the pipeline."""
     plain = {run.key: run for run in runs if not _is_pipeline(run)}
     pipelines = [run for run in runs if _is_pipeline(run)]
@@ -343,7 +358,7 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
             "expected records of a pipeline, which eai run --with pipeline.goals=own and eai score --goals "
             "make, or of transition modeling under strict"
         )
-    for run in sorted(pipelines, key=lambda run: run.key.order):
+    for run in sorted(pipelines, key=lambda run: run.key.sort_key):
         experiment = run.key.experiment
         other = None if experiment is None else experiment.without_study(STUDY)
         alone = plain.get(run.key._replace(experiment=other))
@@ -357,7 +372,9 @@ def _is_pipeline(run: Run) -> bool:
     return run.key.experiment is not None and STUDY in run.key.experiment.study
 
 
-def _make_pair(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> _PipelinePair:
+def _make_pipeline_pair(
+    one: Run, other: Run, source: Source, goals: Path | None, *, search: bool
+) -> _PipelinePair:
     key = one.key
     conditions: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
@@ -366,15 +383,17 @@ def _make_pair(one: Run, other: Run, source: Source, goals: Path | None, *, sear
         model = other.records[0].study[STUDY].options["goals_from"]
         answers = read_interpretations(goals, benchmark, source, model)[1]
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
-        conditions = {task: list(_conditions(suite.scorer(task), text)) for task, text in answers.items()}
+        conditions = {
+            task: list(_list_missed_conditions(suite.scorer(task), text)) for task, text in answers.items()
+        }
         if search:
             tasks = {record.task_id for record in other.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
-            reachable = dict(_find_reachable(benchmark, wanted, source))
-    return _PipelinePair(one.records, other.records, reachable, conditions, _paper_figures(key))
+            reachable = dict(_find_reachable_tasks(benchmark, wanted, source))
+    return _PipelinePair(one.records, other.records, reachable, conditions, _find_paper_figures(key))
 
 
-def _find_reachable(
+def _find_reachable_tasks(
     benchmark: Benchmark, answers: Mapping[str, str], source: Source
 ) -> Iterator[tuple[str, bool]]:
     """Yield each task id with whether a plan for the stated goals also reaches the goals of the task."""
@@ -387,7 +406,7 @@ def _find_reachable(
             yield task_id, bool(success)
 
 
-def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
+def _find_paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
     """Return the paper's figures for a model, by metric, as pairs of modular run and pipeline."""
     name = read_paper_models().get(key.model)
     paper = read_paper_table(f"pipeline_{key.ability.value}")
@@ -396,30 +415,31 @@ def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None
     if not all(row in paper.rows for row in rows):
         return {}
     return {
-        column.metric: (paper.figure(rows[0], column), paper.figure(rows[1], column)) for column in columns
+        column.metric: (paper.find_figure(rows[0], column), paper.find_figure(rows[1], column))
+        for column in columns
     }
 
 
-def _analysis(pair: _PipelinePair, title: str, folder: str) -> Analysis:
-    tables, record = pair.tables(), pair.modular[0]
-    heading = f"{title}, {suite_heading(pair.suite)}"
+def _make_pair_analysis(pair: _PipelinePair, title: str, folder: str) -> Analysis:
+    tables, record = pair.make_tables(), pair.modular[0]
+    heading = f"{title}, {format_suite_heading(pair.suite)}"
     goals = next(table for table in tables if table.name == "goals")
     papers = [read_paper_table(f"pipeline_{record.ability.value}")] if pair.paper else []
-    remarks = paper_remarks(papers, record.protocol) if papers else []
+    remarks = write_paper_remarks(papers, record.protocol) if papers else []
     return Analysis(tables, (), remarks, folder, [_make_screen_table(goals, heading)])
 
 
 def _make_screen_table(table: Table, heading: str) -> Table:
     """Return the table for the screen: solved tasks and differences in points, without intervals."""
-    shown = table.drop(_FILE_ONLY_COLUMNS)
+    shown = table.drop_columns(_FILE_ONLY_COLUMNS)
     return replace(
         shown,
         title=f"{heading}: tasks solved, difference in points",
-        rows=tuple([tuple(map(_short, row)) for row in shown.rows]),
+        rows=tuple([tuple(map(_format_short_cell, row)) for row in shown.rows]),
     )
 
 
-def _short(cell: object) -> str:
+def _format_short_cell(cell: object) -> str:
     if not isinstance(cell, Estimate):
         return str(cell)
     if cell.value is None:

@@ -24,13 +24,13 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
-from eai.results.summary import name_of
+from eai.results.summary import find_task_name
 from eai.results.table import Cell, Estimate, Row, Table, make_table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
@@ -69,7 +69,7 @@ class _OperatorChain:
     _readings: OperatorCache = field(default_factory=ResultCache)
 
     @staticmethod
-    def open(domain: str, source: Source) -> _OperatorChain:
+    def open_chain(domain: str, source: Source) -> _OperatorChain:
         """Open the suites of a benchmark under the default protocol, and return its chain."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
         return _OperatorChain(
@@ -78,7 +78,7 @@ class _OperatorChain:
             open_answer_book(benchmark, ability, source),
         )
 
-    def find_end(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
+    def find_chain_end(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
         """Return the end of the chain of an answer's operators.
 
         The end is None if the task is excluded or no planner was run.
@@ -110,7 +110,7 @@ class _OperatorChain:
         operator's.
 
         Raises:
-            InputError: as raised by `find_end`.
+            InputError: as raised by `find_chain_end`.
         """
         scorer, written = self.operators.scorer(task_id), extract(answer, self._readings)
         if not isinstance(scorer, TransitionModeling):
@@ -149,14 +149,14 @@ class _OperatorChain:
         missed = {goal.kind for goal, is_reached in goals if not is_reached}
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
-    def find_true_end(self, task_id: str) -> ChainEnd | None:
-        """Return the end of the chain of the data set's own operators, or None as in `find_end`."""
+    def find_gold_chain_end(self, task_id: str) -> ChainEnd | None:
+        """Return the end of the chain of the data set's own operators, or None as in `find_chain_end`."""
         suite = self.operators
         answer = self._true_answers[task_id].text
-        return self.find_end(task_id, answer, _operators_verdict(suite.score(task_id, answer)))
+        return self.find_chain_end(task_id, answer, _require_operator_verdict(suite.score(task_id, answer)))
 
 
-def _operators_verdict(verdict: object) -> OperatorVerdict:
+def _require_operator_verdict(verdict: object) -> OperatorVerdict:
     if not isinstance(verdict, OperatorVerdict):
         raise TypeError(f"{verdict} is no verdict on operators")
     return verdict
@@ -180,14 +180,14 @@ class _ChainedRun:
     true_ends: Sequence[ChainEnd | None]
 
 
-def _chain_runs(runs: Sequence[Run], records: Records) -> Iterator[_ChainedRun]:
+def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_ChainedRun]:
     """Yield runs of transition modeling with the ends of their chains.
 
     The user gets a note on runs of other protocols, which are left out.
     """
-    chain_of = cache(lambda domain: _OperatorChain.open(domain, records.source))
-    true_end_of = cache(lambda domain, task_id: chain_of(domain).find_true_end(task_id))
-    for run in sorted(runs, key=lambda run: run.key.order):
+    chain_of = cache(lambda domain: _OperatorChain.open_chain(domain, records.source))
+    true_end_of = cache(lambda domain, task_id: chain_of(domain).find_gold_chain_end(task_id))
+    for run in sorted(runs, key=lambda run: run.key.sort_key):
         key = run.key
         if key.ability is not Ability.TRANSITION_MODELING:
             continue
@@ -196,7 +196,12 @@ def _chain_runs(runs: Sequence[Run], records: Records) -> Iterator[_ChainedRun]:
             continue
         chain = chain_of(key.domain)
         ends = [
-            (record, chain.find_end(record.task_id, record.response, _operators_verdict(record.verdict)))
+            (
+                record,
+                chain.find_chain_end(
+                    record.task_id, record.response, _require_operator_verdict(record.verdict)
+                ),
+            )
             for record in run.records
         ]
         carried_out = [(record, end) for record, end in ends if end is not None]
@@ -211,25 +216,25 @@ def _chain_runs(runs: Sequence[Run], records: Records) -> Iterator[_ChainedRun]:
         )
 
 
-def analyze_operators(runs: Sequence[Run], records: Records) -> Iterator[Analysis]:
+def analyze_operators(runs: Sequence[Run], records: StudyRecords) -> Iterator[Analysis]:
     """Yield one analysis of all runs of transition modeling, or nothing without such runs."""
-    chained = list(_chain_runs(runs, records))
+    chained = list(_find_chain_ends_of_runs(runs, records))
     if chained:
-        table = _operators_table(chained)
+        table = _make_operators_table(chained)
         yield Analysis([table], screen_tables=[_show_counts(table)])
 
 
 def _show_counts(table: Table) -> Table:
     """Return the table with counts, such as 3/20, instead of rates."""
-    return replace(table, rows=tuple([tuple(map(_count, row)) for row in table.rows]))
+    return replace(table, rows=tuple([tuple(map(_format_count_cell, row)) for row in table.rows]))
 
 
-def _count(cell: Cell) -> Cell:
+def _format_count_cell(cell: Cell) -> Cell:
     return f"{cell.numerator:g}/{cell.denominator:g}" if isinstance(cell, Estimate) else cell
 
 
 @make_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
-def _operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
+def _make_operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
     """Chains of operators.
 
     A planner finds a plan with the model's operators, and the plan is carried out in the world: tasks by the
@@ -241,14 +246,16 @@ def _operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
     for run in chained:
         ends = {*run.ends, *[end for end in run.true_ends if end is not None], SUCCESS}
         for end in sorted(ends, key=lambda end: (_LINKS.index(end[0]), end[1])):
-            shares = [_share(run.records, side, end) for side in (run.ends, run.true_ends)]
-            yield (*run.key.cells, *end, *shares)
+            shares = [_estimate_share_of_end(run.records, side, end) for side in (run.ends, run.true_ends)]
+            yield (*run.key.table_cells, *end, *shares)
 
 
-def _share(records: Sequence[Record], ends: Sequence[ChainEnd | None], end: ChainEnd) -> Estimate:
+def _estimate_share_of_end(
+    records: Sequence[Record], ends: Sequence[ChainEnd | None], end: ChainEnd
+) -> Estimate:
     """Return the percentage of tasks whose chain has a given end."""
     cases = [
-        Case(record.task_id, name_of(record), share_of_one(actual == end))
+        RateCase(record.task_id, find_task_name(record), share_of_one(actual == end))
         for record, actual in zip(records, ends, strict=True)
         if actual is not None
     ]

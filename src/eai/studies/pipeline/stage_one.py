@@ -25,8 +25,8 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import find_files_of_suite
-from eai.results.codec import sha256_of
-from eai.results.epochs import STATED, SUBGOALS, BeliefSet
+from eai.results.codec import hash_text
+from eai.results.epochs import STATED, SUBGOALS, StatedBeliefs
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
@@ -52,17 +52,17 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 
 def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
-) -> BeliefSet:
+) -> StatedBeliefs:
     """Return the goals in the answers of a file or folder (`read_interpretations`), as beliefs to state.
 
     Raises:
         InputError: questions of the ability state no goals, or there are no answers.
     """
-    check_stage_two(ability)
+    check_ability_states_goals(ability)
     return make_goal_beliefs(read_interpretations(path, benchmark, source, model), benchmark, source)
 
 
-def check_stage_two(ability: Ability) -> None:
+def check_ability_states_goals(ability: Ability) -> None:
     """Raise an error if the questions of an ability state no goals."""
     if ability not in STAGE_TWO:
         names = " and ".join(stage.value for stage in STAGE_TWO)
@@ -74,7 +74,7 @@ def make_goal_beliefs(
     benchmark: Benchmark,
     source: Source,
     scenes: Mapping[str, Belief] | None = None,
-) -> BeliefSet:
+) -> StatedBeliefs:
     """Return the goals that a model's answers state, with verdicts on these goals under the default protocol.
 
     Args:
@@ -93,8 +93,8 @@ def make_goal_beliefs(
             scene = (scenes or {}).get(task_id) or Belief(suite.tasks[task_id])
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = Belief(replace(scene.task, goals=goals), answer)
-            stated[task_id] = _judge_goals(answer, task_id, suite)
-    return BeliefSet(
+            stated[task_id] = _summarize_stated_goals(answer, task_id, suite)
+    return StatedBeliefs(
         beliefs,
         Experiment({STUDY: make_named_settings("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
@@ -103,21 +103,21 @@ def make_goal_beliefs(
     )
 
 
-def _judge_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
+def _summarize_stated_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
     """Return the summary of stated goals that records store, with scores under the default protocol."""
     read = read_stated_goals(
         answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
     )
     return {
-        "goals_sha256": sha256_of(answer),
-        "goal_counts": list(goal_counts(suite.score(task_id, answer))),
+        "goals_sha256": hash_text(answer),
+        "goal_counts": list(count_goal_confusion(suite.score(task_id, answer))),
         "stage_1_unreadable": read.unreadable is not None,
         "stage_1_unknown": list(read.unknown),
         "stage_1_left_out": len(read.left_out),
     }
 
 
-def goal_counts(verdict: object) -> Confusion:
+def count_goal_confusion(verdict: object) -> Confusion:
     """Return three numbers: right goals, other stated goals, and missed goals of the task.
 
     Other stated goals are wrong, ill-formed, or name something that does not exist.
@@ -178,7 +178,7 @@ def _read_from_responses(path: Path, benchmark: Benchmark, source: Source) -> It
         yield read.model, {response.task_id: response.text for response in read.responses}
 
 
-def find_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
     """Return the goals that a model interpreted, asked or read once per model and domain.
 
     Args:
@@ -203,7 +203,7 @@ def find_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) 
     return stage.found_beliefs[key]
 
 
-def find_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
+def find_listed_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
     """Return the subgoals that a model lists for the goals it interpreted, asked once per model and domain.
 
     Raises:
@@ -220,11 +220,15 @@ def find_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> Belief
         wanted = {i: prompts[i] for i in subgoal_suite.task_ids if i in stage.task_ids[suite.domain]}
         answers = stage.ask_for_answers(endpoint, wanted, subgoal_suite, first=stage.previous)
         goals = None if stage.previous is None else stage.previous.collect_beliefs(endpoint, suite)
-        stage.found_beliefs[key] = add_subgoals(goals, (to_file_name(endpoint.model), answers), subgoal_suite)
+        stage.found_beliefs[key] = add_subgoals_to_beliefs(
+            goals, (to_file_name(endpoint.model), answers), subgoal_suite
+        )
     return stage.found_beliefs[key]
 
 
-def add_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite) -> BeliefSet:
+def add_subgoals_to_beliefs(
+    goals: StatedBeliefs | None, listed: Interpretations, suite: Suite
+) -> StatedBeliefs:
     """Return the goals with subgoals added from answers. Unreadable answers add no subgoals.
 
     Args:
@@ -242,8 +246,8 @@ def add_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite)
         subgoals = () if isinstance(read, Unreadable) else read.subgoals
         beliefs[task_id] = replace(goals.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
-        summaries[task_id] = {STUDY: {"subgoals_sha256": sha256_of(answer), "subgoals_success": success}}
-    return BeliefSet(
+        summaries[task_id] = {STUDY: {"subgoals_sha256": hash_text(answer), "subgoals_success": success}}
+    return StatedBeliefs(
         beliefs,
         Experiment({STUDY: make_named_settings("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
@@ -252,7 +256,7 @@ def add_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite)
     )
 
 
-def summarize_goals(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+def summarize_stated_goals(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
     """Return the summary of a question's stated goals and subgoals, to be stored in the record of the answer.
 
     Args:
@@ -271,7 +275,7 @@ def summarize_goals(record: Record, suite: Suite, about: Mapping[str, Any]) -> M
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: about[SUBGOALS]}
-        believed = believed.combine(add_subgoals(believed, listed, subgoal_suite))
+        believed = believed.add_goals(add_subgoals_to_beliefs(believed, listed, subgoal_suite))
     return believed.summaries.get(task_id, {}).get(STUDY, {})
 
 

@@ -13,7 +13,7 @@ from typing_extensions import Self
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import AskModel, FirstStage, Variation
+from eai.studies.variation import AskModel, FirstStage, VariationOptions
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from eai.benchmarks.prompt_library import Library
     from eai.benchmarks.suite import Suite
     from eai.results.record import Record
-    from eai.studies.records import Records
+    from eai.studies.records import StudyRecords
 
 
-class _PipelineOptions(Variation):
+class _PipelineOptions(VariationOptions):
     """Which goals the questions state instead of the task's.
 
     Attributes:
@@ -37,7 +37,7 @@ class _PipelineOptions(Variation):
     subgoals: Literal["own"] | None = None
 
     @model_validator(mode="after")
-    def _has_goals(self) -> Self:
+    def _check_goals(self) -> Self:
         if self.subgoals is not None and self.goals is None:
             raise InputError("pipeline.subgoals: expected pipeline.goals, for which subgoals are listed")
         return self
@@ -66,10 +66,10 @@ class _PipelineOptions(Variation):
         Raises:
             InputError: the questions of a named ability state no goals.
         """
-        from eai.studies.pipeline.stage_one import STAGE_TWO, check_stage_two
+        from eai.studies.pipeline.stage_one import STAGE_TWO, check_ability_states_goals
 
         for ability in named:
-            check_stage_two(ability)
+            check_ability_states_goals(ability)
         chosen = [ability for ability in PAPER_ABILITIES if ability in (named or STAGE_TWO)]
         if self.subgoals is None:
             return chosen
@@ -83,13 +83,13 @@ class _PipelineOptions(Variation):
         self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
         """Return the stage that asks for goals. If subgoals are chosen, return the stage after it."""
-        from eai.studies.pipeline.stage_one import find_goals, find_subgoals
+        from eai.studies.pipeline.stage_one import find_interpreted_goals, find_listed_subgoals
 
-        first = FirstStage(library, wanted, ask, partial(find_goals, str(self.goals)))
+        first = FirstStage(library, wanted, ask, partial(find_interpreted_goals, str(self.goals)))
         return (
             first
             if self.subgoals is None
-            else FirstStage(library, wanted, ask, find_subgoals, previous=first)
+            else FirstStage(library, wanted, ask, find_listed_subgoals, previous=first)
         )
 
 
@@ -106,16 +106,16 @@ class _PipelineChoices(Options):
     search: bool = True
 
 
-def _analyze(records: Records, chosen: _PipelineChoices) -> Iterator[Analysis]:
-    from eai.studies.pipeline.analysis import analyze
+def _analyze_pipelines(records: StudyRecords, chosen: _PipelineChoices) -> Iterator[Analysis]:
+    from eai.studies.pipeline.analysis import analyze_pipelines
 
-    return analyze(records, chosen.goals, search=chosen.search)
+    return analyze_pipelines(records, chosen.goals, search=chosen.search)
 
 
-def _summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
-    from eai.studies.pipeline.stage_one import summarize_goals
+def _summarize_pipeline(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+    from eai.studies.pipeline.stage_one import summarize_stated_goals
 
-    return summarize_goals(record, suite, about)
+    return summarize_stated_goals(record, suite, about)
 
 
 PIPELINE = Study(
@@ -123,6 +123,6 @@ PIPELINE = Study(
     "Interpreted goals (action sequencing, subgoal decomposition).",
     _PipelineOptions,
     choices=_PipelineChoices,
-    analyze=_analyze,
-    summarize=_summarize,
+    analyze=_analyze_pipelines,
+    summarize=_summarize_pipeline,
 )

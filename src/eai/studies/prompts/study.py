@@ -19,15 +19,15 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.results.certainty import Cases
-from eai.results.comparison import compare
-from eai.results.plots import add_title, clip_label, draw_matrix, value_of
-from eai.results.rate import Rate, rate_of
+from eai.results.comparison import compare_runs
+from eai.results.plots import add_title, clip_label, draw_rate_matrix, read_estimate
+from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
-from eai.results.summary import cases_of, outcome_of, share_of
+from eai.results.summary import estimate_share, find_answer_outcome, make_cases_by_metric
 from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.studies.prompts.choice import STUDY
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, choose_metric
 from eai.tasks.options import Options
 
@@ -45,7 +45,7 @@ SEED = 20240901
 ALL = "all models"
 
 
-def kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | None:
+def compute_kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | None:
     """Return Kendall's tau-b of two ratings of equal items: 1 for equal orders, -1 for reverse orders.
 
     Returns:
@@ -53,7 +53,7 @@ def kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | No
     """
     concordant = ties_first = ties_second = 0
     for (a, b), (c, d) in combinations(zip(first, second, strict=True), 2):
-        concordant += _sign(a - c) * _sign(b - d)
+        concordant += _get_sign(a - c) * _get_sign(b - d)
         ties_first += a == c
         ties_second += b == d
     pairs = math.comb(len(first), 2)
@@ -61,7 +61,7 @@ def kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | No
     return concordant / math.sqrt(scale) if scale else None
 
 
-def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
+def compute_kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
     """Return Kendall's coefficient of concordance W of several ratings of equal items, corrected for ties.
 
     W is 0 without agreement, and 1 if all ratings have one order. For two ratings, W = (1 + rho) / 2, with
@@ -73,7 +73,7 @@ def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
     raters, items = len(ratings), len(ratings[0]) if ratings else 0
     if raters < 2 or items < 2:
         return None
-    ranks = [average_ranks(rating) for rating in ratings]
+    ranks = [compute_average_ranks(rating) for rating in ratings]
     sums = [sum(column) for column in zip(*ranks, strict=True)]
     mean = sum(sums) / items
     ties = sum(n**3 - n for rating in ratings for n in Counter(rating).values())
@@ -81,7 +81,7 @@ def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
     return 12 * sum((total - mean) ** 2 for total in sums) / largest if largest else None
 
 
-def average_ranks(rating: Sequence[float]) -> list[float]:
+def compute_average_ranks(rating: Sequence[float]) -> list[float]:
     """Return the rank of each value, 1 for the lowest value. Equal values share the mean of their ranks."""
     ranks = group_pairs((value, rank) for rank, value in enumerate(sorted(rating), 1))
     return [sum(ranks[value]) / len(ranks[value]) for value in rating]
@@ -96,7 +96,7 @@ def count_shared_best(first: Sequence[float], second: Sequence[float], most: int
     return len(set(best[0]) & set(best[1]))
 
 
-def holm(p_values: Sequence[float]) -> list[float]:
+def correct_p_values(p_values: Sequence[float]) -> list[float]:
     """Return p values in the given order, after Holm's correction for the number of tests."""
     order = sorted(range(len(p_values)), key=lambda i: p_values[i])
     corrected = [0.0] * len(p_values)
@@ -107,7 +107,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return corrected
 
 
-def two_way_shares(cells: Sequence[Sequence[float]]) -> tuple[float, float, float] | None:
+def compute_variance_shares(cells: Sequence[Sequence[float]]) -> tuple[float, float, float] | None:
     """Return the shares (0 to 1) of a table's variance that are due to rows, to columns, and to neither.
 
     This is a two-way analysis without replication. The result is None if nothing varies.
@@ -122,7 +122,7 @@ def two_way_shares(cells: Sequence[Sequence[float]]) -> tuple[float, float, floa
     return of_rows / whole, of_columns / whole, max(0.0, 1 - (of_rows + of_columns) / whole)
 
 
-def _sign(number: float) -> int:
+def _get_sign(number: float) -> int:
     return (number > 0) - (number < 0)
 
 
@@ -142,24 +142,24 @@ class _PromptMatrix:
     models: tuple[str, ...]
     records: Mapping[tuple[str, str], Sequence[Record]]
 
-    def cases(self, prompt: str, model: str) -> Cases:
+    def make_cases(self, prompt: str, model: str) -> Cases:
         records = self.records[prompt, model]
-        return cases_of(records, records[0].ability)[self.metric]
+        return make_cases_by_metric(records, records[0].ability)[self.metric]
 
     @property
-    def tasks(self) -> int:
+    def task_count(self) -> int:
         return len(next(iter(self.records.values())))
 
-    def value(self, prompt: str, model: str) -> float:
+    def compute_metric(self, prompt: str, model: str) -> float:
         """Return the metric of one prompt and model in percent; 0 if no task counts for the metric."""
-        return rate_of(case.share for case in self.cases(prompt, model)).percent or 0.0
+        return compute_rate(case.share for case in self.make_cases(prompt, model)).percent or 0.0
 
-    def column(self, model: str) -> list[float]:
+    def compute_metrics_of_model(self, model: str) -> list[float]:
         """Return the metric of one model with each prompt, in percent, in the order of prompts."""
-        return [self.value(prompt, model) for prompt in self.prompts]
+        return [self.compute_metric(prompt, model) for prompt in self.prompts]
 
 
-def _make_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: str) -> _PromptMatrix:
+def _make_prompt_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: str) -> _PromptMatrix:
     """Return the matrix of prompts and models for the runs of one suite and protocol.
 
     Raises:
@@ -187,7 +187,7 @@ def _make_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: str) -> _
     return _PromptMatrix(metric, prompts, models, shared)
 
 
-def prompt_tables(
+def make_prompt_tables(
     runs: Sequence[tuple[str, Sequence[Record]]], metric: str, reference: str | None = None
 ) -> list[Table]:
     """Return the tables that compare prompts in the runs of one suite and protocol.
@@ -200,16 +200,21 @@ def prompt_tables(
     Raises:
         InputError: the runs form no matrix, or no run has the prompts `reference`.
     """
-    matrix = _make_matrix(runs, metric)
+    matrix = _make_prompt_matrix(runs, metric)
     base = reference or matrix.prompts[0]
     if base not in matrix.prompts:
         raise InputError(f"reference={base}: expected one of {', '.join(matrix.prompts)}")
     top = min(BEST_PROMPTS, len(matrix.prompts))
-    return [_cells(matrix), _agreement(matrix, top), _variance(matrix), _gains(matrix, base)]
+    return [
+        _make_cells_table(matrix),
+        _make_agreement_table(matrix, top),
+        _make_variance_table(matrix),
+        _make_gains_table(matrix, base),
+    ]
 
 
 @make_table("prompts", ("prompt", "answered_by", "value", "format_errors"))
-def _cells(matrix: _PromptMatrix) -> Iterator[Row]:
+def _make_cells_table(matrix: _PromptMatrix) -> Iterator[Row]:
     """{matrix.metric} by prompt and model.
 
     {matrix.metric} in percent, of the {matrix.tasks} tasks that all runs have scored answers to;
@@ -218,12 +223,17 @@ def _cells(matrix: _PromptMatrix) -> Iterator[Row]:
     """
     for prompt, model in product(matrix.prompts, matrix.models):
         records = matrix.records[prompt, model]
-        unreadable = [outcome_of(record) is AnswerOutcome.PARSING for record in records]
-        yield (prompt, model, Estimate.from_cases(matrix.cases(prompt, model)), share_of(records, unreadable))
+        unreadable = [find_answer_outcome(record) is AnswerOutcome.PARSING for record in records]
+        yield (
+            prompt,
+            model,
+            Estimate.from_cases(matrix.make_cases(prompt, model)),
+            estimate_share(records, unreadable),
+        )
 
 
 @make_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
-def _agreement(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -> Iterator[Row]:
+def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -> Iterator[Row]:
     """Do models agree on which prompts are better?
 
     `tau`: Kendall's tau-b of the order of prompts in two models (1 the same, -1 the reverse); `shared_top`:
@@ -232,43 +242,44 @@ def _agreement(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -> Iterator[
     agreement depends on these tasks, not the agreement of the true orders: chance lowers it if prompts are
     close. Empty if all prompts are equal in a model.
     """
-    columns = {model: matrix.column(model) for model in matrix.models}
-    drawn = list(_draw_columns(matrix, draws))
+    columns = {model: matrix.compute_metrics_of_model(model) for model in matrix.models}
+    drawn = list(_draw_bootstrap_samples(matrix, draws))
     for first, second in combinations(matrix.models, 2):
-        tau = kendall_tau_b(columns[first], columns[second])
-        again = [kendall_tau_b(draw[first], draw[second]) for draw in drawn]
+        tau = compute_kendall_tau_b(columns[first], columns[second])
+        again = [compute_kendall_tau_b(draw[first], draw[second]) for draw in drawn]
         shared = count_shared_best(columns[first], columns[second], top)
-        yield (first, second, _interval(tau, again), shared, None)
+        yield (first, second, _make_bootstrap_estimate(tau, again), shared, None)
     if len(matrix.models) > 1:
-        concordance = kendall_w(list(columns.values()))
-        again = [kendall_w(list(draw.values())) for draw in drawn]
-        yield (ALL, None, Estimate(None), None, _interval(concordance, again))
+        concordance = compute_kendall_w(list(columns.values()))
+        again = [compute_kendall_w(list(draw.values())) for draw in drawn]
+        yield (ALL, None, Estimate(None), None, _make_bootstrap_estimate(concordance, again))
 
 
-def _draw_columns(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
+def _draw_bootstrap_samples(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
     """Yield bootstrap samples of the matrix: values by model, for task names drawn with replacement.
 
     The drawn names of a sample are equal for all runs.
     """
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:
-        of_names = group_pairs((case.name, case.share) for case in matrix.cases(*cell))
-        sums[cell] = {name: rate_of(shares) for name, shares in of_names.items()}
+        of_names = group_pairs((case.name, case.share) for case in matrix.make_cases(*cell))
+        sums[cell] = {name: compute_rate(shares) for name, shares in of_names.items()}
     names = list(next(iter(sums.values())))
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
     for _ in range(draws):
         draw = generator.choices(names, k=len(names))
         yield {
-            model: [_rate(sums[prompt, model], draw) for prompt in matrix.prompts] for model in matrix.models
+            model: [_compute_rate_of_sample(sums[prompt, model], draw) for prompt in matrix.prompts]
+            for model in matrix.models
         }
 
 
-def _rate(of_names: Mapping[str, Rate], draw: Sequence[str]) -> float:
+def _compute_rate_of_sample(of_names: Mapping[str, Rate], draw: Sequence[str]) -> float:
     numerator = sum(of_names[name].numerator for name in draw)
     return Rate(numerator, sum(of_names[name].denominator for name in draw)).percent or 0.0
 
 
-def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
+def _make_bootstrap_estimate(value: float | None, again: Sequence[float | None]) -> Estimate:
     """Return the value with an interval from percentiles of sampled values.
 
     There is no interval if a sample has no value.
@@ -281,18 +292,18 @@ def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
 
 
 @make_table("prompt_variance", ("part", "share"))
-def _variance(matrix: _PromptMatrix) -> Iterable[Row]:
+def _make_variance_table(matrix: _PromptMatrix) -> Iterable[Row]:
     """Where the variance of the matrix lies.
 
     Shares of the variance of the cells, two-way without replication: between models, between prompts, and
     what neither explains, which is interaction and chance. Empty where nothing varies.
     """
-    shares = two_way_shares([matrix.column(model) for model in matrix.models])
+    shares = compute_variance_shares([matrix.compute_metrics_of_model(model) for model in matrix.models])
     return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
 
 
 @make_table("prompt_gains", ("answered_by", "prompt", "best", "gain", "p", "p_holm"))
-def _gains(matrix: _PromptMatrix, reference: str) -> Iterator[Row]:
+def _make_gains_table(matrix: _PromptMatrix, reference: str) -> Iterator[Row]:
     """Gains over {reference}.
 
     Percentage points of {matrix.metric} against the prompts {reference}, paired by task, near copies
@@ -302,14 +313,14 @@ def _gains(matrix: _PromptMatrix, reference: str) -> Iterator[Row]:
     others = [prompt for prompt in matrix.prompts if prompt != reference]
     for model in matrix.models:
         pairs = [(matrix.records[reference, model], matrix.records[prompt, model]) for prompt in others]
-        differences = [compare(*pair).differences[matrix.metric] for pair in pairs]
-        corrected = holm([1.0 if gain.p_value is None else gain.p_value for gain in differences])
-        values = matrix.column(model)
+        differences = [compare_runs(*pair).differences[matrix.metric] for pair in pairs]
+        corrected = correct_p_values([1.0 if gain.p_value is None else gain.p_value for gain in differences])
+        values = matrix.compute_metrics_of_model(model)
         best = matrix.prompts[values.index(max(values))]
         for prompt, difference, adjusted in zip(others, differences, corrected, strict=True):
             certainty = difference.certainty
             bounds = (None, None) if certainty is None else certainty.interval
-            gain = Estimate(difference.points, *bounds)
+            gain = Estimate(difference.percentage_points, *bounds)
             yield (model, prompt, prompt == best, gain, difference.p_value, adjusted)
 
 
@@ -325,22 +336,25 @@ class _PromptChoices(Options):
     reference: str | None = None
 
 
-def _analyze(records: Records, chosen: _PromptChoices) -> Iterator[Analysis]:
+def _analyze_prompts(records: StudyRecords, chosen: _PromptChoices) -> Iterator[Analysis]:
     """Compare runs that differ only in their models and prompts.
 
     Raises:
         InputError: no runs differ in their prompts, or a model lacks a run that another model has.
     """
-    groups = _group_by_suite(records.runs())
-    several = {name: runs for name, runs in groups.items() if len({_name(run) for run in runs}) > 1}
+    groups = _group_runs_by_suite(records.read_runs())
+    several = {name: runs for name, runs in groups.items() if len({_name_prompts(run) for run in runs}) > 1}
     for name in groups.keys() - several.keys() if several else ():
         records.note(f"left out, because all its runs have the same prompts: {name}")
     for suite, runs in (several or groups).items():
-        named, metric = [(_name(run), run) for run in runs], choose_metric(runs[0].key.ability, chosen.metric)
-        tables = prompt_tables([(name, run.records) for name, run in named], metric, chosen.reference)
+        named, metric = (
+            [(_name_prompts(run), run) for run in runs],
+            choose_metric(runs[0].key.ability, chosen.metric),
+        )
+        tables = make_prompt_tables([(name, run.records) for name, run in named], metric, chosen.reference)
         yield Analysis(
             tables,
-            _figures(tables[0], metric, suite),
+            _draw_figures(tables[0], metric, suite),
             folder=to_file_name(suite),
             facts={
                 "suite": suite,
@@ -350,34 +364,36 @@ def _analyze(records: Records, chosen: _PromptChoices) -> Iterator[Analysis]:
         )
 
 
-def _figures(cells: Table, metric: str, suite: str) -> Figures:
+def _draw_figures(cells: Table, metric: str, suite: str) -> Figures:
     label = f"{metric}, percent"
-    figure = draw_matrix(cells.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True)
+    figure = draw_rate_matrix(
+        cells.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True
+    )
     if figure is not None:
         add_title(figure, suite.replace("-", ", "))
     yield "prompts", figure
     models = list(dict.fromkeys(str(row["answered_by"]) for row in cells.row_dicts()))
     for model in models if len(models) > 1 else ():
-        ordered = order_rows(cells, model)
-        figure = draw_matrix(ordered, ("prompt",), "value", label, across="answered_by", zeros=True)
+        ordered = sort_prompt_rows(cells, model)
+        figure = draw_rate_matrix(ordered, ("prompt",), "value", label, across="answered_by", zeros=True)
         if figure is not None:
             add_title(figure, f"{suite.replace('-', ', ')}: best prompts of {clip_label(model)} first")
         yield f"prompts-by-{to_file_name(model)}", figure
 
 
-def order_rows(cells: Table, model: str) -> list[dict[str, Cell]]:
+def sort_prompt_rows(cells: Table, model: str) -> list[dict[str, Cell]]:
     """Return the rows of a table of prompts, sorted by how well a model does with each prompt, best first."""
     rows = cells.row_dicts()
-    values = {row["prompt"]: value_of(row["value"]) for row in rows if row["answered_by"] == model}
+    values = {row["prompt"]: read_estimate(row["value"]) for row in rows if row["answered_by"] == model}
     return sorted(rows, key=lambda row: -values[row["prompt"]])
 
 
-def _name(run: Run) -> str:
+def _name_prompts(run: Run) -> str:
     choice = run.records[0].study.get(STUDY)
     return PLAIN if choice is None else str(choice.options["prompt_name"])
 
 
-def _group_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
+def _group_runs_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
     """Return groups of runs of a suite and protocol that differ only in their models and prompts."""
     suites: dict[str, list[Run]] = {}
     for run in runs:
@@ -392,5 +408,5 @@ PROMPTS = Study(
     "prompts",
     "Runs of models with several prompts (prompts.name) side by side, suite by suite.",
     choices=_PromptChoices,
-    analyze=_analyze,
+    analyze=_analyze_prompts,
 )

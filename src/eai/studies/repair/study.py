@@ -11,9 +11,9 @@ from eai.base.errors import InputError
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
-from eai.results.summary import outcome_of, share_of
+from eai.results.summary import estimate_share, find_answer_outcome
 from eai.results.table import Estimate, Row, make_table
-from eai.studies.records import Records
+from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
@@ -21,10 +21,17 @@ _MAX_DISTANCE = 5
 """Number of edits from which on the table has one common row for all distances."""
 
 
-def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    repairs = [(run.key, pairs) for run in records.runs() if (pairs := list(_list_repairs(run)))]
-    repairs.sort(key=lambda pair: pair[0].order)
-    tables = [_distances(repairs), _edits(repairs), _kinds(repairs), _causes(repairs)]
+def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
+    repairs = [
+        (run.key, pairs) for run in records.read_runs() if (pairs := list(_list_recorded_repairs(run)))
+    ]
+    repairs.sort(key=lambda pair: pair[0].sort_key)
+    tables = [
+        _make_distances_table(repairs),
+        _make_edits_table(repairs),
+        _make_edit_kinds_table(repairs),
+        _make_causes_table(repairs),
+    ]
     if not tables[0].rows:
         raise InputError(
             "no record has a repair; eai score --look-back 20000 puts one into each failed answer"
@@ -32,7 +39,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     yield Analysis(tables, screen_tables=tables[:1])
 
 
-def _list_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
+def _list_recorded_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
     """Yield each failed answer of a run that has a recorded repair, with the repair."""
     for record in run.records:
         repair = record.verdict.repair
@@ -43,12 +50,12 @@ def _list_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
 _RepairsByRun = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
 
 
-def _share(answers: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> Estimate:
-    return share_of([record for record, _ in answers], counted)
+def _estimate_share(answers: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> Estimate:
+    return estimate_share([record for record, _ in answers], counted)
 
 
 @make_table("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
-def _distances(repairs: _RepairsByRun) -> Iterator[Row]:
+def _make_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How far failed answers are from right ones.
 
     Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. unknown: no
@@ -56,39 +63,39 @@ def _distances(repairs: _RepairsByRun) -> Iterator[Row]:
     known), within_2 (its bounds differ by at most two), and one_edit (a single edit suffices).
     """
     for key, answers in repairs:
-        bounded = _select_bounded(answers)
+        bounded = _select_bounded_repairs(answers)
         if not bounded:
             continue
         near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in bounded]
         exact = [r.distance is not None for _, r in bounded]
         single = [r.distance == 1 for _, r in bounded]
-        shares = [_share(bounded, counted) for counted in (exact, near, single)]
-        yield (*key.cells, len(bounded), len(answers) - len(bounded), *shares)
+        shares = [_estimate_share(bounded, counted) for counted in (exact, near, single)]
+        yield (*key.table_cells, len(bounded), len(answers) - len(bounded), *shares)
 
 
-def _select_bounded(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Repair]]:
+def _select_bounded_repairs(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Repair]]:
     """Return the answers for which bounds of the smallest number of edits are known."""
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
 
 @make_table("edits", (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"))
-def _edits(repairs: _RepairsByRun) -> Iterator[Row]:
+def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How many edits it takes.
 
     Failed answers with a known distance, by distance. ties: median number of single edits that make an answer
     right, among answers at a distance of one.
     """
     for key, answers in repairs:
-        bounded = _select_bounded(answers)
+        bounded = _select_bounded_repairs(answers)
         times = Counter(min(r.distance, _MAX_DISTANCE) for _, r in bounded if r.distance is not None)
         ties = [r.ties for _, r in bounded if r.ties is not None]
         if times:
             counts = [times[distance] for distance in range(1, _MAX_DISTANCE + 1)]
-            yield (*key.cells, *counts, median(ties) if ties else None)
+            yield (*key.table_cells, *counts, median(ties) if ties else None)
 
 
 @make_table("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), max_shown_rows=20)
-def _kinds(repairs: _RepairsByRun) -> Iterator[Row]:
+def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Which kinds of edits suffice.
 
     Answers that one edit makes right, by outcome and by the set of kinds of all such single edits, in percent
@@ -96,15 +103,21 @@ def _kinds(repairs: _RepairsByRun) -> Iterator[Row]:
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.kinds]
-        for error in sorted({outcome_of(record).value for record, _ in near}):
-            of_error = [(r, repair) for r, repair in near if outcome_of(r).value == error]
+        for error in sorted({find_answer_outcome(record).value for record, _ in near}):
+            of_error = [(r, repair) for r, repair in near if find_answer_outcome(r).value == error]
             sets = [" or ".join(repair.kinds) for _, repair in of_error]
             for kinds, number in sorted(Counter(sets).items(), key=lambda pair: (-pair[1], pair[0])):
-                yield (*key.cells, error, kinds, number, _share(of_error, [s == kinds for s in sets]))
+                yield (
+                    *key.table_cells,
+                    error,
+                    kinds,
+                    number,
+                    _estimate_share(of_error, [s == kinds for s in sets]),
+                )
 
 
 @make_table("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
-def _causes(repairs: _RepairsByRun) -> Iterator[Row]:
+def _make_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Where the cause lies.
 
     Answers that one edit makes right, by what all such edits share: a step, the place of an inserted action
@@ -118,11 +131,11 @@ def _causes(repairs: _RepairsByRun) -> Iterator[Row]:
         times = Counter(repair.blame for _, repair in near)
         if near:
             counts = [times[blame] for blame in ("step", "interval", "several")]
-            yield (*key.cells, len(near), *counts, _share(blamed, early))
+            yield (*key.table_cells, len(near), *counts, _estimate_share(blamed, early))
 
 
 REPAIR = Study(
     "repair",
     "The fewest edits that make failed answers right, of records scored with --look-back.",
-    analyze=_analyze,
+    analyze=_analyze_repairs,
 )

@@ -7,14 +7,14 @@ from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.base.files import to_file_name
-from eai.results.certainty import Cases, interval_of_ratio
+from eai.results.certainty import Cases, compute_ratio_interval
 from eai.results.cost import PriceList, Spending, divide_amount, read_paper_cost
-from eai.results.markdown import escape_markdown, grid, table_markdown
-from eai.results.rate import rate_of
+from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
+from eai.results.rate import compute_rate
 from eai.results.table import Cell, Estimate, Label, Plain, Row, make_table
-from eai.results.table_files import rows_csv
+from eai.results.table_files import format_rows_as_csv
 from eai.studies.report.run_summary import RunSummary
-from eai.studies.report.table_specs import suite_title
+from eai.studies.report.table_specs import format_suite_title
 
 _DEFINITION = """\
 Tokens are those that providers counted: of questions, cached ones included, and of answers with their
@@ -36,7 +36,7 @@ _CostKey: TypeAlias = "tuple[str, str, Ability | None]"
 """Model, domain and ability of a cost row. The row of the total has an empty domain and no ability."""
 
 
-def _csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:
+def _make_csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:
     """Return a row of ``cost.csv``, as values by column."""
     (model, domain, ability), usage, answers = key, spent.usage, spent.answers
     return {
@@ -50,29 +50,33 @@ def _csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:
         "tokens": spent.tokens,
         "tokens_per_answer": divide_amount(spent.tokens, answers),
         "dollars": usage.cost,
-        "dollars_per_1000_answers": divide_amount(_thousandfold(usage.cost), answers),
+        "dollars_per_1000_answers": divide_amount(_multiply_by_thousand(usage.cost), answers),
         "answers_without_price": spent.unpriced_answers,
     }
 
 
-def _report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
+def _make_report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
     """Return a row of the report's cost table, as texts by heading."""
     (model, domain, ability), usage, answers = key, spent.usage, spent.answers
     bound = "≥ " if spent.unpriced_answers else ""
     return {
         "model": escape_markdown(model),
-        "suite": suite_title(domain, ability) if ability else "",
-        "answers": _number(answers),
-        "tokens in": _number(usage.input_tokens),
-        "out": _number(usage.output_tokens),
-        "of them reasoning": _number(usage.reasoning_tokens),
-        "an answer": _number(divide_amount(spent.tokens, answers)),
-        "dollars": _number(usage.cost, 2, bound),
-        "per 1,000 answers": _number(divide_amount(_thousandfold(usage.cost), answers), 2, bound),
+        "suite": format_suite_title(domain, ability) if ability else "",
+        "answers": _format_amount(answers),
+        "tokens in": _format_amount(usage.input_tokens),
+        "out": _format_amount(usage.output_tokens),
+        "of them reasoning": _format_amount(usage.reasoning_tokens),
+        "an answer": _format_amount(divide_amount(spent.tokens, answers)),
+        "dollars": _format_amount(usage.cost, 2, bound),
+        "per 1,000 answers": _format_amount(
+            divide_amount(_multiply_by_thousand(usage.cost), answers), 2, bound
+        ),
     }
 
 
-def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool) -> Iterator[str]:
+def write_cost_section(
+    runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool
+) -> Iterator[str]:
     """Yield the section on cost, or no section if no record has token counts.
 
     Args:
@@ -80,7 +84,7 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
         prices: prices of tokens, for answers without a recorded cost.
         with_paper: whether the paper's cost is added below the table.
     """
-    lines = [_report_row(key, spent) for key, spent in _sum_by_run(runs, prices).items()]
+    lines = [_make_report_row(key, spent) for key, spent in _sum_cost_by_run(runs, prices).items()]
     if not lines:
         return
     yield "## What the answers cost\n"
@@ -90,23 +94,23 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
     yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
     rows = [[*line.values()] for line in lines]
     if with_paper:
-        rows.append(_paper_row())
-    yield "\n".join(grid([*lines[0]], rows)) + "\n"
-    table = _per_success(runs)
+        rows.append(_make_paper_row())
+    yield "\n".join(format_text_grid([*lines[0]], rows)) + "\n"
+    table = _make_cost_per_success_table(runs)
     yield f"{table.definition}.\n"
-    yield table_markdown(table)
+    yield format_markdown_table(table)
     if with_paper:
         paper = read_paper_cost()
         yield _PAPER.format(runs=paper.runs, queries=paper.queries) + "\n"
 
 
-def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
+def format_cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
     """Return the cost of all runs as CSV; None if no record has token counts."""
-    rows = [_csv_row(key, spent) for key, spent in _sum_by_run(runs, prices).items()]
-    return rows_csv(rows) if rows else None
+    rows = [_make_csv_row(key, spent) for key, spent in _sum_cost_by_run(runs, prices).items()]
+    return format_rows_as_csv(rows) if rows else None
 
 
-def _sum_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_CostKey, Spending]:
+def _sum_cost_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_CostKey, Spending]:
     """Return the cost of each run, and the total of all runs if there are several.
 
     A run that was scored under several protocols counts once, under its first protocol.
@@ -122,7 +126,7 @@ def _sum_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_C
 
 
 @make_table("per_success", ("model", "suite", *_KINDS), title="")
-def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
+def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The effort that each success takes.
 
     For each success: all that was spent, on failures too, divided by the successes; intervals by names of
@@ -130,30 +134,37 @@ def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
     episodes; dollars are those that `eai run` wrote
     """
     for item in runs:
-        amounts = (_ratio(item.per_success.get(kind, ())) for kind in _KINDS)
+        amounts = (_estimate_amount_per_success(item.per_success.get(kind, ())) for kind in _KINDS)
         if item.per_success:
-            yield (Label(item.key.name), suite_title(item.key.domain, item.key.ability), *amounts)
+            yield (Label(item.key.name), format_suite_title(item.key.domain, item.key.ability), *amounts)
 
 
-def _ratio(cases: Cases) -> Cell:
+def _estimate_amount_per_success(cases: Cases) -> Cell:
     """Return the amount spent per success; without a success, the whole amount as a lower bound."""
     if not cases:
         return None
-    rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)
+    rate, interval = compute_rate(case.share for case in cases), compute_ratio_interval(cases)
     return f"≥ {rate.numerator:,.4g}" if rate.share is None else Estimate(rate.share, *(interval or ()))
 
 
-def _paper_row() -> list[str]:
+def _make_paper_row() -> list[str]:
     paper = read_paper_cost()
-    per_query = _number(divide_amount(paper.tokens, paper.queries))
-    per_thousand = _number(divide_amount(_thousandfold(paper.dollars), paper.queries), 2)
+    per_query = _format_amount(divide_amount(paper.tokens, paper.queries))
+    per_thousand = _format_amount(divide_amount(_multiply_by_thousand(paper.dollars), paper.queries), 2)
     counted = [f"{paper.queries:,}", f"{paper.tokens:,} in and out", "", ""]
-    return ["*the paper, all models*", "", *counted, per_query, _number(paper.dollars, 2), per_thousand]
+    return [
+        "*the paper, all models*",
+        "",
+        *counted,
+        per_query,
+        _format_amount(paper.dollars, 2),
+        per_thousand,
+    ]
 
 
-def _thousandfold(dollars: float | None) -> float | None:
+def _multiply_by_thousand(dollars: float | None) -> float | None:
     return None if dollars is None else 1000 * dollars
 
 
-def _number(number: float | None, digits: int = 0, before: str = "") -> str:
+def _format_amount(number: float | None, digits: int = 0, before: str = "") -> str:
     return "" if number is None else f"{before}{number:,.{digits}f}"

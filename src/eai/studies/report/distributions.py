@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import Features
 from eai.results.data_set import profile_tasks
-from eai.results.plots import ACCENT, INK, RULE, clip_label, make_figure, use_plot_style, write
+from eai.results.plots import ACCENT, INK, RULE, clip_label, make_figure, use_plot_style, write_figure
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class _Distribution:
+class _ValueDistribution:
     """How many times each value of a property occurs in a data set.
 
     Attributes:
@@ -40,7 +40,7 @@ class _Distribution:
     decades: bool = False
 
 
-def distributions(benchmark: Benchmark, source: Source) -> tuple[_Distribution, ...]:
+def make_distributions(benchmark: Benchmark, source: Source) -> tuple[_ValueDistribution, ...]:
     """Return the distributions of steps, goals and actions in a benchmark's tasks with goals.
 
     Empty distributions are left out.
@@ -50,13 +50,13 @@ def distributions(benchmark: Benchmark, source: Source) -> tuple[_Distribution, 
     """
     profiles = [profile for profile in profile_tasks(benchmark, source) if profile.features.goals]
     counted = (
-        *_count_features([profile.features for profile in profiles]),
-        *_count_steps([profile.task for profile in profiles]),
+        *_make_feature_distributions([profile.features for profile in profiles]),
+        *_make_step_distributions([profile.task for profile in profiles]),
     )
     return tuple(distribution for distribution in counted if distribution.counts)
 
 
-def _count_features(features: Sequence[Features]) -> Iterator[_Distribution]:
+def _make_feature_distributions(features: Sequence[Features]) -> Iterator[_ValueDistribution]:
     for name, title in (
         ("annotated_steps", "Steps of the annotated plan"),
         ("goals", "Goals (conjuncts)"),
@@ -66,18 +66,18 @@ def _count_features(features: Sequence[Features]) -> Iterator[_Distribution]:
     ):
         values = [value for task in features if (value := getattr(task, name)) is not None]
         counts = dict(sorted(Counter(values).items()))
-        yield _Distribution(name, title, "tasks", counts, decades=name == "goal_options")
+        yield _ValueDistribution(name, title, "tasks", counts, decades=name == "goal_options")
 
 
-def _count_steps(tasks: Sequence[Task]) -> Iterator[_Distribution]:
+def _make_step_distributions(tasks: Sequence[Task]) -> Iterator[_ValueDistribution]:
     """Yield the distributions of actions, of object categories, and of pairs of both, in annotated plans."""
     steps = [(step, task.scene.objects) for task in tasks for step in task.script]
     pairs = [(step.operator, objects[i].category) for step, objects in steps for i in step.arguments]
     actions = _count_values(step.operator for step, _ in steps)
-    yield _Distribution("actions", "Actions of annotated plans", "steps", actions)
+    yield _ValueDistribution("actions", "Actions of annotated plans", "steps", actions)
     categories = _count_values(category for _, category in pairs)
-    yield _Distribution("categories", "Objects of those steps, by category", "mentions", categories)
-    yield _Distribution("pairs", "Actions with objects", "mentions", _count_values(map(" ".join, pairs)))
+    yield _ValueDistribution("categories", "Objects of those steps, by category", "mentions", categories)
+    yield _ValueDistribution("pairs", "Actions with objects", "mentions", _count_values(map(" ".join, pairs)))
 
 
 def _count_values(values: Iterable[str]) -> dict[str, int]:
@@ -94,7 +94,9 @@ _MAX_BINS = 24
 """Maximum number of bars in a panel whose values are numbers."""
 
 
-def save_distributions(distributions: Sequence[_Distribution], title: str, path: Path) -> tuple[Path, ...]:
+def write_distribution_plots(
+    distributions: Sequence[_ValueDistribution], title: str, path: Path
+) -> tuple[Path, ...]:
     """Draw distributions of numbers in ``path-numbers`` and of names in ``path-names``, as SVG and PNG.
 
     Raises:
@@ -107,11 +109,13 @@ def save_distributions(distributions: Sequence[_Distribution], title: str, path:
     with use_plot_style():
         for kind, chosen, height in (("numbers", numbers, _PANEL[1]), ("names", names, _ROW * longest + 0.7)):
             if chosen:
-                written += write(_draw(chosen, title, height), path.with_name(f"{path.name}-{kind}"))
+                written += write_figure(
+                    _draw_distributions(chosen, title, height), path.with_name(f"{path.name}-{kind}")
+                )
     return tuple(written)
 
 
-def _draw(distributions: Sequence[_Distribution], title: str, height: float) -> Figure:
+def _draw_distributions(distributions: Sequence[_ValueDistribution], title: str, height: float) -> Figure:
     rows = -(-len(distributions) // _COLUMNS)
     figure = make_figure(_PANEL[0] * _COLUMNS, height * rows + 0.3)
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.5)
@@ -132,26 +136,26 @@ def count_bins(counts: Mapping[int, int], *, decades: bool) -> dict[str, int]:
     if decades:
         powers = range(len(str(max(counts))))
         return {
-            _decade(power): sum(n for value, n in counts.items() if len(str(value)) == power + 1)
+            _label_decade(power): sum(n for value, n in counts.items() if len(str(value)) == power + 1)
             for power in powers
         }
     width = next(width for width in (1, 2, 5, 10, 20, 50, 100, 10**9) if max(counts) // width < _MAX_BINS)
     bins = range(min(counts) // width, max(counts) // width + 1)
     return {
-        _label(number * width, width): sum(n for value, n in counts.items() if value // width == number)
+        _label_bin(number * width, width): sum(n for value, n in counts.items() if value // width == number)
         for number in bins
     }
 
 
-def _decade(power: int) -> str:
+def _label_decade(power: int) -> str:
     return f"{10**power:,}+" if power else "1-9"
 
 
-def _label(low: int, width: int) -> str:
+def _label_bin(low: int, width: int) -> str:
     return str(low) if width == 1 else f"{low}-{low + width - 1}"
 
 
-def _draw_bars(panel: Axes, item: _Distribution) -> None:
+def _draw_bars(panel: Axes, item: _ValueDistribution) -> None:
     bins = count_bins(item.counts, decades=item.decades)
     panel.bar(range(len(bins)), list(bins.values()), width=0.86, color=ACCENT)
     every = -(-len(bins) // 8)
@@ -164,7 +168,7 @@ def _draw_bars(panel: Axes, item: _Distribution) -> None:
             panel.annotate(str(number), (index, number), ha="center", va="bottom", fontsize=6.5, color=INK)
 
 
-def _draw_names(panel: Axes, item: _Distribution) -> None:
+def _draw_names(panel: Axes, item: _ValueDistribution) -> None:
     shown = dict(list(item.counts.items())[:_MAX_NAMES])
     panel.barh(range(len(shown)), list(shown.values()), height=0.8, color=ACCENT)
     panel.set_yticks(range(len(shown)), labels=[clip_label(name) for name in shown], fontsize=6.2)

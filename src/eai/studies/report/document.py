@@ -13,16 +13,16 @@ from operator import itemgetter
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
-from eai.results.certainty import Cases, Interval, mean_over_names
-from eai.results.markdown import escape_markdown, grid, table_markdown
-from eai.results.model_cards import model_cards
+from eai.results.certainty import Cases, Interval, compute_mean_over_names
+from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
+from eai.results.model_cards import make_model_table
 from eai.results.paper_tables import PaperTable, read_paper_models, read_paper_setting, read_paper_table
-from eai.results.rate import NOTHING, Rate, rate_of
-from eai.results.repeats import find_success_metric, passes_table, strip_epoch
+from eai.results.rate import NOTHING, Rate, compute_rate
+from eai.results.repeats import find_success_metric, make_pass_table, strip_epoch
 from eai.results.runs import RunKey
 from eai.studies.report.rankings import Ranking
-from eai.studies.report.run_summary import RunSummary, plain_runs
-from eai.studies.report.table_specs import suite_title
+from eai.studies.report.run_summary import RunSummary, select_plain_runs
+from eai.studies.report.table_specs import format_suite_title
 
 STRATA: Mapping[str, range] = {
     **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},
@@ -48,18 +48,18 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
         for item in runs
         if item.key.protocol.value == setting.protocol
         and item.key.model in read_paper_models()
-        and item.coverage.ranked
+        and item.coverage.is_ranked
     ]
     by_table = group_pairs(
-        ((table.title, suite_title(item.key.domain, item.key.ability)), pair)
+        ((table.title, format_suite_title(item.key.domain, item.key.ability)), pair)
         for table in map(read_paper_table, setting.full_tables)
         for item in ours
-        for pair in _pairs(table, item)
+        for pair in _list_paper_differences(table, item)
     )
-    return [_agreement(table, suite, pairs) for (table, suite), pairs in by_table.items()]
+    return [_make_agreement_row(table, suite, pairs) for (table, suite), pairs in by_table.items()]
 
 
-def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> dict[str, str]:
+def _make_agreement_row(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> dict[str, str]:
     largest, where = max(pairs, key=itemgetter(0))
     bounds = {"to the digit": ROUNDING_DIFFERENCE, "within 1": 1, "within 2": 2}
     return {
@@ -75,12 +75,12 @@ def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> di
     }
 
 
-def _pairs(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
+def _list_paper_differences(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
     """Yield each difference from the paper's figures, in percentage points, with a text on both numbers."""
     model = read_paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
-            printed, rate = table.figure(model, column), item.rates.get(column.metric)
+            printed, rate = table.find_figure(model, column), item.rates.get(column.metric)
             if printed is not None and rate is not None and rate.percent is not None:
                 named = f"{escape_markdown(item.key.model)}, {escape_markdown(column.metric)}"
                 yield abs(rate.percent - printed), f"{named}: {rate.percent:.1f} for {printed:.1f}"
@@ -106,7 +106,7 @@ Runs under `eai-1.0.5` that have the name of a published response file, beside t
 model."""
 
 
-def report_markdown(
+def write_report_markdown(
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
     experiments: Sequence[Ranking],
@@ -116,39 +116,42 @@ def report_markdown(
     with_paper: bool,
 ) -> str:
     """Return the page as Markdown. The section on cost is added at the end if it is not empty."""
-    plain = plain_runs(runs)
+    plain = select_plain_runs(runs)
     blocks = [
         "# Results\n",
         _INTRODUCTION + "\n",
-        *_tables(tables),
-        *_tables_section("Experiments", _EXPERIMENTS, experiments),
-        *_tables_section("What the paper reports besides", _OTHER_PAPER_TABLES, other_paper_tables),
-        *(_cards() if with_paper else ()),
-        *_strata(plain),
-        *_section(
-            "How sure the numbers are", _certainty_rows(plain), _CERTAINTY, write_unnamed_remark(plain)
+        *_write_main_tables(tables),
+        *_write_tables_section("Experiments", _EXPERIMENTS, experiments),
+        *_write_tables_section("What the paper reports besides", _OTHER_PAPER_TABLES, other_paper_tables),
+        *(_write_model_table() if with_paper else ()),
+        *_write_strata_sections(plain),
+        *_write_section(
+            "How sure the numbers are",
+            _make_interval_rows(plain),
+            _CERTAINTY,
+            write_remark_on_unnamed_tasks(plain),
         ),
-        *_epochs_section(runs),
-        *_protocols(plain),
-        *_section(
+        *_write_epochs_section(runs),
+        *_write_protocols_section(plain),
+        *_write_section(
             "Against the paper, cell by cell", compare_with_paper(plain) if with_paper else (), _AGREEMENT
         ),
-        *_outcomes(plain),
-        *_runs(runs),
+        *_write_outcomes_section(plain),
+        *_write_runs_section(runs),
         *([cost] if cost else []),
     ]
     return "\n".join(blocks)
 
 
-def _tables(tables: Sequence[Ranking]) -> Iterator[str]:
+def _write_main_tables(tables: Sequence[Ranking]) -> Iterator[str]:
     for (protocol, domain), group in groupby(tables, key=lambda table: (table.protocol, table.domain)):
         yield f"## {title_of(domain)}, protocol {protocol.value}\n"
         for table in group:
             yield f"### {table.title}\n"
-            yield table_markdown(table.table())
+            yield format_markdown_table(table.make_table())
 
 
-def _tables_section(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
+def _write_tables_section(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
     """Yield the text of a section of tables.
 
     A title that occurs under several protocols names the protocol.
@@ -162,17 +165,17 @@ def _tables_section(title: str, introduction: str, tables: Sequence[Ranking]) ->
         ]
         suffix = f", protocol {table.protocol.value}" if len(protocols) > 1 else ""
         yield f"### {table.title}, {title_of(table.domain)}{suffix}\n"
-        yield table_markdown(table.table())
+        yield format_markdown_table(table.make_table())
 
 
-def _cards() -> Iterator[str]:
-    cards = model_cards()
+def _write_model_table() -> Iterator[str]:
+    cards = make_model_table()
     yield f"## {cards.title}\n"
     yield f"{cards.definition}\n"
-    yield table_markdown(cards)
+    yield format_markdown_table(cards)
 
 
-def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:
+def _write_section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:
     """Yield the text of a section with paragraphs and a table; nothing if the table has no rows.
 
     Each row maps headings to cells.
@@ -181,30 +184,30 @@ def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) ->
     if written:
         yield f"## {title}\n"
         yield from (f"{paragraph}\n" for paragraph in paragraphs if paragraph)
-        yield "\n".join(grid([*written[0]], [[*row.values()] for row in written])) + "\n"
+        yield "\n".join(format_text_grid([*written[0]], [[*row.values()] for row in written])) + "\n"
 
 
-def _epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
+def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the section on runs with several answers (epochs) per task: is one answer right, or are all?"""
-    groups = group_pairs(pair for item in runs for pair in _epoch(item))
+    groups = group_pairs(pair for item in runs for pair in _get_epoch_cases(item))
     if not groups:
         return
-    table = passes_table(
-        {f"{key.name}, {suite_title(key.domain, key.ability)}": cases for key, cases in groups.items()}
+    table = make_pass_table(
+        {f"{key.name}, {format_suite_title(key.domain, key.ability)}": cases for key, cases in groups.items()}
     )
     yield f"## {table.title}\n"
     yield f"{table.definition}.\n"
-    yield table_markdown(table)
+    yield format_markdown_table(table)
 
 
-def _epoch(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
+def _get_epoch_cases(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
     """Yield the key of the whole run and the successes of one of its epochs; nothing for other runs."""
     metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
         yield item.key._replace(model=model), item.cases.get(metric, ())
 
 
-def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
+def _write_protocols_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the section on runs that were scored under every protocol of the report."""
     by_key = {item.key: item for item in runs}
     used = {key.protocol for key in by_key}
@@ -216,36 +219,39 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         if key.protocol is protocols[0] and len(scored) == len(protocols) > 1:
             answered = " ".join(dict.fromkeys(str(run.coverage) for run in scored))
             for metric in get_declaration(key.ability).overview_headings:
-                row = {"model": escape_markdown(key.name), "suite": suite_title(key.domain, key.ability)}
+                row = {
+                    "model": escape_markdown(key.name),
+                    "suite": format_suite_title(key.domain, key.ability),
+                }
                 row |= {"answered": answered, "metric": get_display_name(metric)}
-                row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in scored}
+                row |= {run.key.protocol.value: _format_percent(run.rates[metric].percent) for run in scored}
                 rows.append(row)
-    yield from _section("Both protocols", rows)
+    yield from _write_section("Both protocols", rows)
 
 
-def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
+def _write_outcomes_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = (
-        _run_cells(item)
+        _make_run_cells(item)
         | {get_display_name(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
         for item in runs
     )
-    yield from _section("Outcomes of answers", rows)
+    yield from _write_section("Outcomes of answers", rows)
 
 
-def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
+def _write_strata_sections(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the sections on success by length of the annotated plan, and on goals by predicate."""
-    for suite, items in group_pairs((_run_suite(item), item) for item in runs).items():
+    for suite, items in group_pairs((_format_run_suite(item), item) for item in runs).items():
         if items[0].breakdown.flow is not None:
             names = [escape_markdown(item.key.name) for item in items]
             rows = [
-                {"tasks or goals": label, **dict(zip(names, map(_rate_text, rates), strict=True))}
-                for label, rates in (*_length_rows(items), *_predicate_rows(items))
+                {"tasks or goals": label, **dict(zip(names, map(_format_rate, rates), strict=True))}
+                for label, rates in (*_make_length_rows(items), *_make_predicate_rows(items))
             ]
-            yield from _section(f"By length of plan and kind of goal: {suite}", rows, _STRATA)
+            yield from _write_section(f"By length of plan and kind of goal: {suite}", rows, _STRATA)
 
 
-def _length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+def _make_length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
     """Yield a row for each range of plan lengths, with the success of each run."""
     for label, steps in STRATA.items():
         shares = [
@@ -253,25 +259,25 @@ def _length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]
             for item in items
         ]
         if any(shares):
-            yield f"plan of {label}", [*map(rate_of, shares)]
+            yield f"plan of {label}", [*map(compute_rate, shares)]
 
 
-def _predicate_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+def _make_predicate_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
     """Yield a row for each predicate, with the share of the predicate's goals that each run meets."""
     tables = [item.breakdown.by_predicate for item in items]
     for name in sorted({name for table in tables for name in table}):
         yield f"goals on {escape_markdown(name)}", [table.get(name, NOTHING) for table in tables]
 
 
-def _rate_text(rate: Rate) -> str:
+def _format_rate(rate: Rate) -> str:
     if not rate.denominator:
         return "–"
-    return f"{_percent(rate.percent)} ({round(rate.numerator, 1):g}/{rate.denominator:g})"
+    return f"{_format_percent(rate.percent)} ({round(rate.numerator, 1):g}/{rate.denominator:g})"
 
 
-def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
+def _write_runs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     rows = [
-        _run_cells(item)
+        _make_run_cells(item)
         | {
             "answered": str(item.coverage),
             "excluded": str(sum(item.excluded.values())),
@@ -281,9 +287,9 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         }
         for item in runs
     ]
-    yield from _section("Runs", rows)
+    yield from _write_section("Runs", rows)
     remarks = dict.fromkeys(
-        f"{_run_suite(item)}, errata {item.errata.version}: {item.errata.remark}"
+        f"{_format_run_suite(item)}, errata {item.errata.version}: {item.errata.remark}"
         for item in runs
         if item.errata is not None and item.errata.remark is not None
     )
@@ -294,15 +300,15 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         yield "Excluded: " + "; ".join(escape_markdown(reason) for reason in sorted(reasons)) + ".\n"
 
 
-def _run_cells(item: RunSummary) -> dict[str, str]:
-    return {"model": escape_markdown(item.key.name), "suite": _run_suite(item)}
+def _make_run_cells(item: RunSummary) -> dict[str, str]:
+    return {"model": escape_markdown(item.key.name), "suite": _format_run_suite(item)}
 
 
-def _run_suite(item: RunSummary) -> str:
-    return f"{suite_title(item.key.domain, item.key.ability)}, {item.key.protocol.value}"
+def _format_run_suite(item: RunSummary) -> str:
+    return f"{format_suite_title(item.key.domain, item.key.ability)}, {item.key.protocol.value}"
 
 
-def _percent(percent: float | None) -> str:
+def _format_percent(percent: float | None) -> str:
     return "–" if percent is None else f"{percent:.1f}"
 
 
@@ -319,30 +325,30 @@ _UNNAMED = (
 )
 
 
-def write_unnamed_remark(runs: Sequence[RunSummary]) -> str:
+def write_remark_on_unnamed_tasks(runs: Sequence[RunSummary]) -> str:
     """Return a remark on runs whose records lack the names of their tasks; empty without such runs."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 
 
-def _certainty_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
+def _make_interval_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
     for item in runs:
         for metric in get_declaration(item.key.ability).overview_headings:
             certainty = item.certainties.get(metric)
             if certainty is not None:
                 effective = certainty.effective_tasks
-                yield _run_cells(item) | {
+                yield _make_run_cells(item) | {
                     "metric": get_display_name(metric),
-                    "percent": _percent(item.rates[metric].percent),
-                    "mean over names": _percent(mean_over_names(item.cases[metric])),
-                    "95 %": _interval(certainty.interval),
-                    "95 % if independent": _interval(certainty.by_task),
+                    "percent": _format_percent(item.rates[metric].percent),
+                    "mean over names": _format_percent(compute_mean_over_names(item.cases[metric])),
+                    "95 %": _format_interval_bounds(certainty.interval),
+                    "95 % if independent": _format_interval_bounds(certainty.by_task),
                     "tasks": str(certainty.tasks),
                     "names": str(certainty.names),
-                    "design effect": _percent(certainty.design_effect),
+                    "design effect": _format_percent(certainty.design_effect),
                     "effective tasks": "–" if effective is None else f"{effective:.0f}",
                 }
 
 
-def _interval(interval: Interval) -> str:
+def _format_interval_bounds(interval: Interval) -> str:
     return f"{interval.low:.1f}–{interval.high:.1f}"

@@ -22,11 +22,11 @@ from eai.agents.verdict import ActingVerdict
 from eai.base.files import to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.registry import title_of
-from eai.results.codec import sha256_of
+from eai.results.codec import hash_text
 from eai.results.page import build_page, encode_for_script
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
-from eai.results.summary import keep_attempts, outcome_of
+from eai.results.summary import drop_later_attempts, find_answer_outcome
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict
@@ -48,7 +48,7 @@ Owner: TypeAlias = Literal["agent", "object", "other"]
 
 
 @dataclass(slots=True)
-class Tile:
+class SceneTile:
     """The rectangle of one object in a picture of a scene.
 
     Attributes:
@@ -63,10 +63,10 @@ class Tile:
     kind: Owner
     marks: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
-    zones: dict[str, list[Tile]] = field(default_factory=dict)
+    zones: dict[str, list[SceneTile]] = field(default_factory=dict)
 
 
-TileScenes: TypeAlias = Sequence[Sequence[Tile]]
+TileScenes: TypeAlias = Sequence[Sequence[SceneTile]]
 """Pictures of the scene at the start and after each attempted step, each a list of outermost tiles."""
 
 
@@ -89,9 +89,9 @@ class ExplorerBackground:
     find_film: Callable[[Record], str] = lambda _: ""
 
 
-def film_name(record: Record) -> str:
+def make_film_name(record: Record) -> str:
     """Return the file name of an answer's film. Equal answers to a task share a film."""
-    return f"{to_file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
+    return f"{to_file_name(record.task_id)}-{hash_text(record.response)[:12]}.gif"
 
 
 class ExplorerData:
@@ -105,14 +105,14 @@ class ExplorerData:
         self, background: Callable[[str], ExplorerBackground] = lambda domain: ExplorerBackground()
     ) -> None:
         self._background = cache(background)
-        self._number_of_step = cache(self._step)
-        self._number_of_operator = cache(self._operator)
+        self._number_of_step = cache(self._pack_step)
+        self._number_of_operator = cache(self._pack_operator)
         self._numbers: dict[str, dict[str, int]] = {name: {} for name in ("texts", *_PACKED_KINDS)}
         self._runs: dict[RunKey, str] = {}
         self._prompts: dict[str, dict[str, Json]] = {}
         self._tasks: dict[str, dict[str, Json]] = {}
 
-    def add(self, run: Run) -> None:
+    def add_run(self, run: Run) -> None:
         """Add the records of a run."""
         key, background = run.key, self._background(run.key.domain)
         packed: dict[str, Json] = {
@@ -121,26 +121,28 @@ class ExplorerData:
             "ability": key.ability.value,
             "model": key.name,
             "log": run.log and [*run.log, f"{_VIEWER}/{quote(run.log[0])}/samples/sample"],
-            "answers": [self._answer(record) for record in run.records],
+            "answers": [self._pack_answer(record) for record in run.records],
         }
-        self._runs[key] = encode_for_script(_drop_empty(packed))
+        self._runs[key] = encode_for_script(_drop_empty_values(packed))
         prompts = background.prompts.get(key.ability.value, {})
         stored = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
         tasks = self._tasks.setdefault(key.domain, {})
         for record in run.records:
             if record.task is not None and record.task_id not in tasks:
                 instruction = " ".join(background.instructions.get(record.task_id, "").split())
-                tasks[record.task_id] = [self._text(record.task.name), self._text(instruction)]
+                tasks[record.task_id] = [self._pack_text(record.task.name), self._pack_text(instruction)]
             prompt = prompts.get(record.task_id)
             if prompt and record.task_id not in stored:
-                stored[record.task_id] = self._texts(prompt.split("\n"))
+                stored[record.task_id] = self._pack_texts(prompt.split("\n"))
 
     def to_json(self) -> str:
         """Return all data as one JSON text that is safe inside a script element."""
         domains = dict.fromkeys(key.domain for key in self._runs)
         content = {
             "version": encode_for_script(VERSION),
-            "runs": _array(self._runs[key] for key in sorted(self._runs, key=lambda key: key.order)),
+            "runs": _format_json_array(
+                self._runs[key] for key in sorted(self._runs, key=lambda key: key.sort_key)
+            ),
             "prompts": encode_for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
             "tasks": encode_for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
             "titles": encode_for_script({domain: title_of(domain) for domain in domains}),
@@ -148,36 +150,38 @@ class ExplorerData:
                 {domain: {**gold} for domain in domains if (gold := self._background(domain).operators)}
             ),
             "texts": encode_for_script(list(self._numbers["texts"])),
-            **{name: _array(self._numbers[name]) for name in _PACKED_KINDS},
+            **{name: _format_json_array(self._numbers[name]) for name in _PACKED_KINDS},
         }
         return f"{{{','.join(f'{encode_for_script(name)}:{text}' for name, text in content.items())}}}"
 
-    def _answer(self, record: Record) -> Json:
+    def _pack_answer(self, record: Record) -> Json:
         verdict = record.verdict
         explanation = record.explanation or Explanation()
-        return _drop_empty(
+        return _drop_empty_values(
             {
-                "t": self._text(record.task_id),
-                "o": outcome_of(record).value,
-                "x": self._text(verdict.excluded) if verdict.excluded else None,
-                "u": self._text(record.unanswered) if record.unanswered else None,
-                "r": self._text(record.response) if record.response else None,
-                "f": self._error(verdict),
+                "t": self._pack_text(record.task_id),
+                "o": find_answer_outcome(record).value,
+                "x": self._pack_text(verdict.excluded) if verdict.excluded else None,
+                "u": self._pack_text(record.unanswered) if record.unanswered else None,
+                "r": self._pack_text(record.response) if record.response else None,
+                "f": self._pack_error(verdict),
                 "m": list(record.repairs),
-                "S": _spans(verdict),
-                "R": self._texts(repair_lines(verdict.repair)) if verdict.repair else [],
-                **self._ability_fields(record),
-                "T": self._turns(record),
-                "w": self._texts(explanation.notes),
+                "S": _list_answer_spans(verdict),
+                "R": self._pack_texts(repair_lines(verdict.repair)) if verdict.repair else [],
+                **self._pack_ability_fields(record),
+                "T": self._pack_turns(record),
+                "w": self._pack_texts(explanation.notes),
                 "s": [self._number_of_step(step) for step in explanation.steps],
-                "G": self._goals(explanation),
-                "A": self._attempts(record),
+                "G": self._pack_goals(explanation),
+                "A": self._pack_attempts(record),
                 "F": film if (film := self._background(record.domain).find_film(record)) else None,
-                "P": [self._scene(scene) for scene in self._background(record.domain).find_scenes(record)],
+                "P": [
+                    self._pack_scene(scene) for scene in self._background(record.domain).find_scenes(record)
+                ],
             }
         )
 
-    def _goals(self, explanation: Explanation) -> list[Json]:
+    def _pack_goals(self, explanation: Explanation) -> list[Json]:
         """Return the goals of a task.
 
         Missed goals have a cause and the nearest facts, as in `eai explain`.
@@ -185,38 +189,38 @@ class ExplorerData:
         near, goals = find_near_misses(explanation), list[Json]()
         for goal in explanation.goals:
             got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
-            remarks = self._texts(filter(None, (goal.why, got)))
-            goals.append([goal.kind, self._text(goal.goal), int(goal.satisfied), *remarks])
+            remarks = self._pack_texts(filter(None, (goal.why, got)))
+            goals.append([goal.kind, self._pack_text(goal.goal), int(goal.satisfied), *remarks])
         return goals
 
-    def _turns(self, record: Record) -> list[Json]:
+    def _pack_turns(self, record: Record) -> list[Json]:
         """Return a list for each turn of an episode: the reached goals, and the agent's thought."""
         turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
         is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
         written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
-        thoughts = [self._text(turn["thought"]) if turn.get("thought") else None for turn in written]
+        thoughts = [self._pack_text(turn["thought"]) if turn.get("thought") else None for turn in written]
         return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
 
-    def _attempts(self, record: Record) -> list[Json]:
+    def _pack_attempts(self, record: Record) -> list[Json]:
         """Return each attempt of a record as a separate answer; an empty list for a single attempt."""
         number = len(record.attempts)
-        attempts = [replace(keep_attempts(record, k), attempts=()) for k in range(1, number + 1)]
-        return [self._answer(attempt) for attempt in attempts] if number > 1 else []
+        attempts = [replace(drop_later_attempts(record, k), attempts=()) for k in range(1, number + 1)]
+        return [self._pack_answer(attempt) for attempt in attempts] if number > 1 else []
 
-    def _ability_fields(self, record: Record) -> dict[str, Json]:
+    def _pack_ability_fields(self, record: Record) -> dict[str, Json]:
         if isinstance(record.verdict, PlanVerdict):
-            return self._plan_fields(record.ability, record.verdict)
+            return self._pack_plan_fields(record.ability, record.verdict)
         if record.ability is Ability.GOAL_INTERPRETATION:
             goals = cast("GoalVerdict", record.verdict)
             return {
                 "n": {kind: list(counts) for kind, counts in (goals.counts or {}).items()},
-                "h": self._texts(goals.hallucinated),
+                "h": self._pack_texts(goals.hallucinated),
             }
         if record.ability is Ability.TRANSITION_MODELING:
-            return self._operator_fields(cast("OperatorVerdict", record.verdict))
+            return self._pack_operator_fields(cast("OperatorVerdict", record.verdict))
         return {}
 
-    def _plan_fields(self, ability: Ability, verdict: PlanVerdict) -> dict[str, Json]:
+    def _pack_plan_fields(self, ability: Ability, verdict: PlanVerdict) -> dict[str, Json]:
         subgoals = ability is Ability.SUBGOAL_DECOMPOSITION
         category = cast("SubgoalVerdict", verdict).category if subgoals else None
         return {
@@ -227,7 +231,7 @@ class ExplorerData:
             "C": None if verdict.partial is None else list(verdict.partial),
         }
 
-    def _operator_fields(self, verdict: OperatorVerdict) -> dict[str, Json]:
+    def _pack_operator_fields(self, verdict: OperatorVerdict) -> dict[str, Json]:
         return {
             "n": {
                 f"{side}/{category}": list(counts)
@@ -239,72 +243,77 @@ class ExplorerData:
             "q": [self._number_of_operator(operator) for operator in verdict.operators],
         }
 
-    def _error(self, verdict: Verdict) -> Json:
+    def _pack_error(self, verdict: Verdict) -> Json:
         error = verdict.error
-        return None if error is None else [error.kind.value, error.step, self._text(error.detail)]
+        return None if error is None else [error.kind.value, error.step, self._pack_text(error.detail)]
 
-    def _step(self, step: StepReport) -> int:
+    def _pack_step(self, step: StepReport) -> int:
         """Store a step, with the fields of `StepReport` in the order that the page expects.
 
         Return its index.
         """
-        texts = self._texts((step.action, step.outcome, step.reason, step.earlier))
-        facts = self._texts(step.added), self._texts(step.removed)
-        return self._pack("steps", [*texts, *facts, step.hidden_changes])
+        texts = self._pack_texts((step.action, step.outcome, step.reason, step.earlier))
+        facts = self._pack_texts(step.added), self._pack_texts(step.removed)
+        return self._store_packed_item("steps", [*texts, *facts, step.hidden_changes])
 
-    def _scene(self, tiles: Sequence[Tile]) -> int:
-        return self._pack("scenes", [self._tile(tile) for tile in tiles])
+    def _pack_scene(self, tiles: Sequence[SceneTile]) -> int:
+        return self._store_packed_item("scenes", [self._pack_tile(tile) for tile in tiles])
 
-    def _tile(self, tile: Tile) -> int:
+    def _pack_tile(self, tile: SceneTile) -> int:
         """Store a tile: name, kind, marks, lines, and each zone with its tiles. Return its index."""
-        name, marks, lines = self._text(tile.name), self._texts(tile.marks), self._texts(tile.lines)
+        name, marks, lines = (
+            self._pack_text(tile.name),
+            self._pack_texts(tile.marks),
+            self._pack_texts(tile.lines),
+        )
         zones: list[Json] = [
-            [self._text(label), [self._tile(item) for item in within]] for label, within in tile.zones.items()
+            [self._pack_text(label), [self._pack_tile(item) for item in within]]
+            for label, within in tile.zones.items()
         ]
-        return self._pack("tiles", [name, tile.kind, marks, lines, zones])
+        return self._store_packed_item("tiles", [name, tile.kind, marks, lines, zones])
 
-    def _operator(self, operator: OperatorReport) -> int:
+    def _pack_operator(self, operator: OperatorReport) -> int:
         """Store an operator: name, status, clauses of precondition and effect, and rule violations.
 
         Return its index.
         """
         sides = [
-            [self._texts(parts) for parts in (side.matched, side.additional, side.missing)]
+            [self._pack_texts(parts) for parts in (side.matched, side.additional, side.missing)]
             for side in (operator.precondition, operator.effect)
         ]
         offences = [
             {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
             for offence in operator.offences
         ]
-        return self._pack("operators", [operator.name, operator.status.value, *sides, offences])
+        return self._store_packed_item("operators", [operator.name, operator.status.value, *sides, offences])
 
-    def _texts(self, texts: Iterable[str]) -> list[Json]:
-        return [self._text(text) for text in texts]
+    def _pack_texts(self, texts: Iterable[str]) -> list[Json]:
+        return [self._pack_text(text) for text in texts]
 
-    def _text(self, text: str) -> int:
-        return self._number("texts", text)
+    def _pack_text(self, text: str) -> int:
+        return self._find_item_index("texts", text)
 
-    def _pack(self, kind: str, packed: list[Json]) -> int:
-        return self._number(kind, encode_for_script(packed))
+    def _store_packed_item(self, kind: str, packed: list[Json]) -> int:
+        return self._find_item_index(kind, encode_for_script(packed))
 
-    def _number(self, kind: str, item: str) -> int:
+    def _find_item_index(self, kind: str, item: str) -> int:
         """Return the index of an item in the list of its kind. A new item is added at the end."""
         numbers = self._numbers[kind]
         return numbers.setdefault(item, len(numbers))
 
 
-def _array(items: Iterable[str]) -> str:
+def _format_json_array(items: Iterable[str]) -> str:
     return f"[{','.join(items)}]"
 
 
-def _spans(verdict: Verdict) -> list[Json]:
+def _list_answer_spans(verdict: Verdict) -> list[Json]:
     """Return the spans of an answer as lists (start, end, kind); empty if all text was read unchanged."""
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]
 
 
-def _drop_empty(values: Mapping[str, Json]) -> dict[str, Json]:
+def _drop_empty_values(values: Mapping[str, Json]) -> dict[str, Json]:
     return {key: value for key, value in values.items() if value not in (None, [], {}, "")}
 
 
@@ -324,7 +333,7 @@ SCRIPTS = (
 """Names of the page's script files, in order. A script may use the scripts before it."""
 
 
-def explorer_html(data: str) -> str:
+def build_explorer_page(data: str) -> str:
     """Return the HTML page of the explorer.
 
     Args:

@@ -12,8 +12,8 @@ from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
-from eai.studies.report.run_summary import RunSummary, plain_runs
-from eai.studies.report.table_specs import ability_title
+from eai.studies.report.run_summary import RunSummary, select_plain_runs
+from eai.studies.report.table_specs import format_ability_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,8 +44,8 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     with the highest means have colours, all others are grey. If there are at most three models, bands show 95
     % intervals.
     """
-    worlds = {domain: _models_of(items) for domain, items in _group_by_domain(runs).items()}
-    worlds = {domain: models for domain, models in worlds.items() if len(_axes_of(models)) >= _MIN_AXES}
+    worlds = {domain: _group_results_by_model(items) for domain, items in _group_by_domain(runs).items()}
+    worlds = {domain: models for domain, models in worlds.items() if len(_list_axes(models)) >= _MIN_AXES}
     if not worlds:
         return None
     ranked = _rank_models(worlds)
@@ -55,16 +55,16 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     panels = figure.subplots(1, len(worlds), squeeze=False, subplot_kw={"projection": "polar"})[0]
     for panel, (domain, models) in zip(panels, worlds.items(), strict=True):
         panel.set_title(title_of(domain), fontsize=9.5, pad=14)
-        _draw_panel(panel, models, colors, intervals=len(ranked) <= _MAX_MODELS_WITH_INTERVALS)
+        _draw_radar_panel(panel, models, colors, intervals=len(ranked) <= _MAX_MODELS_WITH_INTERVALS)
     _draw_legend(figure, ranked, colors)
     return figure
 
 
 def _group_by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
-    return group_pairs((item.key.domain, item) for item in plain_runs(runs))
+    return group_pairs((item.key.domain, item) for item in select_plain_runs(runs))
 
 
-def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
+def _group_results_by_model(runs: Sequence[RunSummary]) -> dict[str, _Results]:
     """Return the results in a world by model, in the order of the runs."""
     models: dict[str, dict[_Axis, RunSummary]] = {}
     for item in runs:
@@ -74,7 +74,7 @@ def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
     return dict(models)
 
 
-def _axes_of(models: Mapping[str, _Results]) -> list[_Axis]:
+def _list_axes(models: Mapping[str, _Results]) -> list[_Axis]:
     axes = dict.fromkeys(axis for results in models.values() for axis in results)
     return sorted(axes, key=lambda axis: ability_rank(axis[0]))
 
@@ -90,17 +90,17 @@ def _rank_models(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
     return sorted(percents, key=lambda model: (-fmean(percents[model]), model))
 
 
-def _draw_panel(
+def _draw_radar_panel(
     panel: PolarAxes, models: Mapping[str, _Results], colors: Mapping[str, str], *, intervals: bool
 ) -> None:
-    axes = _axes_of(models)
+    axes = _list_axes(models)
     angles = [2 * math.pi * number / len(axes) for number in range(len(axes))]
     panel.set_theta_zero_location("N")
     panel.set_theta_direction(-1)
     panel.set(ylim=(0, 100), yticks=[25, 50, 75, 100])
     panel.set_yticklabels(["25", "50", "75", "100 %"], fontsize=5.5, color=SOFT)
     panel.set_rlabel_position(math.degrees(angles[1]) / 2)
-    panel.set_xticks(angles, labels=[_label_of(axis) for axis in axes], fontsize=6.5, color=INK)
+    panel.set_xticks(angles, labels=[_make_axis_label(axis) for axis in axes], fontsize=6.5, color=INK)
     panel.tick_params(axis="x", pad=1)
     for angle, label in zip(angles, panel.get_xticklabels(), strict=True):
         side = math.sin(angle)
@@ -116,10 +116,12 @@ def _draw_panel(
         closed = [*around, *around[:1]], [*values, *values[:1]]
         panel.plot(*closed, "o-", color=color, linewidth=width, alpha=alpha, markersize=2.5)
         if intervals:
-            _draw_band(panel, around, [results[axis] for _, axis in points], [a[1] for _, a in points], color)
+            _draw_interval_band(
+                panel, around, [results[axis] for _, axis in points], [a[1] for _, a in points], color
+            )
 
 
-def _draw_band(
+def _draw_interval_band(
     panel: PolarAxes, angles: Sequence[float], runs: Sequence[RunSummary], metrics: Sequence[str], color: str
 ) -> None:
     """Draw the intervals of a model's results as a band around the model's line."""
@@ -133,10 +135,10 @@ def _draw_band(
     panel.fill_between(around, [*lows, *lows[:1]], [*highs, *highs[:1]], color=color, alpha=0.15, linewidth=0)
 
 
-def _label_of(axis: _Axis) -> str:
+def _make_axis_label(axis: _Axis) -> str:
     """Return the label of an axis in short lines: title of the ability, and metric if it has several."""
     ability, metric = axis
-    declared, title = get_declaration(ability), "\n".join(ability_title(ability).split())
+    declared, title = get_declaration(ability), "\n".join(format_ability_title(ability).split())
     return (
         title if len(declared.averaged_metrics) == 1 else f"{title}\n({declared.overview_headings[metric]})"
     )

@@ -12,7 +12,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clip_label, make_figure
 from eai.studies.report.rankings import RankedModel, Ranking
-from eai.studies.report.table_specs import ability_title
+from eai.studies.report.table_specs import format_ability_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,13 +48,13 @@ _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, Ra
 _PAPERS = ("paper", "published")
 
 
-def list_models(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
+def list_models_and_protocols(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
     """Return pairs of a model that has runs and a protocol of these runs, in the order of the tables."""
     models = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
     return list(dict.fromkeys(models))
 
 
-def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | None:
+def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | None:
     """Draw the page of a model; return None if the model has no numbers.
 
     Rates are dots with 95 % intervals, with their values as text. Each domain has a mark and a colour. Grey
@@ -75,27 +75,27 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
     for table, row in shown:
         answered = "" if row.coverage is None else f", {row.coverage} answered"
         domains.setdefault(table.domain, f"{title_of(table.domain)}{answered}")
-    all_panels = {title: _lines(shown, names, groups) for title, names, groups in _PANELS}
+    all_panels = {title: _make_panel_lines(shown, names, groups) for title, names, groups in _PANELS}
     panels = {title: lines for title, lines in all_panels.items() if lines}
     if not panels:
         return None
-    heights = [_HEAD + _LINE * _number_of(lines) for lines in panels.values()]
+    heights = [_HEAD + _LINE * _count_panel_lines(lines) for lines in panels.values()]
     figure = make_figure(PAGE, sum(heights) + _FOOT)
     figure.suptitle(f"{clip_label(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
     for axes, (title, lines) in zip(grid, panels.items(), strict=True):
         axes.set_title(title, fontsize=9.5)
-        _draw_panel(axes, lines, list(domains))
-    _draw_legend(figure, list(domains.values()), _others([table for table, _ in shown]))
+        _draw_summary_panel(axes, lines, list(domains))
+    _draw_legend(figure, list(domains.values()), _write_legend_of_ticks([table for table, _ in shown]))
     return figure
 
 
-def _lines(
+def _make_panel_lines(
     shown: Sequence[tuple[Ranking, RankedModel]], names: Sequence[str], groups: Sequence[str]
 ) -> _Lines:
     """Return the lines of a panel from the named tables, by heading and column."""
     return group_pairs(
-        ((ability_title(column.ability) if column.ability else column.group, column), (table, row))
+        ((format_ability_title(column.ability) if column.ability else column.group, column), (table, row))
         for name in names
         for table, row in shown
         if table.name == name
@@ -104,12 +104,12 @@ def _lines(
     )
 
 
-def _number_of(lines: _Lines) -> int:
+def _count_panel_lines(lines: _Lines) -> int:
     """Return the height of a panel in lines, including one line for the heading of each group."""
     return len(lines) + len({heading for heading, _ in lines})
 
 
-def _others(tables: Sequence[Ranking]) -> str | None:
+def _write_legend_of_ticks(tables: Sequence[Ranking]) -> str | None:
     """Return the legend's text on the grey ticks of the paper's models, or None if no ticks are drawn."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source == "paper"}
@@ -119,9 +119,9 @@ def _others(tables: Sequence[Ranking]) -> str | None:
     return f"published answers of the paper's models ({len(scored)})" if scored else None
 
 
-def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
+def _draw_summary_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
     axes.set_xlim(-1, 101)
-    axes.set_ylim(_number_of(lines) - 0.4, -0.6)
+    axes.set_ylim(_count_panel_lines(lines) - 0.4, -0.6)
     axes.grid(axis="x", color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines["left"].set_visible(False)
@@ -136,25 +136,25 @@ def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
             heights.append(line)
             labels.append(clip_label(key[1].label))
             for table, row in lines[key]:
-                _draw_mark(axes, line, (table, row, key[1]), domains)
+                _draw_score_mark(axes, line, (table, row, key[1]), domains)
         line += 1
     axes.set_yticks(heights, labels=labels, fontsize=7.5)
 
 
-def _draw_mark(
+def _draw_score_mark(
     axes: Axes, line: int, mark: tuple[Ranking, RankedModel, MetricColumn], domains: Sequence[str]
 ) -> None:
     table, row, column = mark
     cell, number = row.cells[column], domains.index(table.domain)
     if cell.value is None:
         return
-    at, color = line + _APART * (number - (len(domains) - 1) / 2), _color(number)
+    at, color = line + _APART * (number - (len(domains) - 1) / 2), _choose_color(number)
     others = (other.cells[column].value for other in table.rows if other.source in _PAPERS)
     for percent in (percent for percent in others if percent is not None):
         axes.plot(percent, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
     if cell.low is not None and cell.high is not None:
         axes.hlines(at, cell.low, cell.high, color=color, linewidth=1.2)
-    axes.plot(cell.value, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)
+    axes.plot(cell.value, at, _choose_marker(number), color=color, markersize=4, zorder=3, clip_on=False)
     beside, text = axes.get_yaxis_transform(), f"{cell.value:.1f}"
     axes.text(1.01 + 0.055 * number, line, text, transform=beside, fontsize=7, va="center", color=color)
 
@@ -163,7 +163,7 @@ def _draw_legend(figure: Figure, domains: Sequence[str], others: str | None) -> 
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], marker=_mark(number), color=_color(number), markersize=4, label=domain)
+        Line2D([], [], marker=_choose_marker(number), color=_choose_color(number), markersize=4, label=domain)
         for number, domain in enumerate(domains)
     ]
     if others is not None:
@@ -179,9 +179,9 @@ def _draw_legend(figure: Figure, domains: Sequence[str], others: str | None) -> 
     )
 
 
-def _mark(number: int) -> str:
+def _choose_marker(number: int) -> str:
     return _MARKS[number % len(_MARKS)]
 
 
-def _color(number: int) -> str:
+def _choose_color(number: int) -> str:
     return LINES[number % len(LINES)]

@@ -21,7 +21,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results import plots
 from eai.results.batch import ProgressCallback
-from eai.results.certainty import Case, Cases
+from eai.results.certainty import Cases, RateCase
 from eai.results.lines import MODEL
 from eai.results.markdown import escape_markdown
 from eai.results.plots import FEW_CASES, LINES, OUTCOME_COLORS, RULE, clip_label, draw_line, make_figure
@@ -31,7 +31,7 @@ from eai.studies.report import plot_summary
 from eai.studies.report.plot_radar import draw_radar
 from eai.studies.report.rankings import Ranking
 from eai.studies.report.run_summary import RunSummary
-from eai.studies.report.table_specs import ability_title
+from eai.studies.report.table_specs import format_ability_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
 """Name of a plot's files without suffix, its caption, and the function that draws it or returns None."""
 
 
-def add_plots(
+def add_plots_to_report(
     out: Path,
     runs: Sequence[RunSummary],
     pages: Sequence[Ranking],
@@ -93,13 +93,13 @@ def add_plots(
     Raises:
         EaiError: matplotlib is not installed.
     """
-    planned, shown = [*_pages(pages), *_figures(runs)], list[str]()
+    planned, shown = [*_make_summary_plots(pages), *_make_run_plots(runs)], list[str]()
     with plots.use_plot_style(), watching("drawing plots", len(planned)) as progressed:
         (out / "plots").mkdir(parents=True, exist_ok=True)
         for number, (name, caption, draw) in enumerate(planned, 1):
             figure = draw()
             if figure is not None:
-                plots.write(figure, out / "plots" / name, formats, clips=False)
+                plots.write_figure(figure, out / "plots" / name, formats, clips=False)
                 shown.append(f"{caption}\n\n![{caption}](plots/{name}.{formats[0]})\n")
             progressed(number)
     page = out / "report.md"
@@ -108,14 +108,14 @@ def add_plots(
     return len(shown)
 
 
-def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
-    for model, protocol in plot_summary.list_models(tables):
+def _make_summary_plots(tables: Sequence[Ranking]) -> Iterator[_Plot]:
+    for model, protocol in plot_summary.list_models_and_protocols(tables):
         name = to_file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escape_markdown(model)} on one page, protocol {protocol.value}"
-        yield name, caption, partial(plot_summary.draw, tables, model, protocol)
+        yield name, caption, partial(plot_summary.draw_model_summary, tables, model, protocol)
 
 
-def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
+def _make_run_plots(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
     for protocol, of_protocol in group_pairs((item.key.protocol, item) for item in runs).items():
         title = f"Main results of all abilities, protocol {protocol.value}"
         drawn = partial(_draw_with_title, f"{title}, percent", draw_radar, of_protocol)
@@ -126,9 +126,9 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
         drawn = partial(_draw_with_title, suite, draw_outcomes, group)
         yield f"outcomes-{name}", f"Outcomes of answers: {suite}", drawn
         for ability, of_ability in group_pairs((item.key.ability, item) for item in group).items():
-            title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
+            title = f"{title_of(domain)} {format_ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
-                caption = f"{caption}: {ability_title(ability).lower()}, {suite}"
+                caption = f"{caption}: {format_ability_title(ability).lower()}, {suite}"
                 drawn = partial(_draw_with_title, title, draw, of_ability)
                 yield f"{kind}-{ability.value}-{name}", caption, drawn
 
@@ -140,7 +140,7 @@ def _draw_with_title(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Fig
     return figure
 
 
-def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
+def draw_success_by_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw success by number of goals and by length of the annotated plan, a line per model.
 
     The result is None if both numbers are unknown or constant.
@@ -149,13 +149,16 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
         (
             "goals of the task",
             lambda goals: str(goals) if goals < _MAX_GOALS else f"{_MAX_GOALS}+",
-            [_group_by_bin(item.breakdown.by_goals, lambda goals: min(goals, _MAX_GOALS)) for item in runs],
+            [
+                _group_cases_by_bin(item.breakdown.by_goals, lambda goals: min(goals, _MAX_GOALS))
+                for item in runs
+            ],
         ),
         (
             "steps of the annotated plan",
             lambda number: f"{number * LENGTHS_PER_BIN}–{number * LENGTHS_PER_BIN + LENGTHS_PER_BIN - 1}",
             [
-                _group_by_bin(item.breakdown.by_length, lambda length: length // LENGTHS_PER_BIN)
+                _group_cases_by_bin(item.breakdown.by_length, lambda length: length // LENGTHS_PER_BIN)
                 for item in runs
             ],
         ),
@@ -169,18 +172,20 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
     for panel, (label, name_of_bin, series) in zip(grid, panels, strict=True):
         panel.set_xlabel(label)
-        _draw_panel(panel, name_of_bin, series, [clip_label(item.key.name) for item in runs])
+        _draw_line_panel(panel, name_of_bin, series, [clip_label(item.key.name) for item in runs])
     grid[0].set_ylabel("success in percent")
     handles, labels = grid[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=7)
     return figure
 
 
-def _group_by_bin(table: Mapping[int, Cases], bin_of: Callable[[int], int]) -> dict[int, list[Case]]:
+def _group_cases_by_bin(
+    table: Mapping[int, Cases], bin_of: Callable[[int], int]
+) -> dict[int, list[RateCase]]:
     return group_pairs((bin_of(number), case) for number, cases in table.items() for case in cases)
 
 
-def _draw_panel(
+def _draw_line_panel(
     panel: Axes, name_of_bin: Callable[[int], str], series: Sequence[Bins], models: Sequence[str]
 ) -> None:
     panel.set_ylim(-3, 103)
@@ -218,18 +223,18 @@ def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
     figure = make_figure(_WIDTH, sum(heights) + 0.55)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})
     for panel, items in zip(grid[:, 0], panels, strict=True):
-        _draw_ability(panel, items)
-    kinds = [kind for kind in AnswerOutcome if any(_count(item, kind) for item in runs)]
+        _draw_outcome_panel(panel, items)
+    kinds = [kind for kind in AnswerOutcome if any(_count_outcome(item, kind) for item in runs)]
     handles = [Patch(color=OUTCOME_COLORS[kind], label=get_display_name(kind.value)) for kind in kinds]
     figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=7.5)
     return figure
 
 
-def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
-    panel.set_title(ability_title(items[0].key.ability))
+def _draw_outcome_panel(panel: Axes, items: Sequence[RunSummary]) -> None:
+    panel.set_title(format_ability_title(items[0].key.ability))
     panel.set_xlim(0, 100)
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
-    answers = [sum(_count(item, kind) for kind in AnswerOutcome) for item in items]
+    answers = [sum(_count_outcome(item, kind) for kind in AnswerOutcome) for item in items]
     labels = [
         f"{clip_label(item.key.name)}\u2002{number:,}" for item, number in zip(items, answers, strict=True)
     ]
@@ -239,7 +244,7 @@ def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
     for number, (item, scored) in enumerate(zip(items, answers, strict=True)):
-        widths = {kind: Rate(_count(item, kind), scored).percent or 0.0 for kind in AnswerOutcome}
+        widths = {kind: Rate(_count_outcome(item, kind), scored).percent or 0.0 for kind in AnswerOutcome}
         shown = {kind: width for kind, width in widths.items() if width}
         starts = accumulate(shown.values(), initial=0.0)
         bars = list(zip(starts, shown.values(), strict=False))
@@ -247,7 +252,7 @@ def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
         panel.broken_barh(bars, (number - 0.37, 0.74), facecolors=colors, linewidth=0)
 
 
-def _count(item: RunSummary, kind: AnswerOutcome) -> int:
+def _count_outcome(item: RunSummary, kind: AnswerOutcome) -> int:
     return 0 if kind is AnswerOutcome.EXCLUDED else item.breakdown.outcomes.get(kind, 0)
 
 
@@ -257,29 +262,29 @@ _MAX_NAMES = 40
 _F1 = "F1 of clauses, percent"
 
 
-def draw_actions(runs: Sequence[RunSummary]) -> Figure | None:
+def draw_rates_by_action(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw the share of executed steps (or F1 of clauses) by action for each model; None if unknown."""
     label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
-    return _draw({item.key.name: item.breakdown.by_action for item in runs}, label)
+    return _draw_rate_matrix_of_models({item.key.name: item.breakdown.by_action for item in runs}, label)
 
 
-def draw_predicates(runs: Sequence[RunSummary]) -> Figure | None:
+def draw_rates_by_predicate(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw the share of right goals (or F1 of clauses) by predicate for each model; None if unknown."""
     labels = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
     label = labels.get(runs[0].key.ability, "percent of goals reached")
-    return _draw({item.key.name: item.breakdown.by_predicate for item in runs}, label)
+    return _draw_rate_matrix_of_models({item.key.name: item.breakdown.by_predicate for item in runs}, label)
 
 
-def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None:
+def _draw_rate_matrix_of_models(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None:
     rows: list[Mapping[str, Cell]] = []
-    for name in _most_frequent(list(models.values())):
+    for name in _select_most_frequent_names(list(models.values())):
         for model, rates in models.items():
             rate = rates.get(name, NOTHING)
             rows.append({"name": name, MODEL: model, "share": Estimate.from_rate(rate)})
-    return plots.draw_matrix(rows, ("name",), "share", label, zeros=True)
+    return plots.draw_rate_matrix(rows, ("name",), "share", label, zeros=True)
 
 
-def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
+def _select_most_frequent_names(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
     """Return the most frequent names, sorted. The limit is needed because answers can contain many names."""
     cases: dict[str, float] = {}
     for column in columns:
@@ -312,7 +317,7 @@ A label that would overlap the previous label is moved below that label."""
 _SMALLEST_LABELLED = 0.5
 
 
-def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
+def draw_answer_flow(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw how many answers remain after each stage of checks, one panel per model.
 
     The result is None if the ability has no plans.
@@ -327,11 +332,13 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     figure, panel = plots.make_canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
     for number, (model, flow) in enumerate(flows):
         row, column = divmod(number, columns)
-        _draw_flow_of(panel, (_BETWEEN[0] * column, _TOP - _BETWEEN[1] * row), model, flow)
+        _draw_flow_of_model(panel, (_BETWEEN[0] * column, _TOP - _BETWEEN[1] * row), model, flow)
     return figure
 
 
-def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]) -> None:
+def _draw_flow_of_model(
+    panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]
+) -> None:
     """Draw the answers as a band from left to right; the failed share bends down after each stage."""
     shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
     left, top = corner
@@ -339,12 +346,12 @@ def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Ma
     before = top
     for stage, (label, kind) in enumerate(_LOSSES):
         at, passed, lost = left + stage, shares[stage + 1], shares[stage] - shares[stage + 1]
-        plots.draw_band(
+        plots.draw_flow_band(
             panel, at, (top - passed, top - passed, passed), OUTCOME_COLORS[AnswerOutcome.SUCCESS]
         )
         if lost >= _SMALLEST_LABELLED:
             end = top - passed - lost - _GAP
-            plots.draw_band(panel, at, (top - passed - lost, end, lost), OUTCOME_COLORS[kind])
+            plots.draw_flow_band(panel, at, (top - passed - lost, end, lost), OUTCOME_COLORS[kind])
             text = f"{label} {lost:.0f}"
             before = before - _LINE if abs(end - 5 - before) < _LINE else end - 5
             panel.text(at + 0.1, before, text, fontsize=6, va="center", color=plots.INK)
@@ -356,9 +363,9 @@ def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Ma
 _Draw: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
 
 _OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
-    ("flow", "From answer to outcome", draw_flow),
-    ("difficulty", _DIFFICULTY, draw_difficulty),
-    ("actions", "By action (of fewer than five cases in brackets)", draw_actions),
-    ("predicates", "By predicate (of fewer than five cases in brackets)", draw_predicates),
+    ("flow", "From answer to outcome", draw_answer_flow),
+    ("difficulty", _DIFFICULTY, draw_success_by_difficulty),
+    ("actions", "By action (of fewer than five cases in brackets)", draw_rates_by_action),
+    ("predicates", "By predicate (of fewer than five cases in brackets)", draw_rates_by_predicate),
 )
 """Plots of one ability's runs: name, caption, and the function that draws the plot or returns None."""

@@ -22,25 +22,25 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results import paper_tables
-from eai.results.certainty import Cases, Certainty, certainty_of_mean
-from eai.results.coverage import Coverage, combine_coverage
+from eai.results.certainty import Cases, ConfidenceIntervals, compute_mean_intervals
+from eai.results.coverage import TaskCoverage, combine_coverage
 from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
 from eai.results.rate import Rate
-from eai.results.summary import AVERAGE, AbilityMetric, average_performance, average_weights
+from eai.results.summary import AVERAGE, AbilityMetric, compute_average_performance, make_average_weights
 from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Label, Table
 from eai.studies.report.run_summary import RunSummary
 from eai.studies.report.table_specs import (
     TableSpec,
-    ability_title,
-    columns_of,
-    find_table,
-    place_of_column,
-    tables_of,
+    find_paper_column,
+    find_table_spec,
+    format_ability_title,
+    get_columns,
+    make_table_specs,
 )
 
 
 @dataclass(frozen=True, slots=True)
-class Score(Estimate):
+class RankedScore(Estimate):
     """A number of a model in a ranking.
 
     Attributes:
@@ -49,14 +49,14 @@ class Score(Estimate):
         coverage: how many tasks of the suites are answered; None for the paper's figures.
     """
 
-    certainty: Certainty | None = None
+    certainty: ConfidenceIntervals | None = None
     texts: tuple[str, ...] = ()
-    coverage: Coverage | None = None
+    coverage: TaskCoverage | None = None
 
     @property
     def ranked(self) -> bool:
         """Whether the number may be compared with other rows, because enough tasks are answered."""
-        return self.coverage is None or self.coverage.ranked
+        return self.coverage is None or self.coverage.is_ranked
 
 
 RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
@@ -85,39 +85,39 @@ class RankedModel:
 
     model: str
     source: RowSource
-    cells: Mapping[MetricColumn, Score]
-    coverage: Coverage | None = None
+    cells: Mapping[MetricColumn, RankedScore]
+    coverage: TaskCoverage | None = None
     notes: tuple[str, ...] = ()
     rank: int | None = None
     harness: str = ""
     effort: str = ""
 
     @property
-    def competes(self) -> bool:
+    def may_be_ranked(self) -> bool:
         """Whether the row may have a rank, and its numbers may be marked as the best."""
-        return self.source != "floor" and (self.coverage is None or self.coverage.ranked)
+        return self.source != "floor" and (self.coverage is None or self.coverage.is_ranked)
 
     @property
     def all_notes(self) -> list[str]:
         """Texts of the footnotes on the row and on its numbers."""
         return [*self.notes, *(note for cell in self.cells.values() for note in cell.texts)]
 
-    def table_cells(self, ranking: Ranking) -> tuple[Cell, ...]:
+    def make_table_cells(self, ranking: Ranking) -> tuple[Cell, ...]:
         """Return the cells of the row in the table: those of `_FIRST_COLUMNS`, then the row's scores."""
         origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
-        numbers = [replace(cell, notes=ranking.numbers(cell.texts)) for cell in self.cells.values()]
-        model = Label(self.model, origin=origin, notes=ranking.numbers(self.notes))
+        numbers = [replace(cell, notes=ranking.number_notes(cell.texts)) for cell in self.cells.values()]
+        model = Label(self.model, origin=origin, notes=ranking.number_notes(self.notes))
         return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
 
-Cells = Mapping[tuple["Ability | None", str], Score]
+Cells = Mapping[tuple["Ability | None", str], RankedScore]
 """Scores of one model in one domain, by ability (None for the average) and metric."""
 
 
-def cell_of(cells: Cells, column: MetricColumn) -> Score:
+def get_score(cells: Cells, column: MetricColumn) -> RankedScore:
     """Return a model's score in a column, or an empty score."""
-    return cells.get((column.ability, column.metric), Score(None))
+    return cells.get((column.ability, column.metric), RankedScore(None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,19 +140,19 @@ class Ranking:
     notes: tuple[str, ...]
     primary: MetricColumn | None = None
 
-    def numbers(self, notes: Iterable[str]) -> tuple[int, ...]:
+    def number_notes(self, notes: Iterable[str]) -> tuple[int, ...]:
         """Return the numbers by which a table refers to some footnotes, sorted."""
         return tuple(sorted({self.notes.index(note) + 1 for note in notes}))
 
     @property
-    def ranked_by(self) -> str:
+    def rank_caption(self) -> str:
         """Text for a caption that names the column by which rows are ranked; empty without ranks."""
         if self.primary is None:
             return ""
         groups = [column.group for column in (*self.columns, self.primary)]
-        return f", ranked by {_short_heading(self.primary, groups)}"
+        return f", ranked by {_make_short_heading(self.primary, groups)}"
 
-    def table(self) -> Table:
+    def make_table(self) -> Table:
         """Return the table that readers see. Our numbers have intervals; the paper's figures have none.
 
         The table's definition is a caption without a final full stop, so that its last sentence may be
@@ -164,33 +164,33 @@ class Ranking:
                 column.metric,
                 column.label,
                 column.group,
-                _short_heading(column, groups),
+                _make_short_heading(column, groups),
                 1,
                 True,
-                self.numbers(notes),
+                self.number_notes(notes),
             )
             for column, notes in self.columns.items()
         ]
         table = Table(
             self.name,
             self.title,
-            self._caption(),
+            self._write_caption(),
             (*_FIRST_COLUMNS, *columns),
-            tuple([row.table_cells(self) for row in self.rows]),
+            tuple([row.make_table_cells(self) for row in self.rows]),
             notes=self.notes,
         )
         unused = {name for name in _AGENT_COLUMNS if not any(getattr(row, name) for row in self.rows)}
-        return table.drop(unused)
+        return table.drop_columns(unused)
 
-    def _caption(self) -> str:
+    def _write_caption(self) -> str:
         """Return the caption.
 
         It names the protocol only if some row has other numbers than the paper's figures.
         """
         title = f"{self.title}, {title_of(self.domain)}"
         if all(row.source == "paper" for row in self.rows):
-            return f"{title}. Percent{self.ranked_by}"
-        return f"{title}, protocol {self.protocol.value}. Percent{self.ranked_by}"
+            return f"{title}. Percent{self.rank_caption}"
+        return f"{title}, protocol {self.protocol.value}. Percent{self.rank_caption}"
 
 
 _FIRST_COLUMNS = (
@@ -206,14 +206,14 @@ _AGENT_COLUMNS = ("harness", "effort")
 """Names of columns that are dropped if no row has a value in them."""
 
 
-def _short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
+def _make_short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
     """Return a column's heading, with the name of its group only if the label is ambiguous without it."""
     ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
     is_incomplete = column.label in ("State", "Relation", "Action", "Total")
     return f"{column.group}: {column.label}" if ambiguous or is_incomplete else column.label
 
 
-def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
+def choose_ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
     """Return the column by which rows are ranked.
 
     It is the first column with one of the metrics, or else the first column.
@@ -223,7 +223,7 @@ def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> M
 
 def rank_rows(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
     """Return the rows sorted by their rank in one column, with the best number of each column marked."""
-    ranks = ranks_of([_round_value(row.cells[by]) if row.competes else None for row in rows])
+    ranks = compute_ranks([_round_score(row.cells[by]) if row.may_be_ranked else None for row in rows])
     marked, order = zip(mark_best(rows), ranks, strict=True), get_args(RowSource)
     return sorted(
         (replace(row, rank=rank) for row, rank in marked),
@@ -231,7 +231,7 @@ def rank_rows(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel
     )
 
 
-def ranks_of(values: Sequence[float | None]) -> list[int | None]:
+def compute_ranks(values: Sequence[float | None]) -> list[int | None]:
     """Return the rank of each value: 1 for the greatest, and None for no value. Equal values share a rank."""
     numbers = [value for value in values if value is not None]
     return [None if value is None else 1 + sum(other > value for other in numbers) for value in values]
@@ -241,25 +241,28 @@ def mark_best(rows: Sequence[RankedModel]) -> list[RankedModel]:
     """Return the rows with the best number of each column marked. A single number is not marked."""
     best: dict[MetricColumn, float] = {}
     for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
-        values = [number for row in rows if (number := _comparable_value(row, row.cells[column])) is not None]
+        values = [
+            number for row in rows if (number := _get_comparable_value(row, row.cells[column])) is not None
+        ]
         best |= {column: max(values)} if len(values) > 1 else {}
     return [
         replace(
-            row, cells={column: _mark_cell(row, cell, best.get(column)) for column, cell in row.cells.items()}
+            row,
+            cells={column: _mark_if_best(row, cell, best.get(column)) for column, cell in row.cells.items()},
         )
         for row in rows
     ]
 
 
-def _mark_cell(row: RankedModel, cell: Score, best: float | None) -> Score:
-    return replace(cell, best=best is not None and _comparable_value(row, cell) == best)
+def _mark_if_best(row: RankedModel, cell: RankedScore, best: float | None) -> RankedScore:
+    return replace(cell, best=best is not None and _get_comparable_value(row, cell) == best)
 
 
-def _comparable_value(row: RankedModel, cell: Score) -> float | None:
-    return _round_value(cell) if cell.ranked and row.source != "floor" else None
+def _get_comparable_value(row: RankedModel, cell: RankedScore) -> float | None:
+    return _round_score(cell) if cell.ranked and row.source != "floor" else None
 
 
-def _round_value(cell: Score) -> float | None:
+def _round_score(cell: RankedScore) -> float | None:
     return None if cell.value is None else round(cell.value, 1)
 
 
@@ -270,7 +273,7 @@ _FLOOR = (
 _OTHER_DATA = "Scored against other data than the runs: {suites}."
 
 
-def run_rows(
+def make_run_rows(
     columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
     numbers: Mapping[str, Cells],
@@ -288,11 +291,11 @@ def run_rows(
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
     for name, cells in numbers.items():
-        row = {column: cell_of(cells, column) for column in columns}
+        row = {column: get_score(cells, column) for column in columns}
         if any(cell.value is not None for cell in row.values()):
             shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
             remarks = [
-                f"{ability_title(run.key.ability)}: {run.coverage.remark}"
+                f"{format_ability_title(run.key.ability)}: {run.coverage.remark}"
                 for run in shown
                 if run.coverage.remark
             ]
@@ -312,43 +315,52 @@ def run_rows(
             )
 
 
-def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
+def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
     """Return all scores in one protocol and domain, by the name of the run, with averages over abilities."""
     by_name: dict[str, Cells] = {}
     for name, items in group_pairs((item.key.name, item) for item in runs).items():
-        cells: dict[tuple[Ability | None, str], Score] = {
-            (item.key.ability, metric): _score(rate.percent, item.certainties[metric], item.coverage, rate)
+        cells: dict[tuple[Ability | None, str], RankedScore] = {
+            (item.key.ability, metric): _make_score(
+                rate.percent, item.certainties[metric], item.coverage, rate
+            )
             for item in items
             for metric, rate in item.rates.items()
         }
         cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
-        cells[None, AVERAGE] = _average(cells, cases, combine_coverage(item.coverage for item in items))
+        cells[None, AVERAGE] = _average_scores(
+            cells, cases, combine_coverage(item.coverage for item in items)
+        )
         by_name[name] = cells
     return by_name
 
 
-def _average(cells: Cells, cases: Mapping[AbilityMetric, Cases], coverage: Coverage | None) -> Score:
-    percents = _percents(cells)
-    percent = average_performance(percents)
+def _average_scores(
+    cells: Cells, cases: Mapping[AbilityMetric, Cases], coverage: TaskCoverage | None
+) -> RankedScore:
+    percents = _get_percents(cells)
+    percent = compute_average_performance(percents)
     if percent is None:
-        return Score(None, coverage=coverage)
-    weighted = [(weight, cases[metric]) for metric, weight in average_weights(percents).items()]
-    return _score(percent, certainty_of_mean(weighted), coverage)
+        return RankedScore(None, coverage=coverage)
+    weighted = [(weight, cases[metric]) for metric, weight in make_average_weights(percents).items()]
+    return _make_score(percent, compute_mean_intervals(weighted), coverage)
 
 
-def _score(
-    percent: float | None, certainty: Certainty | None, coverage: Coverage | None, rate: Rate | None = None
-) -> Score:
+def _make_score(
+    percent: float | None,
+    certainty: ConfidenceIntervals | None,
+    coverage: TaskCoverage | None,
+    rate: Rate | None = None,
+) -> RankedScore:
     low, high = (None, None) if certainty is None else certainty.interval
     numerator, denominator = (None, None) if rate is None else (rate.numerator, rate.denominator)
-    return Score(percent, low, high, numerator, denominator, certainty=certainty, coverage=coverage)
+    return RankedScore(percent, low, high, numerator, denominator, certainty=certainty, coverage=coverage)
 
 
-def _percents(cells: Cells) -> dict[AbilityMetric, float | None]:
+def _get_percents(cells: Cells) -> dict[AbilityMetric, float | None]:
     return {(ability, metric): cell.value for (ability, metric), cell in cells.items() if ability}
 
 
-def paper_rows(
+def make_paper_rows(
     places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
 ) -> Iterator[RankedModel]:
     """Yield a row for each of the paper's models.
@@ -356,20 +368,20 @@ def paper_rows(
     If two tables have a figure for a column, the first counts.
     """
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
-        cells = {column: _paper_cell(model, place, papers) for column, place in places.items()}
+        cells = {column: _make_paper_score(model, place, papers) for column, place in places.items()}
         if any(cell.value is not None for cell in cells.values()):
             yield RankedModel(model, "paper", cells)
 
 
-def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> Score:
+def _make_paper_score(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> RankedScore:
     for paper in papers:
-        figure = paper.figure(model, column)
+        figure = paper.find_figure(model, column)
         if figure is not None:
-            return Score(figure, texts=tuple(paper.notes.get((model, column), ())))
-    return Score(None)
+            return RankedScore(figure, texts=tuple(paper.notes.get((model, column), ())))
+    return RankedScore(None)
 
 
-def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
+def _find_column_notes(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
     return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
 
 
@@ -394,13 +406,13 @@ def read_packaged_rows(
     pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
     other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
     if other:
-        texts.append(_OTHER_DATA.format(suites=", ".join(map(ability_title, dict.fromkeys(other)))))
+        texts.append(_OTHER_DATA.format(suites=", ".join(map(format_ability_title, dict.fromkeys(other)))))
     for model in models:
-        cells = _make_published_cells(model, suites)
-        row = {column: cell_of(cells, column) for column in columns}
+        cells = _make_published_scores(model, suites)
+        row = {column: get_score(cells, column) for column in columns}
         if any(cell.value is not None for cell in row.values()):
             covered = combine_coverage(
-                suite.coverage(model) for suite in suites.values() if model in suite.models
+                suite.find_coverage(model) for suite in suites.values() if model in suite.models
             )
             yield RankedModel(model, source, row, covered, tuple(texts))
 
@@ -414,14 +426,14 @@ def _write_published_note(protocol: str, models: int) -> str:
     )
 
 
-def _make_published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
-    cells: dict[tuple[Ability | None, str], Score] = {
-        (ability, metric): _score(rate.percent, None, suite.coverage(model), rate)
+def _make_published_scores(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
+    cells: dict[tuple[Ability | None, str], RankedScore] = {
+        (ability, metric): _make_score(rate.percent, None, suite.find_coverage(model), rate)
         for ability, suite in suites.items()
         if model in suite.models
-        for metric, rate in suite.rates(model).items()
+        for metric, rate in suite.find_rates(model).items()
     }
-    cells[None, AVERAGE] = Score(average_performance(_percents(cells)))
+    cells[None, AVERAGE] = RankedScore(compute_average_performance(_get_percents(cells)))
     return cells
 
 
@@ -430,7 +442,7 @@ _LEFT_OUT = (
 )
 
 
-def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
+def make_rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
     """Return the tables of all runs, by protocol and domain, in the order of the paper's tables.
 
     Args:
@@ -440,8 +452,8 @@ def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
     return [
         table
         for group in group_pairs((item.key[:2], item) for item in runs).values()
-        for numbers in [cells_by_model(group)]
-        for spec in tables_of(item.key.ability for item in group)
+        for numbers in [make_scores_by_model(group)]
+        for spec in make_table_specs(item.key.ability for item in group)
         if (table := make_ranking(spec, group, numbers, with_paper=with_paper))
     ]
 
@@ -457,20 +469,22 @@ def make_ranking(
     Args:
         spec: name and columns of the table.
         runs: the runs.
-        numbers: all scores of the runs (`cells_by_model`).
+        numbers: all scores of the runs (`make_scores_by_model`).
         with_paper: whether the paper's models appear beside ours.
     """
     columns = tuple(
         column
         for column in spec.columns
-        if any(cell_of(cells, column).value is not None for cells in numbers.values())
+        if any(get_score(cells, column).value is not None for cells in numbers.values())
     )
     if not columns:
         return None
     protocol, domain = runs[0].key[:2]
-    by = ranking_column(spec.primary, columns)
-    ours = [_add_missing_note(row, by) for row in run_rows(columns, runs, numbers, with_paper=with_paper)]
-    places = {column: place_of_column(column, domain) for column in columns}
+    by = choose_ranking_column(spec.primary, columns)
+    ours = [
+        _add_missing_note(row, by) for row in make_run_rows(columns, runs, numbers, with_paper=with_paper)
+    ]
+    places = {column: find_paper_column(column, domain) for column in columns}
     papers, others = [], list[RankedModel]()
     if with_paper and protocol.value == paper_tables.read_paper_setting().protocol:
         papers = [
@@ -479,8 +493,8 @@ def make_ranking(
         ]
     elif with_paper:
         others += read_packaged_rows("published", columns, runs)
-    others += [*paper_rows(places, papers), *read_packaged_rows("floor", columns, runs)]
-    on_columns = {column: _notes_on(place, papers) for column, place in places.items()}
+    others += [*make_paper_rows(places, papers), *read_packaged_rows("floor", columns, runs)]
+    on_columns = {column: _find_column_notes(place, papers) for column, place in places.items()}
     notes = _merge_notes(_list_notes(ours), *on_columns.values(), _list_notes(others))
     rows = tuple(rank_rows(by, [*ours, *others]))
     return Ranking(spec.name, spec.title, protocol, domain, on_columns, rows, notes, by)
@@ -500,13 +514,15 @@ def _add_missing_note(row: RankedModel, by: MetricColumn) -> RankedModel:
     if row.cells[by].value is not None:
         return row
     lacking = [column for column, cell in row.cells.items() if cell.value is None]
-    missing = dict.fromkeys([ability_title(column.ability).lower() for column in lacking if column.ability])
+    missing = dict.fromkeys(
+        [format_ability_title(column.ability).lower() for column in lacking if column.ability]
+    )
     unasked = f": {', '.join(missing)} not asked" if missing else ""
     note = f"No rank, as there is no {by.label.lower()}{unasked}."
     return replace(row, notes=(*row.notes, note))
 
 
-def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
+def make_experiment_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
     """Return a table of experiments (runs with study options) for each suite that has experiments.
 
     A table has only models with experiments. The plain run of a model comes above its experiments.
@@ -515,29 +531,29 @@ def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
         runs: the runs, including plain runs, sorted by the order of their keys.
     """
     suites = group_pairs((item.key[:3], item) for item in runs).values()
-    return [table for group in suites if (table := _experiments_of(group)) is not None]
+    return [table for group in suites if (table := _make_experiment_ranking(group)) is not None]
 
 
-def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
+def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
     models = {item.key.model for item in runs if not item.key.is_plain}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None
     key = shown[0].key
-    spec = find_table(key.ability)
+    spec = find_table_spec(key.ability)
     rows = tuple(
         [
             replace(row, model=item.key.name, harness="", effort="")
             for item in shown
-            for row in run_rows(spec.columns, [item], cells_by_model([item]))
+            for row in make_run_rows(spec.columns, [item], make_scores_by_model([item]))
         ]
     )
-    name, title = f"experiments_{spec.name}", f"Experiments: {ability_title(key.ability).lower()}"
+    name, title = f"experiments_{spec.name}", f"Experiments: {format_ability_title(key.ability).lower()}"
     columns, notes = dict.fromkeys(spec.columns, ()), _merge_notes(_list_notes(rows))
     return Ranking(name, title, key.protocol, key.domain, columns, rows, notes)
 
 
-def other_paper_tables(runs: Sequence[RunSummary]) -> list[Ranking]:
+def make_other_paper_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
     """Return the paper's tables other than the main tables, with comparable runs above the paper's rows.
 
     Args:
@@ -545,29 +561,34 @@ def other_paper_tables(runs: Sequence[RunSummary]) -> list[Ranking]:
     """
     papers = map(paper_tables.read_paper_table, paper_tables.read_paper_setting().others)
     return [
-        _other_paper_table(paper, domain, runs)
+        _make_other_paper_ranking(paper, domain, runs)
         for paper in papers
         for domain in dict.fromkeys(column.domain for column in paper.columns)
     ]
 
 
-def _other_paper_table(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
+def _make_other_paper_ranking(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
     setting = paper_tables.read_paper_setting()
-    all_columns = columns_of(setting.others[paper.name])
-    columns = tuple(column for column in all_columns if _has_figures(paper, column, domain))
+    all_columns = get_columns(setting.others[paper.name])
+    columns = tuple(column for column in all_columns if _has_paper_figures(paper, column, domain))
     abilities = {column.ability for column in columns}
     comparable = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
     if paper.name in setting.other_tasks:
         comparable = []
-    places = {column: place_of_column(column, domain) for column in columns}
+    places = {column: find_paper_column(column, domain) for column in columns}
     ours = [item for item in comparable if item.key.protocol.value == setting.protocol]
     remarks = (_LEFT_OUT,) if len(ours) < len(comparable) else ()
-    on_columns = {column: (*remarks, *_notes_on(place, [paper])) for column, place in places.items()}
-    rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
+    on_columns = {column: (*remarks, *_find_column_notes(place, [paper])) for column, place in places.items()}
+    rows = [
+        *make_run_rows(columns, ours, make_scores_by_model(ours), with_paper=True),
+        *make_paper_rows(places, [paper]),
+    ]
     marked, notes = tuple(mark_best(rows)), _merge_notes(*on_columns.values(), _list_notes(rows))
     name, protocol = f"paper_{paper.name}", Protocol(setting.protocol)
     return Ranking(name, paper.title, protocol, domain, on_columns, marked, notes)
 
 
-def _has_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
-    return any(paper.figure(model, place_of_column(column, domain)) is not None for model in paper.rows)
+def _has_paper_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
+    return any(
+        paper.find_figure(model, find_paper_column(column, domain)) is not None for model in paper.rows
+    )

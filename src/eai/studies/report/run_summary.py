@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import get_declaration
-from eai.results.certainty import Cases, Certainty, certainty_of_rate
-from eai.results.cost import Spending, cost_cases, sum_spending
-from eai.results.coverage import Coverage, ErrataEffect
+from eai.results.certainty import Cases, ConfidenceIntervals, compute_rate_intervals
+from eai.results.cost import Spending, make_cost_cases, sum_spending
+from eai.results.coverage import ErrataEffect, TaskCoverage
 from eai.results.rate import Rate
 from eai.results.runs import Run, RunKey
-from eai.results.summary import Breakdown, break_down, cases_of
-from eai.results.totals import Totals
+from eai.results.summary import AnswerBreakdown, break_down_records, make_cases_by_metric
+from eai.results.totals import RunTotals
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,36 +32,36 @@ class RunSummary:
         certainties: metric -> interval of the rate; None if no interval is defined.
         cases: main metric -> contribution of each task.
         spent: tokens and cost of the answers; answers without recorded numbers add nothing.
-        per_success: effort and success of each answer (`eai.results.cost.cost_cases`).
+        per_success: effort and success of each answer (`eai.results.cost.make_cost_cases`).
         unnamed: number of records without the name of their task; each such task counts as independent.
     """
 
     key: RunKey
-    coverage: Coverage
+    coverage: TaskCoverage
     excluded: Mapping[str, int]
     repaired: int
     planners: tuple[str, ...]
     errata: ErrataEffect | None
     data_sha256: tuple[str, ...]
     rates: Mapping[str, Rate]
-    certainties: Mapping[str, Certainty | None]
+    certainties: Mapping[str, ConfidenceIntervals | None]
     cases: Mapping[str, Cases]
     spent: Spending
     per_success: Mapping[str, Cases]
     unnamed: int
-    breakdown: Breakdown
+    breakdown: AnswerBreakdown
 
 
-def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
+def select_plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options, which are ranked and compared with the paper's tables."""
     return [item for item in runs if item.key.is_plain]
 
 
-def summary_of(run: Run) -> RunSummary:
+def summarize_run(run: Run) -> RunSummary:
     """Return the summary of a run, computed from the run's records."""
     key = run.key
     reasons = [record.verdict.excluded for record in run.records]
-    totals, cases = Totals.from_records(run.records), cases_of(run.records, key.ability)
+    totals, cases = RunTotals.from_records(run.records), make_cases_by_metric(run.records, key.ability)
     return RunSummary(
         key,
         totals.coverage,
@@ -70,15 +70,15 @@ def summary_of(run: Run) -> RunSummary:
         totals.planners,
         totals.errata,
         tuple(sorted({record.data_sha256 for record in run.records})),
-        totals.counted,
-        {metric: certainty_of_rate(shares) for metric, shares in cases.items()},
+        totals.counted_rates,
+        {metric: compute_rate_intervals(shares) for metric, shares in cases.items()},
         {
             metric: shares
             for metric, shares in cases.items()
             if metric in get_declaration(key.ability).overview_headings
         },
         sum_spending(run.records),
-        cost_cases(run.records),
+        make_cost_cases(run.records),
         sum(record.task is None for record in run.records),
-        break_down(run.records, key.ability),
+        break_down_records(run.records, key.ability),
     )

@@ -30,7 +30,7 @@ _IN_TABLES = tuple([ability for ability in _ORDER if ability in PAPER_ABILITIES]
 """The abilities of the paper, in the order of the paper's tables."""
 
 
-def place_of_column(column: MetricColumn, domain: str) -> PaperColumn:
+def find_paper_column(column: MetricColumn, domain: str) -> PaperColumn:
     """Return the paper's column for the metric of a table's column, in a domain."""
     return PaperColumn(column.ability.value if column.ability else "", column.metric, domain)
 
@@ -53,52 +53,52 @@ class TableSpec:
     primary: tuple[str, ...]
 
 
-def ability_title(ability: Ability) -> str:
+def format_ability_title(ability: Ability) -> str:
     """Return the title by which headings name an ability."""
     return get_declaration(ability).title
 
 
-def suite_title(domain: str, ability: Ability) -> str:
+def format_suite_title(domain: str, ability: Ability) -> str:
     """Return the title by which tables name a suite: benchmark and ability."""
-    return f"{title_of(domain)}, {ability_title(ability).lower()}"
+    return f"{title_of(domain)}, {format_ability_title(ability).lower()}"
 
 
-def _columns(ability: Ability) -> tuple[MetricColumn, ...]:
+def _make_columns(ability: Ability) -> tuple[MetricColumn, ...]:
     return tuple(replace(column, ability=ability) for column in get_declaration(ability).columns)
 
 
-def _trajectory(ability: Ability) -> TableSpec:
-    columns = tuple(column for column in _columns(ability) if column.group != SATISFIED)
-    return TableSpec(f"{ability.value}_trajectory", ability_title(ability), columns, ("task_success",))
+def _make_trajectory_spec(ability: Ability) -> TableSpec:
+    columns = tuple(column for column in _make_columns(ability) if column.group != SATISFIED)
+    return TableSpec(f"{ability.value}_trajectory", format_ability_title(ability), columns, ("task_success",))
 
 
-def _overview() -> TableSpec:
+def _make_overview_spec() -> TableSpec:
     columns = tuple(
-        MetricColumn(metric, ability_title(ability), label, ability=ability)
+        MetricColumn(metric, format_ability_title(ability), label, ability=ability)
         for ability in _IN_TABLES
         for metric, label in get_declaration(ability).overview_headings.items()
     )
     return TableSpec("overview", "Overview", (*columns, MetricColumn(AVERAGE, "All", "Average")), (AVERAGE,))
 
 
-def _one_table(ability: Ability) -> TableSpec:
+def _make_ability_spec(ability: Ability) -> TableSpec:
     main = tuple(get_declaration(ability).overview_headings)
-    return TableSpec(ability.value, ability_title(ability), _columns(ability), main)
+    return TableSpec(ability.value, format_ability_title(ability), _make_columns(ability), main)
 
 
-def _goal_satisfaction(abilities: Iterable[Ability]) -> TableSpec:
+def _make_goal_satisfaction_spec(abilities: Iterable[Ability]) -> TableSpec:
     columns = tuple(
-        replace(column, group=ability_title(ability))
+        replace(column, group=format_ability_title(ability))
         for ability in abilities
-        for column in _columns(ability)
+        for column in _make_columns(ability)
         if column.group == SATISFIED
     )
     return TableSpec("goal_satisfaction", "Goal satisfaction", columns, ("total_goal",))
 
 
-def _operators() -> Iterator[TableSpec]:
+def _make_operator_specs() -> Iterator[TableSpec]:
     ability = Ability.TRANSITION_MODELING
-    title, columns = ability_title(ability), _columns(ability)
+    title, columns = format_ability_title(ability), _make_columns(ability)
     logic = tuple(column for column in columns if column.group != PLANNER)
     planner = tuple(column for column in columns if column.group == PLANNER)
     yield TableSpec(f"{ability.value}_logic", f"{title}: logical matching", logic, (f"{OVERALL}.f1",))
@@ -107,32 +107,39 @@ def _operators() -> Iterator[TableSpec]:
 
 
 @cache
-def _paper_tables() -> tuple[TableSpec, ...]:
+def _make_paper_specs() -> tuple[TableSpec, ...]:
     """Return the definitions of the tables on the paper's abilities, in order."""
     plans = [ability for ability in _IN_TABLES if get_declaration(ability).has_plans]
     return (
-        _overview(),
-        *[_one_table(ability) for ability in _IN_TABLES if ability is Ability.GOAL_INTERPRETATION],
-        *map(_trajectory, plans),
-        _goal_satisfaction(plans),
-        *[spec for ability in _IN_TABLES if ability is Ability.TRANSITION_MODELING for spec in _operators()],
+        _make_overview_spec(),
+        *[_make_ability_spec(ability) for ability in _IN_TABLES if ability is Ability.GOAL_INTERPRETATION],
+        *map(_make_trajectory_spec, plans),
+        _make_goal_satisfaction_spec(plans),
+        *[
+            spec
+            for ability in _IN_TABLES
+            if ability is Ability.TRANSITION_MODELING
+            for spec in _make_operator_specs()
+        ],
     )
 
 
-def tables_of(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
+def make_table_specs(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
     """Return the definitions of a report's tables: the paper's tables, and one for each other ability."""
     others = sorted(set(abilities).difference(PAPER_ABILITIES), key=ability_rank)
-    return (*_paper_tables(), *map(_one_table, others))
+    return (*_make_paper_specs(), *map(_make_ability_spec, others))
 
 
-def find_table(ability: Ability) -> TableSpec:
+def find_table_spec(ability: Ability) -> TableSpec:
     """Return the definition of the first table that shows only results of one ability."""
     if ability not in PAPER_ABILITIES:
-        return _one_table(ability)
-    return next(spec for spec in _paper_tables() if {column.ability for column in spec.columns} == {ability})
+        return _make_ability_spec(ability)
+    return next(
+        spec for spec in _make_paper_specs() if {column.ability for column in spec.columns} == {ability}
+    )
 
 
-def _operators_summary() -> TableSpec:
+def _make_operator_summary_spec() -> TableSpec:
     """Return the summary table of operators, in the layout of the paper."""
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))
@@ -141,9 +148,11 @@ def _operators_summary() -> TableSpec:
         for part in CATEGORIES
         for measure, label in measures
     )
-    return TableSpec(f"{ability.value}_summary", ability_title(ability), columns, ())
+    return TableSpec(f"{ability.value}_summary", format_ability_title(ability), columns, ())
 
 
-def columns_of(name: str) -> tuple[MetricColumn, ...]:
+def get_columns(name: str) -> tuple[MetricColumn, ...]:
     """Return the columns of the paper's table with this name."""
-    return next(spec.columns for spec in (*_paper_tables(), _operators_summary()) if spec.name == name)
+    return next(
+        spec.columns for spec in (*_make_paper_specs(), _make_operator_summary_spec()) if spec.name == name
+    )

@@ -19,22 +19,22 @@ from eai.base.json_value import Json
 from eai.results import latex
 from eai.results.cost import PriceList
 from eai.results.table import Plain
-from eai.results.table_files import csv_text
-from eai.studies.report.cost import cost_csv, cost_section
-from eai.studies.report.document import report_markdown
+from eai.results.table_files import format_csv
+from eai.studies.report.cost import format_cost_csv, write_cost_section
+from eai.studies.report.document import write_report_markdown
 from eai.studies.report.rankings import (
     RankedModel,
+    RankedScore,
     Ranking,
-    Score,
-    experiments,
+    compute_ranks,
+    make_experiment_rankings,
+    make_other_paper_rankings,
     mark_best,
-    other_paper_tables,
-    ranks_of,
 )
-from eai.studies.report.run_summary import RunSummary, plain_runs
+from eai.studies.report.run_summary import RunSummary, select_plain_runs
 
 
-def write_tables(
+def write_report(
     folder: Path,
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
@@ -53,32 +53,32 @@ def write_tables(
         folder: folder of the files.
         runs: all runs, including experiments.
         tables: the tables of the plain runs.
-        tex: function that returns all tables as LaTeX (`tables_tex`).
+        tex: function that returns all tables as LaTeX (`format_tables_latex`).
         with_paper: whether the paper's models appear beside ours.
         prices: prices of tokens, for answers without a recorded cost.
 
     Returns:
         the number of tables written.
     """
-    plain = plain_runs(runs)
-    tried = experiments(runs)
-    others = other_paper_tables(plain) if with_paper else []
+    plain = select_plain_runs(runs)
+    tried = make_experiment_rankings(runs)
+    others = make_other_paper_rankings(plain) if with_paper else []
     written = [*tables, *tried, *others]
-    cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
+    cost = "\n".join(write_cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
+        "report.md": write_report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
         "tables.tex": tex(written),
         "report.tex": (resources.files("eai.studies.report") / "report.tex").read_text(encoding="utf-8"),
-        "tables.json": rankings_json(written),
-        "tables.csv": rankings_csv(written),
+        "tables.json": format_rankings_json(written),
+        "tables.csv": format_rankings_csv(written),
     }
-    if (paid := cost_csv(runs, prices)) is not None:
+    if (paid := format_cost_csv(runs, prices)) is not None:
         contents["cost.csv"] = paid
     write_files_atomically({folder / name: text for name, text in contents.items()})
     return len(written)
 
 
-def tables_tex(
+def format_tables_latex(
     tables: Sequence[Ranking], models: Collection[str], columns: Collection[str], *, intervals: bool
 ) -> str:
     """Return the selected columns and models of tables as LaTeX; empty tables are left out.
@@ -93,17 +93,23 @@ def tables_tex(
         InputError: no table has a model or column with the name.
     """
     wanted = [name.casefold() for name in columns]
-    _check("--models", models, {row.model for table in tables for row in table.rows})
-    headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
-    _check("--columns", wanted, headings)
-    narrowed = (_narrow(table, models, wanted) for table in tables)
-    return "\n".join(_latex(table, intervals=intervals) for table in narrowed if table is not None)
+    _check_names("--models", models, {row.model for table in tables for row in table.rows})
+    headings = {
+        heading for table in tables for column in table.columns for heading in _list_heading_names(column)
+    }
+    _check_names("--columns", wanted, headings)
+    narrowed = (_select_models_and_columns(table, models, wanted) for table in tables)
+    return "\n".join(_format_latex(table, intervals=intervals) for table in narrowed if table is not None)
 
 
-def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) -> Ranking | None:
+def _select_models_and_columns(
+    table: Ranking, models: Collection[str], headings: Collection[str]
+) -> Ranking | None:
     wanted = set(headings)
     columns = {
-        column: notes for column, notes in table.columns.items() if not wanted or wanted & _headings(column)
+        column: notes
+        for column, notes in table.columns.items()
+        if not wanted or wanted & _list_heading_names(column)
     }
     rows = [
         replace(row, cells={column: row.cells[column] for column in columns})
@@ -113,32 +119,32 @@ def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) 
     if not columns or not rows:
         return None
     used = {note for notes in (*columns.values(), *(row.all_notes for row in rows)) for note in notes}
-    ranks = ranks_of([None if row.rank is None else -row.rank for row in rows])
+    ranks = compute_ranks([None if row.rank is None else -row.rank for row in rows])
     rows = [replace(row, rank=rank) for row, rank in zip(rows, ranks, strict=True)]
     notes = tuple(note for note in table.notes if note in used)
     return replace(table, columns=columns, rows=tuple(mark_best(rows)), notes=notes)
 
 
-def _headings(column: MetricColumn) -> set[str]:
+def _list_heading_names(column: MetricColumn) -> set[str]:
     return {column.group.casefold(), column.label.casefold()}
 
 
-def _check(option: str, names: Collection[str], choices: Collection[str]) -> None:
+def _check_names(option: str, names: Collection[str], choices: Collection[str]) -> None:
     for name in names:
         if name not in choices:
             raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(choices))}")
 
 
-def _latex(table: Ranking, *, intervals: bool) -> str:
-    label = ":".join((table.name, _slug(table.domain), _slug(table.protocol.value)))
-    return latex.table_latex(table.table(), label=label, intervals=intervals)
+def _format_latex(table: Ranking, *, intervals: bool) -> str:
+    label = ":".join((table.name, _to_label(table.domain), _to_label(table.protocol.value)))
+    return latex.format_latex_table(table.make_table(), label=label, intervals=intervals)
 
 
-def _slug(text: str) -> str:
+def _to_label(text: str) -> str:
     return "".join(c if c.isascii() and c.isalnum() else "-" for c in text)
 
 
-def rankings_json(tables: Sequence[Ranking]) -> str:
+def format_rankings_json(tables: Sequence[Ranking]) -> str:
     """Return all tables as JSON. Each number has its numerator and denominator; percentages are unrounded."""
     content: list[Json] = [
         {
@@ -147,7 +153,7 @@ def rankings_json(tables: Sequence[Ranking]) -> str:
             "protocol": table.protocol.value,
             "domain": table.domain,
             "unit": "percent",
-            "rows": [_row_json(table, row) for row in table.rows],
+            "rows": [_row_to_json(table, row) for row in table.rows],
             "notes": list(table.notes),
         }
         for table in tables
@@ -162,19 +168,21 @@ _COLUMNS = (
 )
 
 
-def rankings_csv(tables: Sequence[Ranking]) -> str:
+def format_rankings_csv(tables: Sequence[Ranking]) -> str:
     """Return the numbers of all tables as CSV, one number per line, with a header line."""
     lines = (
-        _line(table, row, column, cell)
+        _make_csv_line(table, row, column, cell)
         for table in tables
         for row in table.rows
         for column, cell in row.cells.items()
         if cell.value is not None
     )
-    return csv_text(_COLUMNS, ([line[name] for name in _COLUMNS] for line in lines))
+    return format_csv(_COLUMNS, ([line[name] for name in _COLUMNS] for line in lines))
 
 
-def _line(table: Ranking, row: RankedModel, column: MetricColumn, cell: Score) -> dict[str, Plain]:
+def _make_csv_line(
+    table: Ranking, row: RankedModel, column: MetricColumn, cell: RankedScore
+) -> dict[str, Plain]:
     return {
         "table": table.name,
         "protocol": table.protocol.value,
@@ -184,13 +192,13 @@ def _line(table: Ranking, row: RankedModel, column: MetricColumn, cell: Score) -
         "rank": row.rank,
         "ability": column.ability.value if column.ability else "all",
         "metric": column.metric,
-        **dict(_flat(_numbers(cell))),
+        **dict(_flatten_numbers(_list_score_numbers(cell))),
         "answered": cell.coverage.answered if cell.coverage else None,
         "tasks": cell.coverage.tasks if cell.coverage else None,
     }
 
 
-def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
+def _flatten_numbers(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
     """Yield the values of a CSV line by column, with an interval split into its two bounds."""
     for name, value in numbers.items():
         if name.startswith("interval"):
@@ -201,7 +209,7 @@ def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
             yield name, value
 
 
-def _numbers(cell: Score) -> dict[str, Any]:
+def _list_score_numbers(cell: RankedScore) -> dict[str, Any]:
     """Return a number's value, fraction and interval by name; unknown values are None."""
     sure = cell.certainty
     return {
@@ -215,20 +223,20 @@ def _numbers(cell: Score) -> dict[str, Any]:
     }
 
 
-def _row_json(table: Ranking, row: RankedModel) -> Json:
+def _row_to_json(table: Ranking, row: RankedModel) -> Json:
     return {
         "model": row.model,
         "source": row.source,
         "rank": row.rank,
         "coverage": None if row.coverage is None else row.coverage.to_json(),
-        "notes": list(table.numbers(row.notes)),
+        "notes": list(table.number_notes(row.notes)),
         "cells": [
             {
                 "ability": column.ability.value if column.ability else None,
                 "metric": column.metric,
-                **_numbers(cell),
+                **_list_score_numbers(cell),
                 "best": cell.best,
-                "notes": [*table.numbers(cell.texts), *table.numbers(table.columns[column])],
+                "notes": [*table.number_notes(cell.texts), *table.number_notes(table.columns[column])],
             }
             for column, cell in row.cells.items()
         ],

@@ -25,14 +25,14 @@ from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
-from eai.results.certainty import Case
+from eai.results.certainty import RateCase
 from eai.results.lines import MODEL, SUITE, TidyLine, group_by_model, group_by_suite, make_case
-from eai.results.plots import draw_matrix, numerator_of, rows_of
+from eai.results.plots import draw_rate_matrix, group_rows_by_suite, read_numerator
 from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.results.tidy import first_columns
-from eai.studies.records import Records
-from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_commas
+from eai.results.tidy import make_first_columns
+from eai.studies.records import StudyRecords
+from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_option_values
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 from eai.tasks.task import Category
@@ -48,7 +48,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OperatorTrial(TidyLine):
+class OperatorReplacement(TidyLine):
     """The outcome of planning with gold operators after one is replaced by an answer's operator.
 
     Attributes:
@@ -67,33 +67,33 @@ class OperatorTrial(TidyLine):
     errors: str
 
 
-def try_records(
+def replace_operators_of_records(
     records: Sequence[Record], source: Source, ways: Sequence[ReplacedPart], done: Callable[[int], None]
-) -> Iterator[OperatorTrial]:
+) -> Iterator[OperatorReplacement]:
     """Yield the trials of all records. The planner runs only once for equal operators of several models."""
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
         scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
         if isinstance(scorer, TransitionModeling):
             for way in ways:
-                yield from try_operators(scorer, record, way)
+                yield from replace_operators_one_by_one(scorer, record, way)
         done(number)
 
 
-def try_operators(
+def replace_operators_one_by_one(
     scorer: TransitionModeling, record: Record, replaced: ReplacedPart = "operator"
-) -> Iterator[OperatorTrial]:
+) -> Iterator[OperatorReplacement]:
     """Yield a trial (the result of planning once) for each operator that a task asks for.
 
     An excluded answer has no trials. A missing answer has no operators, so all of its trials fail.
     """
-    errors = _errors(record, replaced)
+    errors = _list_operator_errors(record, replaced)
     results = scorer.plan_one_at_a_time(record.response, replaced)
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
-        yield OperatorTrial(
-            **first_columns(record),
+        yield OperatorReplacement(
+            **make_first_columns(record),
             replaced=replaced,
             operator=operator,
             outcome=NOT_WRITTEN if result is None else result.outcome.value,
@@ -102,7 +102,7 @@ def try_operators(
         )
 
 
-def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
+def _list_operator_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
     """Return the errors in the replaced part of each operator, as texts by operator."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
@@ -121,12 +121,17 @@ def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]
     }
 
 
-def sensitivity_tables(trials: Sequence[OperatorTrial]) -> list[Table]:
+def make_sensitivity_tables(trials: Sequence[OperatorReplacement]) -> list[Table]:
     """Return the tables that show which operators of answers break plans."""
-    return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials_table(trials)]
+    return [
+        _make_sensitivity_table(trials),
+        _make_outcomes_table(trials),
+        _make_errors_table(trials),
+        _make_trials_table(trials),
+    ]
 
 
-def group_cases(trials: Iterable[OperatorTrial]) -> dict[tuple[str, str], list[Case]]:
+def group_cases_by_operator(trials: Iterable[OperatorReplacement]) -> dict[tuple[str, str], list[RateCase]]:
     """Return the contributions of trials to success, by operator and category; `OVERALL` comes first."""
     return group_pairs(
         ((trial.operator, category), make_case(trial, share_of_one(trial.outcome == _SOLVED)))
@@ -135,9 +140,9 @@ def group_cases(trials: Iterable[OperatorTrial]) -> dict[tuple[str, str], list[C
     )
 
 
-def _group_trials(
-    trials: Sequence[OperatorTrial],
-) -> Iterator[tuple[tuple[str, ...], list[OperatorTrial], list[str]]]:
+def _group_replacements(
+    trials: Sequence[OperatorReplacement],
+) -> Iterator[tuple[tuple[str, ...], list[OperatorReplacement], list[str]]]:
     """Yield for each suite, model and replaced part: this key, its trials, and the suite's operators.
 
     The operators are sorted by success, lowest first.
@@ -157,7 +162,7 @@ _KEY = (*SUITE, MODEL, "replaced")
 
 
 @make_table("sensitivity", (*_KEY, "operator", "category", "solved"))
-def _sensitivity(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
+def _make_sensitivity_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
     """Problems solved with one operator of the model.
 
     Tasks that a planner solves with this operator from the answer and all others from the data set, in
@@ -167,21 +172,21 @@ def _sensitivity(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
     Operators that break most plans come first; intervals have names as units.
     """
     categories = (OVERALL, *(category.value for category in Category))
-    for key, of_key, order in _group_trials(trials):
-        cells = group_cases(of_key)
+    for key, of_key, order in _group_replacements(trials):
+        cells = group_cases_by_operator(of_key)
         for cell in product(order, categories):
             if cell in cells:
                 yield (*key, *cell, Estimate.from_cases(cells[cell]))
 
 
 @make_table("outcomes", (*_KEY, "operator", *_OUTCOMES))
-def _outcomes(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
+def _make_outcomes_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
     """How trials ended.
 
     Trials of each operator by how the planner ended: with a plan, without one, because the operator is no
     acceptable PDDL, at a limit; or because the answer does not have the operator.
     """
-    for key, of_key, order in _group_trials(trials):
+    for key, of_key, order in _group_replacements(trials):
         counts = Counter((trial.operator, trial.outcome) for trial in of_key)
         for name in order:
             row = [counts[name, outcome] for outcome in _OUTCOMES]
@@ -194,7 +199,7 @@ def _outcomes(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
     (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
     max_shown_rows=20,
 )
-def _errors_table(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
+def _make_errors_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
     """Which error breaks plans.
 
     Operators that are written, by a predicate that is missing or too much on one of their sides: the tasks
@@ -202,13 +207,15 @@ def _errors_table(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
     error, in percent. Errors come together, so that one may stand for another; those that stand beside most
     failures come first.
     """
-    for key, of_key, order in _group_trials([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
+    for key, of_key, order in _group_replacements(
+        [trial for trial in trials if trial.outcome != NOT_WRITTEN]
+    ):
         of_operators = group_pairs((trial.operator, trial) for trial in of_key)
-        rows = [(name, *row) for name in order for row in _error_rows(of_operators.get(name, ()))]
-        yield from [(*key, *row) for row in sorted(rows, key=lambda row: -numerator_of(row[-2]))]
+        rows = [(name, *row) for name in order for row in _make_error_rows(of_operators.get(name, ()))]
+        yield from [(*key, *row) for row in sorted(rows, key=lambda row: -read_numerator(row[-2]))]
 
 
-def _error_rows(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
+def _make_error_rows(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
     """Yield each error of an operator, most frequent first, with the failures with and without this error."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [make_case(trial, share_of_one(trial.outcome != _SOLVED)) for trial in trials]
@@ -222,8 +229,8 @@ def _error_rows(trials: Sequence[OperatorTrial]) -> Iterator[Row]:
         )
 
 
-@make_table("trials", tuple([column.name for column in fields(OperatorTrial)]), max_shown_rows=0)
-def _trials_table(trials: Sequence[OperatorTrial]) -> Iterable[Row]:
+@make_table("trials", tuple([column.name for column in fields(OperatorReplacement)]), max_shown_rows=0)
+def _make_trials_table(trials: Sequence[OperatorReplacement]) -> Iterable[Row]:
     """Every trial.
 
     A line an operator of an answer: how the planner ended, the task's categories, and what is wrong with the
@@ -240,11 +247,11 @@ class _SensitivityChoices(Options):
         planner: The planner: auto, fast_downward or built_in.
     """
 
-    replace: Annotated[tuple[ReplacedPart, ...], BeforeValidator(split_commas)] = ("operator",)
+    replace: Annotated[tuple[ReplacedPart, ...], BeforeValidator(split_option_values)] = ("operator",)
     planner: PlannerChoice = PlannerChoice.AUTO
 
 
-def _analyze(records: Records, chosen: _SensitivityChoices) -> Iterator[Analysis]:
+def _analyze_sensitivity(records: StudyRecords, chosen: _SensitivityChoices) -> Iterator[Analysis]:
     """Try the operators one by one. A planner takes minutes for a model.
 
     Raises:
@@ -252,27 +259,29 @@ def _analyze(records: Records, chosen: _SensitivityChoices) -> Iterator[Analysis
     """
     if chosen.planner is PlannerChoice.NONE:
         raise InputError("planner=none: operators are tried by a planner")
-    runs = [run for run in records.runs() if run.key.ability is Ability.TRANSITION_MODELING]
+    runs = [run for run in records.read_runs() if run.key.ability is Ability.TRANSITION_MODELING]
     answers = [record for run in runs for record in run.records]
     if not answers:
         raise InputError("expected records of transition modeling, found none")
     ways = tuple(dict.fromkeys(chosen.replace))
     source = replace(records.source, planner=chosen.planner)
     with records.progress("trying operators", len(answers)) as done:
-        tables = sensitivity_tables(list(try_records(answers, source, ways, done)))
-    yield Analysis(tables, _figures(tables, ways))
+        tables = make_sensitivity_tables(list(replace_operators_of_records(answers, source, ways, done)))
+    yield Analysis(tables, _draw_figures(tables, ways))
 
 
-def _figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figures:
-    for suite, rows in rows_of(tables[0]).items():
+def _draw_figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figures:
+    for suite, rows in group_rows_by_suite(tables[0]).items():
         for way in ways:
             of_way = [row for row in rows if row["replaced"] == way]
             label = f"percent solved with the model's {way}"
             shown = [row for row in of_way if row["category"] == OVERALL]
-            models = draw_matrix(shown, ("operator",), "solved", label, zeros=True)
+            models = draw_rate_matrix(shown, ("operator",), "solved", label, zeros=True)
             yield add_suite_title(suite, way, models)
             shown = [row for row in of_way if row["model"] == of_way[0]["model"]]
-            categories = draw_matrix(shown, ("operator",), "solved", label, across="category", zeros=True)
+            categories = draw_rate_matrix(
+                shown, ("operator",), "solved", label, across="category", zeros=True
+            )
             yield add_suite_title(suite, f"{way}-categories", categories)
 
 
@@ -280,5 +289,5 @@ SENSITIVITY = Study(
     "sensitivity",
     "Each operator of the answers alone among gold operators: which one breaks plans (transition modeling).",
     choices=_SensitivityChoices,
-    analyze=_analyze,
+    analyze=_analyze_sensitivity,
 )
